@@ -41,7 +41,7 @@ def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
     import pandas as pd
 
-    frame = pd.DataFrame([line[1:] for line in lines], [line[0] for line in lines], columns[1:])
+    frame = pd.DataFrame([line[1:] for line in lines], [line[0] for line in lines], list(columns[1:]))
     out_console.print()
     print_note(title)
     print_line(frame.rename_axis(columns=columns[0]).to_string(line_width=out_console.width), out_console)

@@ -3,11 +3,9 @@
 Files are written to the side and renamed, so what is there is whole; child processes die with this one.
 """
 
-import shlex
 import signal
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn, Self
@@ -74,10 +72,10 @@ class KeptStates:
     """States of a sweep, written to a file every so many seconds, at the end, and when a signal ends the command.
     Whoever measures them, which may take longer than to make them, writes the file once more with the results."""
 
-    def __init__(self, out: Path, begun: "Sequence[Packing]" = (), *, interval: float = _INTERVAL) -> None:
-        self.states: list[Packing] = list(begun)  # which the file holds already
+    def __init__(self, out: Path, interval: float = _INTERVAL) -> None:
+        self.states: list[Packing] = []
         self._out, self._interval = out, interval
-        self._written, self._saved = len(begun), time.monotonic()
+        self._written, self._saved = 0, time.monotonic()
 
     def __enter__(self) -> Self:
         describe_kept(self._describe)
@@ -103,5 +101,4 @@ class KeptStates:
     def _describe(self) -> str:
         if not self._written:
             return _NOTHING
-        command = shlex.join(["jamlab", *(word for word in sys.argv[1:] if word != "--force")])
-        return f"kept {self._written} states in {self._out}; `{command}` resumes"
+        return f"kept {self._written} states in {self._out}; compress that file to continue from its last state"

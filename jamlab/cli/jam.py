@@ -10,7 +10,7 @@ from jamlab.cli import options
 from jamlab.cli.console import print_note, print_packings, progress_bar, progress_bars
 from jamlab.cli.interruption import KeptStates, expect_output
 from jamlab.cli.options import Force, N, Seed
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
@@ -97,9 +97,6 @@ def pack(
     print_packings([packing], out, as_json)
 
 
-_MET = 1e-5  # of a packing fraction: nearer, a sweep has come to its end
-
-
 def compress(
     file: options.File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
@@ -123,50 +120,19 @@ def compress(
 ) -> None:
     """Compress or decompress a packing in steps.
 
-    The first frame written is the start. The same command resumes an interrupted sweep.
+    The first frame written is the start. An interrupted sweep keeps its states; compress its file to continue it.
     """
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.compression import compress as run
 
-    check_target(out, file)
+    check_target(out, file, replace=force)
     start = read(file, frame)
-    begun = [] if force else _begun(out, start, to, by)
-    kept, how = (
-        KeptStates(out, begun),
-        {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance},
-    )
-    with kept, progress_bar("compress") as progress:
-        if not begun:
-            kept.add(start)
-        try:
-            sweep = run(start, to, step, by=by, progress=progress, after=begun[1:], **how)  # type: ignore[arg-type]
-        except InputError as error_:
-            if not begun:
-                raise
-            remedy = "choose another name, or give --force to replace it"
-            raise StorageError(f"{out} exists, and this command does not resume it: {error_}; {remedy}") from error_
-        for state in sweep:
+    how: dict[str, Any] = {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance}
+    with KeptStates(out) as kept, progress_bar("compress") as progress:
+        kept.add(start)
+        for state in run(start, to, step, by=by, progress=progress, **how):
             kept.add(state)
     print_packings(kept.states, out, as_json)
-
-
-def _begun(out: Path, start: "Packing", to: float, by: str) -> "list[Packing]":
-    """States of a sweep from this start that a file holds, if it was interrupted; none if there is no file."""
-    from jamlab.geometry.packing_fraction import packing_fraction
-    from jamlab.packing.hdf5 import read_all, read_observables
-
-    if not out.exists():
-        return []
-    try:
-        states = read_all(out)
-    except StorageError:
-        states = []
-    same = states and states[0].difference(start) is None and states[0].positions.tobytes() == start.positions.tobytes()
-    end = None if not states else packing_fraction(states[-1]) if by == "rho" else states[-1].phi
-    whole = same and end is not None and abs(end - to) < _MET and read_observables(out)
-    if not same or len(states) < 2 or whole:
-        check_target(out, replace=False)
-    return states
 
 
 _ONSET = 0.7  # share of a run until onset, in the bar: 0.9 of disks and 0.5 of droplets to rho = 0.95

@@ -6,7 +6,7 @@ A bisection finds the packing fraction at which a packing reaches six contacts p
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -108,7 +108,6 @@ def compress(
     ranks: int = 1,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
-    after: Sequence[Packing] = (),
 ) -> Iterator[Packing]:
     """Compress or decompress a packing in steps, with an energy minimum after each.
 
@@ -130,7 +129,6 @@ def compress(
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
         settings: settings of the solvers.
         progress: called after each state with (fraction done, text), or True.
-        after: states that the same sweep yielded before an interruption; it resumes after the last one.
 
     Yields:
         One Packing per state. A step that does not converge is repeated in up to 16 smaller steps. If it still does not
@@ -139,7 +137,7 @@ def compress(
         `provenance["step_error"]` is the largest relative error of a predicted pressure since the previous state.
 
     Raises:
-        InputError: an argument is out of range, or `after` belongs to another sweep.
+        InputError: an argument is out of range.
         ConvergenceError: a state before the last one did not converge.
 
     Example:
@@ -163,27 +161,9 @@ def compress(
     value = _fraction(packing, by)
     targets = grid(value, to, step, first_step, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
-    if len(after) > len(targets):
-        raise InputError(f"after has {len(after)} states, but a sweep to {to:g} has {len(targets)}")
-    near = 2 * _MET * np.abs(np.diff(targets, prepend=value))
-    for state, target, distance in zip(after, targets, near, strict=False):
-        if reason := _unlike(state, packing, by, target, distance, force):
-            raise InputError(f"after: these states do not belong to this sweep to {to:g}: {reason}")
-    if len(after):
-        packing, targets = after[-1], targets[len(after) :]
     if not len(targets):
         return iter(())
     return _sweep(packing, targets, by, pressure_tolerance, force, ranks, settings, progress)
-
-
-def _unlike(state: Packing, start: Packing, by: str, target: float, near: float, force: float) -> str | None:
-    """What shows that a state is not the one of a sweep at this target, `near` which it lies; None if nothing does."""
-    reached = _fraction(state, by)
-    if other := state.difference(start):
-        return f"{other} differs"
-    if state.on_target and abs(reached - target) > near:
-        return f"{by} = {reached:.6g} for {target:.6g}"
-    return f"tolerance = {state.tolerance} for {force:g}" if state.tolerance != force else None
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
