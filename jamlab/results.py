@@ -23,7 +23,6 @@ from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineRe
 from jamlab.mechanics.rigidity import MaxwellCount as MaxwellCount
 from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
-from jamlab.protocols.solver_settings import SolverSettings as SolverSettings
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation

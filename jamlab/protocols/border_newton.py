@@ -27,8 +27,8 @@ from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import GOOD, GROW, POOR, SHRINK, factorise
 from jamlab.protocols.relaxation import load
-from jamlab.protocols.solver_settings import SOLVERS
 
+STEPS = 40  # at most: near a minimum 4 to 20 do; first-order steps come nearer for less
 _REACH = 0.1  # longest move of a coordinate in one step, mean particle size
 LONGEST_STRAIN = 0.02  # of the box in one step
 # of the Hessian's diagonal; of the strains' times the number of sites
@@ -93,9 +93,7 @@ class Model:
         return Step((free - follow @ e).reshape(-1, 2), e), shift
 
 
-def descend_with_box(
-    session: Session, border: BoxStrains, tolerance: float, steps: int = SOLVERS.box_newton_steps
-) -> int:
+def descend_with_box(session: Session, border: BoxStrains, tolerance: float, steps: int = STEPS) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
     The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is

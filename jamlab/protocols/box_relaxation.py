@@ -18,12 +18,12 @@ from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, load, quench, relax
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
 _NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
 _FINER = 0.1  # its factor where they fail
 FIRE_ONLY_DISKS = 10_000  # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
+_ROUNDS = 12  # of FIRE and Newton steps at most
 _NEAR = 10  # Newton steps from a guess of the minimum, before anything else
 _LEAVE = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
 _BALANCED = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
@@ -40,7 +40,6 @@ def relax_disks_and_box(
     *,
     near: bool = False,
     least_pressure: float = -np.inf,
-    settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy of disks, or their enthalpy, over their positions and strains of the box.
 
@@ -50,7 +49,6 @@ def relax_disks_and_box(
         tolerance: on the largest force.
         near: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: give up a packing whose pressure falls below this; it has unjammed.
-        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
@@ -58,18 +56,18 @@ def relax_disks_and_box(
         pressure alone is met to 1e-7. For an unjammed packing it refers to forces alone.
     """
     if near:
-        descend_with_box(session, border, tolerance, min(_NEAR, settings.box_newton_steps))
+        descend_with_box(session, border, tolerance, _NEAR)
     state = session.evaluate()
     ended = near and _ends(session.packing(), state, border, tolerance)
     if ended and not (border.may_shear and _leave_saddle(session, state)):
         return _judge(session.packing(), state, border, tolerance)
     floor = max(least_pressure, tolerance / _JAMMED)
-    state = quench(session, _JAMMED, floor=floor, settings=settings)
+    state = quench(session, _JAMMED, floor=floor)
     if state.pressure < least_pressure or contacts(session.packing()).unjammed:
         return Relaxed(state, tolerance, state.max_force <= tolerance)
-    for noise in _NOISE * _FINER ** np.arange(settings.box_rounds):
+    for noise in _NOISE * _FINER ** np.arange(_ROUNDS):
         floor = max(least_pressure, tolerance / noise)
-        state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings)
+        state = quench(session, noise, floor=floor, border=border, fire=lively_fire())
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance)
         borne = load(session.packing(), state)
@@ -80,7 +78,7 @@ def relax_disks_and_box(
             return Relaxed(state, tolerance, True)
         if not border.may_shear and session.size >= FIRE_ONLY_DISKS:
             continue
-        descend_with_box(session, border, tolerance, settings.box_newton_steps)
+        descend_with_box(session, border, tolerance)
         state = session.evaluate()
         ended = _ends(session.packing(), state, border, tolerance)
         if ended and not (border.may_shear and _leave_saddle(session, state)):
@@ -90,9 +88,7 @@ def relax_disks_and_box(
     return _judge(session.packing(), state, border, tolerance)
 
 
-def relax_at_pressure(
-    session: Session, pressure: float, tolerance: float, *, settings: SolverSettings = SOLVERS
-) -> Relaxed:
+def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Relaxed:
     """Minimise the enthalpy U + p A over sites and the size of the box, whose shape stays.
 
     Disks first go by `relax_disks_and_box`. What is left, and all of droplets, goes by Newton steps in the area with
@@ -102,14 +98,13 @@ def relax_at_pressure(
         session: near a minimum at best; is left in the state reached.
         pressure: outside.
         tolerance: on the largest force.
-        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load.
     """
     if session.law.kernel_arguments() is not None and session.packing().fixed is None:
-        relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=True, settings=settings)
-    found = relax(session, tolerance, near=True, settings=settings)
+        relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=True)
+    found = relax(session, tolerance, near=True)
     before: tuple[float, float] | None = None
     for _ in range(_AREAS):
         state, packing = found.evaluation, session.packing()
@@ -125,7 +120,7 @@ def relax_at_pressure(
         wider = np.clip(excess / modulus, -_WIDEST, _WIDEST)
         before = packing.area, state.pressure
         session.load(follow(packing, packing.phi * np.exp(-wider)))
-        found = relax(session, tolerance, near=True, settings=settings)
+        found = relax(session, tolerance, near=True)
     return Relaxed(found.evaluation, tolerance, False)
 
 

@@ -28,13 +28,13 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, descent_of, force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
 # versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
 # several modes at a time and ends droplets by other steps
 COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
+_HALVINGS = 4  # of a step that does not end in a minimum, at most
 _SECANT_STEPS = 15  # at most, to a true packing fraction
 _MET = 0.01  # distance from a state's packing fraction over that to the state before
 _MET_LAST = 1e-6  # distance of the last state from its packing fraction
@@ -53,7 +53,6 @@ def bisect_confluence(
     by: str = "rho",
     tolerance: float | None = None,
     ranks: int = 1,
-    settings: SolverSettings = SOLVERS,
 ) -> Iterator[Packing]:
     """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error. Every state is
     reached from the densest one known to be below, in one step, so distances to the packing fraction rho* at which z =
@@ -62,7 +61,7 @@ def bisect_confluence(
     Args:
         below: from a sweep, with z < 6.
         above: a later state of it, with z >= 6.
-        error: of rho*, or of phi* with `by`; `by, tolerance, ranks, settings`: see `compress`. Yields one Packing per
+        error: of rho*, or of phi* with `by`; `by, tolerance, ranks`: see `compress`. Yields one Packing per
             halving.
     """
     check_number("error", error, 1.0)
@@ -74,7 +73,7 @@ def bisect_confluence(
         )
     while high - low > error:
         middle = 0.5 * (low + high)
-        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks, settings=settings)
+        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks)
         reached = _fraction(packing, by)
         yield packing
         if not (packing.converged and packing.on_target and low < reached < high):
@@ -106,7 +105,6 @@ def compress(
     pressure_tolerance: float | None = None,
     tolerance: float | None = None,
     ranks: int = 1,
-    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
 ) -> Iterator[Packing]:
     """Compress or decompress a packing in steps, with an energy minimum after each.
@@ -127,7 +125,6 @@ def compress(
         tolerance: largest residual force in natural units (`jamlab.packing.natural_units`), 1e-15 to 1e-3. Default:
             1e-12 for disks, 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
-        settings: settings of the solvers.
         progress: called after each state with (fraction done, text), or True.
 
     Yields:
@@ -163,7 +160,7 @@ def compress(
     force = force_tolerance(packing.model) if tolerance is None else tolerance
     if not len(targets):
         return iter(())
-    return _sweep(packing, targets, by, pressure_tolerance, force, ranks, settings, progress)
+    return _sweep(packing, targets, by, pressure_tolerance, force, ranks, progress)
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
@@ -190,13 +187,12 @@ def _sweep(
     error: float | None,
     force: float,
     ranks: int,
-    settings: SolverSettings,
     progress: Progress | None,
 ) -> Iterator[Packing]:
     before = _fraction(packing, by)
     work = SweepWork(before, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
-        sweep = _Sweep(session, packing, by, error, force, settings)
+        sweep = _Sweep(session, packing, by, error, force)
         for target in targets:
             began, stride = time.perf_counter(), abs(target - before)
             tolerance = min(_MET * stride, _MET_LAST if target == targets[-1] else 1.0)
@@ -209,7 +205,7 @@ def _sweep(
                 by=by,
                 compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
                 target=float(target),
-                minimizer=descent_of(session).name(session, settings),
+                minimizer=descent_of(session).name(session),
                 wall_time=time.perf_counter() - began,
                 **({} if error is None else {"step_error": step_error}),
             ).with_state(on_target=bool(abs(before - target) <= tolerance))
@@ -238,7 +234,6 @@ class _Sweep:
     by: str
     error: float | None  # of pressures that linear response predicts; None: each state in one step
     force: float
-    settings: SolverSettings
     slope: float = 1.0  # of the packing fraction against the nominal one
 
     def go_to(self, target: float, tolerance: float) -> tuple[Relaxed, float]:
@@ -269,14 +264,14 @@ class _Sweep:
     def _reach(self, phi: float) -> Relaxed:
         """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps."""
         self.session.load(at_phi(self.last, phi))
-        found = minimizer(self.last.ensemble)(self.session, self.force, settings=self.settings)
+        found = minimizer(self.last.ensemble)(self.session, self.force)
         return found if found.converged else self._reach_by_steps(phi, stopped=True)
 
     def _settle(self, found: Relaxed) -> Relaxed:
         """The minimum beside a state that the session was relaxed to; where there is none, the one that steps lead to;
         if that fails too, a state in which rattlers stop all that slides."""
         relax_state, packing = minimizer(self.last.ensemble), self.session.packing()
-        again = partial(relax_state, self.session, self.force, near=True, settings=self.settings)
+        again = partial(relax_state, self.session, self.force, near=True)
         left = leave_saddles(self.session, found, again)
         if not left.converged:
             left = self._reach_by_steps(packing.phi)
@@ -288,11 +283,11 @@ class _Sweep:
         Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the
         last way, see `relax_off_saddles`.
         """
-        for halving in range(1, self.settings.halvings + 1):
-            state, last_way = self.last, stopped and halving == self.settings.halvings
+        for halving in range(1, _HALVINGS + 1):
+            state, last_way = self.last, stopped and halving == _HALVINGS
             for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
                 self.session.load(at_phi(state, following))
-                found = relax_off_saddles(self.session, self.force, stopped=last_way, settings=self.settings)
+                found = relax_off_saddles(self.session, self.force, stopped=last_way)
                 if not found.converged:
                     break
                 state = self.session.packing()
@@ -308,7 +303,7 @@ class _Sweep:
             following = packing.phi + np.sign(phi - packing.phi) * length
             predicted = _predict_pressure(packing, following)
             self.session.load(follow(packing, following))
-            found = relax_off_saddles(self.session, self.force, near=True, settings=self.settings)
+            found = relax_off_saddles(self.session, self.force, near=True)
             met = found.evaluation.pressure
             missed = abs(met - predicted) / max(abs(met), abs(predicted), _LOOSE * self.force)
             if (missed > error or not found.converged) and length > _SHORTEST:

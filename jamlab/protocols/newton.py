@@ -11,10 +11,10 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
-from jamlab.protocols.solver_settings import SOLVERS
 
 # Halved or doubled, these change force evaluations and factorisations by less than 5 % and lose no state, except for
 # the first shift (a third more of both either way) and a larger `GOOD` (18 and 43 % more).
+_STEPS = 150  # at most
 REACH = 0.05  # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
 _FIRST_SHIFT = 1e-3  # added to the Hessian's diagonal at first
 _LEAST_SHIFT = 1e-10  # keeps rattlers and translations, which have no stiffness, from running away
@@ -25,7 +25,7 @@ SHRINK, GROW = 0.2, 5.0  # factors of the shift; fast down, so that the end is q
 DEFINITE = 4.0  # factor of the shift until the shifted Hessian is positive definite
 
 
-def descend_by_newton(session: Session, tolerance: float, steps: int = SOLVERS.newton_steps) -> Evaluation:
+def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -> Evaluation:
     """Take Levenberg-Marquardt steps until the tolerance is met.
 
     A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force

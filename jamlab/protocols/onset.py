@@ -31,7 +31,6 @@ from jamlab.protocols.relaxation import check_tolerance, descent_of, force_toler
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, sizes_record
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
 
@@ -61,7 +60,6 @@ def jam(
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
-    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: Any,
 ) -> Packing:
@@ -87,7 +85,6 @@ def jam(
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd. DP: sizes are proportional to the square roots of the
             rest areas.
-        settings: settings of the solvers.
         progress: called after each minimisation with (fraction done, text), or True.
         parameters: force-law parameters that replace the defaults, e.g. `contact="segment/smooth"` for droplets; DP:
             `vertices`, one number or (n,).
@@ -133,7 +130,7 @@ def jam(
         "step": first_step,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "incremental", ensemble, tolerance, ranks, settings, OnsetWork(model, progress))
+    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(model, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
@@ -147,7 +144,6 @@ def _onset_above(
     ensemble: str,
     tolerance: float | None,
     ranks: int,
-    settings: SolverSettings,
     work: OnsetWork,
 ) -> Packing:
     """The onset that a loose packing is compressed to."""
@@ -158,15 +154,15 @@ def _onset_above(
     force = usual if tolerance is None else tolerance
     check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
-        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work, settings)
+        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work)
         rigid = not by_paper and may_be_rigid(loose)
         if by_paper:
             onset = searched.by_paper(loose, first_step)
         elif rigid:
-            onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
+            onset = RigidSearch(searched, protocol).run(loose, first_step)
         else:
             onset = searched.by_bisection(loose, first_step)
-        method = "rigid" if rigid else descent_of(session).name(session, settings)
+        method = "rigid" if rigid else descent_of(session).name(session)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     return record(packing, onset.found, minimizer=method)
 

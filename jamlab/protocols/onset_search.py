@@ -18,7 +18,6 @@ from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell
 from jamlab.protocols.box_shear import Ensemble
 from jamlab.protocols.relaxation import Relaxed, relax, settle
 from jamlab.protocols.saddles import leave_saddles
-from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 
 _SEARCH_TOLERANCE = 1e-6  # on the largest force of droplets: tells a state jammed by step_fine from a loose one
@@ -63,14 +62,13 @@ class OnsetSearch(Approach[SearchState]):
     relax_state: Ensemble
     tolerance: float
     work: OnsetWork
-    settings: SolverSettings
 
     def by_paper(self, packing: Packing, increment: float) -> SearchState:
         """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
         direction = 1.0
         while True:
             self.session.load(at_phi(packing, packing.phi + direction * increment))
-            state = self._leave_saddles(self.measure(relax(self.session, self.tolerance, settings=self.settings)))
+            state = self._leave_saddles(self.measure(relax(self.session, self.tolerance)))
             if self.at_end(state):
                 return state
             turn = -1.0 if state.energy > self.protocol["u_contact"] else 1.0
@@ -126,14 +124,14 @@ class OnsetSearch(Approach[SearchState]):
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
             loose = power_law(start.packing).force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
             tolerance = max(tolerance, loose)
-        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"], settings=self.settings)
+        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
         return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance))
 
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
         if self.session.kind.deforms and not self.relax_state.may_shear:
-            found = settle(self.session, _LOOSE_TOLERANCE, settings=self.settings)
+            found = settle(self.session, _LOOSE_TOLERANCE)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self.measure(Relaxed(found, _LOOSE_TOLERANCE, False))
         return self.measure(self._relax(near=True))
@@ -143,7 +141,7 @@ class OnsetSearch(Approach[SearchState]):
         start = self.session.packing()
         sheared = start.kind.deforms and self.relax_state.may_shear
         least = self.tolerance / (BEARING * mean_size(start)) if sheared else -np.inf
-        return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
+        return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least)
 
     def measure(self, found: Relaxed) -> SearchState:
         """The state that the session holds."""

@@ -26,13 +26,19 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import DEFINITE, descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR, LbfgsSettings, descend_by_lbfgs
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 FEW_FACTORS = 3  # more, and the log of a run says why
 _log = logging.getLogger(__name__)
 
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
+# from here on FIRE descends almost to the end: local events keep the one step length of any other method short. An
+# onset of 96 disks costs the same by either, of 256 and 512 two to three times less by FIRE; states of a sweep cost 1.5
+# times more at 96, and 1.2 less at 256
+MANY_DISKS = 200
+_CG_STEPS = 20_000  # or of FIRE beside them, in one call at most
+_SETTLE_STEPS = 1500  # of L-BFGS when it only matters whether droplets jam
+_STAGES = 12  # of a quench at most
 # Newton steps of disks at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
 # Halved or doubled: 11 % more force evaluations, or 22 % more factorisations
 _NEAR_STEPS = 40
@@ -59,6 +65,19 @@ class Relaxed:
     on_rattlers: bool = False  # whether it is the latter
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How far a minimisation goes at most; the defaults lie on plateaus."""
+
+    near: int = 400  # steps of L-BFGS beside a minimum of droplets
+    far: int = 5000  # the same from elsewhere
+    rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
+    box: int = 60  # steps of the box around droplets
+
+
+USUAL = Effort()
+
+
 def force_tolerance(model: str) -> float:
     """Largest force at a minimum by default, in natural units: `force` of `*.minimum.parameters`."""
     return float(defaults(f"{MODELS[model].part}.minimum")["force"])
@@ -73,25 +92,18 @@ def check_tolerance(tolerance: float | None, highest: float) -> None:
         raise InputError(f"tolerance = {tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more")
 
 
-def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: SolverSettings = SOLVERS) -> Evaluation:
+def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluation:
     """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most.
 
     Args:
         session: is left in the state reached.
         tolerance: on the largest force.
         loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
-        settings: settings of the solvers.
     """
-    return descent_of(session).settle(session, tolerance, loose, settings)
+    return descent_of(session).settle(session, tolerance, loose)
 
 
-def relax(
-    session: Session,
-    tolerance: float | None = None,
-    *,
-    near: bool = False,
-    settings: SolverSettings = SOLVERS,
-) -> Relaxed:
+def relax(session: Session, tolerance: float | None = None, *, near: bool = False, effort: Effort = USUAL) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box.
 
     Args:
@@ -99,7 +111,7 @@ def relax(
         tolerance: on the largest force; default `force_tolerance` of the model.
         near: the state is a good guess of the minimum: try steps that converge fast there before anything else,
             Newton's, for droplets those of L-BFGS.
-        settings: settings of the solvers.
+        effort: steps at most.
 
     Returns:
         The state reached; `converged` is False if no round met the tolerance.
@@ -108,13 +120,13 @@ def relax(
         tolerance = force_tolerance(session.kind.name)
     descent = descent_of(session)
     if near:
-        state = descent.end(session, tolerance, settings)
+        state = descent.end(session, tolerance, effort)
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-    for round_ in range(settings.rounds):
-        state = descent.descend(session, tolerance, round_, settings)
+    for round_ in range(effort.rounds):
+        state = descent.descend(session, tolerance, round_, effort)
         if state.max_force > tolerance:
-            state = descend_by_newton(session, tolerance, settings.newton_steps)
+            state = descend_by_newton(session, tolerance)
         if state.max_force <= tolerance:
             break
     return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session))
@@ -143,53 +155,53 @@ def _entangled(session: Session) -> bool:
 class Descent(Protocol):
     """Steps of a kind of particles: first-order ones, which bring a packing near its minimum, and those to its end."""
 
-    def name(self, session: Session, settings: SolverSettings) -> str: ...  # of the method
-    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation: ...
-    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation: ...
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation: ...
+    def name(self, session: Session) -> str: ...  # of the method
+    def settle(self, session: Session, tolerance: float, loose: float) -> Evaluation: ...
+    def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation: ...
+    def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation: ...
 
 
 class DescentOfDisks:
     """By "cg", or "fire" of many disks: CG crawls where barely touching disks are soft."""
 
-    def name(self, session: Session, settings: SolverSettings) -> str:
-        return "fire" if session.size >= settings.many_disks or not session.law.springs else "cg"
+    def name(self, session: Session) -> str:
+        return "fire" if session.size >= MANY_DISKS or not session.law.springs else "cg"
 
-    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
-        return self.descend(session, tolerance, 0, settings)
+    def settle(self, session: Session, tolerance: float, loose: float) -> Evaluation:
+        return self.descend(session, tolerance, 0, USUAL)
 
-    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
+    def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
-            return _descend_along_valley(session, tolerance, settings)
-        if self.name(session, settings) == "fire":
+            return _descend_along_valley(session, tolerance)
+        if self.name(session) == "fire":
             noise = _NEWTON_NOISE * 0.1**round_
-            return quench(session, noise, floor=tolerance / noise, settings=settings)
-        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=settings.cg_steps)
+            return quench(session, noise, floor=tolerance / noise)
+        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=_CG_STEPS)
 
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
-        return descend_by_newton(session, tolerance, min(_NEAR_STEPS, settings.newton_steps))
+    def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation:
+        return descend_by_newton(session, tolerance, _NEAR_STEPS)
 
 
 class DescentOfDroplets:
     """By preconditioned L-BFGS, "lbfgs"."""
 
-    def name(self, session: Session, settings: SolverSettings) -> str:
+    def name(self, session: Session) -> str:
         return "lbfgs"
 
-    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
+    def settle(self, session: Session, tolerance: float, loose: float) -> Evaluation:
         least = loose * session.size
-        state = descend_droplets(session, tolerance, FAR, settings.settle_steps, loose=least)
+        state = descend_droplets(session, tolerance, FAR, _SETTLE_STEPS, loose=least)
         if state.max_force > tolerance and not _loose(session, state.max_force, least):
-            state = descend_by_newton(session, tolerance, settings.newton_steps)
+            state = descend_by_newton(session, tolerance)
         return state
 
-    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
+    def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_:
             descend_by_fire(session, tolerance)
-        return descend_droplets(session, tolerance, FAR, settings.lbfgs_steps)
+        return descend_droplets(session, tolerance, FAR, effort.far)
 
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
-        return descend_droplets(session, tolerance, NEAR, settings.near_steps)
+    def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation:
+        return descend_droplets(session, tolerance, NEAR, effort.near)
 
 
 _DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`
@@ -214,7 +226,6 @@ def quench(
     steps: int = 100_000,
     border: BoxStrains | None = None,
     fire: FireSettings | None = None,
-    settings: SolverSettings = SOLVERS,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
@@ -225,10 +236,9 @@ def quench(
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
         fire: settings of FIRE, default as in the decks.
-        settings: settings of the solvers.
     """
     state = session.evaluate()
-    for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
+    for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
         target = noise * max(load(session.packing(), state), floor)
         left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
         if left <= target:
@@ -253,7 +263,7 @@ def _longer_steps(session: Session, fire: FireSettings, pressure: float) -> Fire
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
-def _descend_along_valley(session: Session, target: float, settings: SolverSettings) -> Evaluation:
+def _descend_along_valley(session: Session, target: float) -> Evaluation:
     """SP: the method of `descend_droplets` in Python."""
     packing, solver = session.packing(), PositiveSolver()
 
@@ -267,7 +277,7 @@ def _descend_along_valley(session: Session, target: float, settings: SolverSetti
             packing.positions,
             preconditioner,
             tolerance=target,
-            steps=settings.lbfgs_steps,
+            steps=USUAL.far,
         )
     except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
         positions = packing.positions

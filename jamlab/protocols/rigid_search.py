@@ -22,9 +22,8 @@ from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell
 from jamlab.protocols.newton import ACCEPTED, DEFINITE, GOOD, GROW, POOR, REACH, SHRINK
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.preconditioned_lbfgs import NEAR
-from jamlab.protocols.relaxation import Relaxed, descend_droplets
+from jamlab.protocols.relaxation import Effort, Relaxed, descend_droplets
 from jamlab.protocols.saddles import FINEST, leave_saddles
-from jamlab.protocols.solver_settings import SolverSettings
 
 # Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.
 _STEPS = 3000  # at most, in one relaxation: 3 to 340 are usual, a few that lose their contacts take 1000
@@ -60,7 +59,6 @@ class RigidSearch(Approach[RigidDroplets]):
 
     droplets: OnsetSearch
     protocol: Mapping[str, float]
-    settings: SolverSettings
 
     def run(self, packing: Packing, step: float) -> SearchState:
         """Onset above a loose packing, by steps of phi that begin with `step`."""
@@ -251,9 +249,9 @@ class RigidSearch(Approach[RigidDroplets]):
 
     def _relax_at_length(self) -> SearchState:
         """Droplets at greater effort, where steps that converge fast near a minimum do not bring them to rest."""
-        effort = replace(self.settings, lbfgs_steps=_LBFGS_STEPS, rounds=1, box_shear_steps=_BOX_STEPS)
+        effort = Effort(far=_LBFGS_STEPS, rounds=1, box=_BOX_STEPS)
         session, tolerance = self.droplets.session, self.droplets.tolerance
-        return self.droplets.measure(self.droplets.relax_state(session, tolerance, settings=effort))
+        return self.droplets.measure(self.droplets.relax_state(session, tolerance, effort=effort))
 
     def _relax_again(self) -> Relaxed:
         return self._relax_droplets(_SLIDE_STEPS).found
@@ -263,8 +261,8 @@ class RigidSearch(Approach[RigidDroplets]):
         are left that stop a slide with hardly any force."""
         session, tolerance = self.droplets.session, self.droplets.tolerance
         if self._shears:
-            brief = replace(self.settings, near_steps=steps, rounds=0, box_shear_steps=_BOX_STEPS)
-            return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, settings=brief))
+            brief = Effort(near=steps, rounds=0, box=_BOX_STEPS)
+            return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, effort=brief))
         state = descend_droplets(session, tolerance, NEAR, steps)
         if state.max_force <= tolerance:
             reached, finest = session.packing(), min(FINEST, tolerance)

@@ -18,7 +18,6 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.relaxation import Relaxed, load
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 _SLIDES = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
 _SLIDE, _NEAREST = 0.1, 1e-6  # longest slide, and the first try, mean particle size
@@ -38,15 +37,14 @@ def relax_off_saddles(
     *,
     near: bool = False,
     stopped: bool = True,
-    settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Relax the packing in a session in its ensemble, to a minimum and not to a saddle; arguments as in `relax`.
     `stopped`: a state of which rattlers stop all that slides counts, where no other is found."""
     relax_state = minimizer(session.packing().ensemble)
-    found = relax_state(session, tolerance, near=near, settings=settings)
+    found = relax_state(session, tolerance, near=near)
 
     def again() -> Relaxed:
-        return relax_state(session, tolerance, near=True, settings=settings)
+        return relax_state(session, tolerance, near=True)
 
     packing = session.packing()
     left = leave_saddles(session, found, again)

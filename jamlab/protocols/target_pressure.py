@@ -35,7 +35,6 @@ from jamlab.protocols.relaxation import (
 )
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
-from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
 PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
@@ -49,6 +48,8 @@ _BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box 
 # 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +- 1e-4; two levels more change it by
 # 2e-5 +- 2e-5.
 _LADDER = ((3e-2, 2.0), (1e-2, 0.5))
+# times the pressure, if a random start does not meet it: one of them is met first, and the packing decompressed
+_ABOVE = (10.0, 100.0, 1000.0)
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
 
@@ -65,7 +66,6 @@ def pack(
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
-    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: float,
 ) -> Packing:
@@ -91,7 +91,6 @@ def pack(
         fraction_large: number fraction of large disks; d stays the mean of the two diameters.
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd.
-        settings: settings of the solvers.
         progress: called after each minimisation with (nan, text), or True.
         parameters: force-law parameters that replace values of `sp.parameters`.
 
@@ -123,39 +122,35 @@ def pack(
 
     if phi is not None and pressure is None:
         entries |= {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
-        return _quenched(start(phi), tolerance, ranks, settings, entries)
+        return _quenched(start(phi), tolerance, ranks, entries)
     if phi is not None or pressure is None:
         raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
     force, law = check_pressure(pressure, tolerance, **parameters)
 
     def at(target: float) -> Packing:
         extra = 2 * law.linear_in_phi(target) if isinstance(law, PowerLaw) else 0.0
-        return _from_random(start(search["phi_jammed"] + extra), target, force, ranks, settings, progress, entries)
+        return _from_random(start(search["phi_jammed"] + extra), target, force, ranks, progress, entries)
 
     try:
         return at(pressure)
     except ConvergenceError:
         if not isinstance(law, PowerLaw):
             raise
-        for times in settings.above:
+        for times in _ABOVE:
             if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
-                    return decompress(
-                        at(times * pressure), pressure, ranks=ranks, tolerance=tolerance, settings=settings
-                    )
+                    return decompress(at(times * pressure), pressure, ranks=ranks, tolerance=tolerance)
         raise
 
 
 @in_natural_units()
-def _quenched(
-    given: Packing, tolerance: float | None, ranks: int, settings: SolverSettings, entries: dict[str, Any]
-) -> Packing:
+def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict[str, Any]) -> Packing:
     """The minimum next to random disks at their packing fraction, jammed or not."""
     check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
     check_ranks(ranks, given.kind.deforms)
     began = time.perf_counter()
     with Session(given, ranks=ranks) as session:
-        found = relax_off_saddles(session, tolerance, settings=settings)
+        found = relax_off_saddles(session, tolerance)
         packing = session.packing()
     return record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
 
@@ -166,7 +161,6 @@ def _from_random(
     pressure: float,
     force: float,
     ranks: int,
-    settings: SolverSettings,
     progress: Progress | None,
     entries: dict[str, Any],
 ) -> Packing:
@@ -174,10 +168,10 @@ def _from_random(
     began, search = time.perf_counter(), numbers("pressure")
     with Session(given, ranks=ranks) as session:
         if given.law.range:
-            relax(session, _BEFORE_BOX, settings=settings)
+            relax(session, _BEFORE_BOX)
         else:
-            _walk(session, pressure, search, settings, progress)
-        found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force, settings=settings)
+            _walk(session, pressure, search, progress)
+        found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force)
         packing = session.packing()
     _check_met(packing, found, pressure, f"try another seed, or come down from a higher pressure: {_DECOMPRESS}")
     if progress is not None:
@@ -193,7 +187,6 @@ def decompress(
     *,
     ranks: int = 1,
     tolerance: float | None = None,
-    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
 ) -> Packing:
     """Decompress a jammed packing of disks to a lower pressure, in steps.
@@ -206,7 +199,6 @@ def decompress(
         pressure: target pressure in the units of the packing, from 1e-8 k.
         ranks: threads of FIRE; useful above 10 000 disks.
         tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
-        settings: settings of the solvers.
         progress: called after each pressure with (fraction done, text), or True.
 
     Returns:
@@ -226,7 +218,7 @@ def decompress(
     check_ranks(ranks, packing.kind.deforms)
     power_law(packing)  # refuses droplets, which `compress` takes down to a lower rho or phi
     began, force = time.perf_counter(), _check_force(pressure, tolerance, natural_scales(packing).stress)
-    found, reached, start = _decompressed(packing, pressure, force, ranks, settings, progress)
+    found, reached, start = _decompressed(packing, pressure, force, ranks, progress)
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
     entries |= {"from_pressure": start, "wall_time": time.perf_counter() - began, **versions()}
@@ -235,7 +227,7 @@ def decompress(
 
 @in_natural_units(STRESS, pressure=STRESS)
 def _decompressed(
-    packing: Packing, pressure: float, force: float, ranks: int, settings: SolverSettings, progress: Progress | None
+    packing: Packing, pressure: float, force: float, ranks: int, progress: Progress | None
 ) -> tuple[Packing, float, float]:
     """The packing at the lower pressure, the pressure met, and that where it came from."""
     start, search = _check_start(packing, pressure), numbers("pressure")
@@ -243,7 +235,7 @@ def _decompressed(
     with Session(packing, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
-            how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
+            how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target}
             found = relax_disks_and_box(session, BoxStrains(_strains(packing.ensemble), target), noise, **how)
             reached = session.packing()
             if progress is not None:
@@ -328,7 +320,6 @@ def _walk(
     session: Session,
     pressure: float,
     search: Mapping[str, float],
-    settings: SolverSettings,
     progress: Progress | None,
 ) -> None:
     """Quench and decompress until the pressure is near the target, known better and better on the way."""
@@ -339,7 +330,7 @@ def _walk(
     before: tuple[float, float] | None = None
     for _ in range(int(search["tries"])):
         noise, wanted = _LADDER[level]
-        state = quench(session, noise, floor=loose, settings=settings)
+        state = quench(session, noise, floor=loose)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
             progress(float("nan"), f"packing fraction {packing.phi:.4f}")

@@ -14,17 +14,19 @@ from kept_results import kept_rows
 from scipy.stats import ks_2samp
 
 import jamlab
+from jamlab.protocols import relaxation
 
+MANY_DISKS = relaxation.MANY_DISKS
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
-# arguments that a word of JSON stands for
-WAYS = {"cg": {"settings": jamlab.results.SolverSettings(many_disks=10**9)}, "fire": {}}
 
 
 def onset(model, n, seed, option, value):
     """rho_J and CPU seconds, or the error."""
+    relaxation.MANY_DISKS = 10**9 if value == "cg" else MANY_DISKS
+    how = {} if option == "minimiser" else {option: value}
     began = time.process_time()
     try:
-        packing = jamlab.jam(n, model, seed, **WAYS.get(value, {option: value}))
+        packing = jamlab.jam(n, model, seed, **how)
         row = {"rho": packing.onset, "phi": packing.phi}
     except jamlab.ConvergenceError as error:
         row = {"error": str(error)}

@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.engine.deck_defaults import defaults
 from jamlab.packing.deformation import deformed
-from jamlab.protocols.box_shear import relax_with_box_shear
+from jamlab.protocols.box_shear import minimizer
 
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
 STATES = Path(__file__).with_name("states")
@@ -41,7 +41,7 @@ def sheared_once():
     """A packing of a fixed box before and after its box was relaxed; and what the relaxation told."""
     before = jamlab.pack(16, 1e-2, 3)
     with jamlab.Session(before) as session:
-        found = relax_with_box_shear(session, near=True)
+        found = minimizer("shear-stabilized")(session, near=True)
         return before, session.packing(), found
 
 
@@ -114,5 +114,5 @@ def test_droplets_on_corners_shear_loose():
     touching = float(defaults("onset")["u_contact"]) * len(packing.positions)
     assert jamlab.evaluate(packing).contact_energy > touching
     with jamlab.Session(packing) as session:
-        found = relax_with_box_shear(session)
+        found = minimizer("shear-stabilized")(session)
     assert found.evaluation.contact_energy < 1e-3 * touching

@@ -8,6 +8,7 @@ from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.protocols import relaxation
 from jamlab.protocols.compression import bisect_confluence, grid
 
 
@@ -98,15 +99,17 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
     assert all(jamlab.evaluate(p).max_force <= 1.01e-10 for p in states) and states[-1].phi < 1.05
 
 
-def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start):
+def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start, monkeypatch):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
-    few = jamlab.results.SolverSettings(newton_steps=0, halvings=1, rounds=1, cg_steps=1, stages=1)
-    sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", settings=few)
+    monkeypatch.setattr(relaxation, "_CG_STEPS", 1)
+    for stopped in ("descend_by_newton", "_descend_along_valley"):
+        monkeypatch.setattr(relaxation, stopped, lambda session, *_: session.evaluate())
+    sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi")
     flagged = next(sweep)
     assert flagged.converged is False
     with pytest.raises(ConvergenceError, match=f"{flagged.phi:.6g}"):
         next(sweep)
-    (last,) = jamlab.compress(start, start.phi + 0.01, 0.01, by="phi", settings=few)
+    (last,) = jamlab.compress(start, start.phi + 0.01, 0.01, by="phi")
     assert last.converged is False
 
 

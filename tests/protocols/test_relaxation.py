@@ -1,4 +1,4 @@
-"""The minimiser of shapes: descent and what it undoes, its tolerance down to LAMMPS and the record, settings."""
+"""The minimiser of shapes: descent and what it undoes, its tolerance down to LAMMPS and the record."""
 
 from dataclasses import astuple
 
@@ -8,10 +8,15 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
+from jamlab.protocols import relaxation
 from jamlab.protocols.newton import DEFINITE
 from jamlab.protocols.preconditioned_lbfgs import FAR, descend_by_lbfgs
 from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
-from jamlab.protocols.solver_settings import SolverSettings
+
+
+def idle(session, *_):
+    """In place of a minimiser that must not be needed."""
+    return session.evaluate()
 
 
 @pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
@@ -76,10 +81,11 @@ def test_outlines_that_cross_end_a_descent():
 
 
 @pytest.mark.parametrize("change", [0.01, -0.005])
-def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change):
+def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change, monkeypatch):
     """From an affine step, without a single Newton step; the force on the same positions in numpy agrees."""
+    monkeypatch.setattr(relaxation, "descend_by_newton", idle)
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
-        assert relax(session, settings=SolverSettings(newton_steps=0)).converged
+        assert relax(session).converged
         assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
 
 
@@ -145,25 +151,30 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
 
 
-def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense):
+def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatch):
     """Disks by L-BFGS where other steps do not get far; droplets by Newton steps after a single one of L-BFGS."""
     push = 1e-4 * np.random.default_rng(1).normal(size=sp_jammed.positions.shape)
     start = sp_jammed.with_state(positions=sp_jammed.positions + push)
-    along_valley = {"settings": SolverSettings(cg_steps=1, newton_steps=0)}
     with Session(start) as session:
-        for how in ({}, along_valley):
+        for along_valley in (False, True):
+            if along_valley:
+                monkeypatch.setattr(relaxation, "_CG_STEPS", 1)
+                monkeypatch.setattr(relaxation, "descend_by_newton", idle)
             session.load(start)
-            found = relax(session, **how)
+            found = relax(session)
             assert found.converged and found.evaluation.energy == pytest.approx(
                 jamlab.evaluate(sp_jammed).energy, rel=1e-9
             )
+    monkeypatch.undo()
+    monkeypatch.setattr(relaxation, "_SETTLE_STEPS", 1)
     with Session(at_phi(dp_dense, dp_dense.phi + 1e-4)) as session:
-        assert settle(session, 1e-10, settings=SolverSettings(settle_steps=1)).max_force <= 1e-10
+        assert settle(session, 1e-10).max_force <= 1e-10
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
-def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method):
-    onset = jamlab.jam(n=32, seed=3, settings=SolverSettings(many_disks=many))
+def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method, monkeypatch):
+    monkeypatch.setattr(relaxation, "MANY_DISKS", many)
+    onset = jamlab.jam(n=32, seed=3)
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
-    (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi", settings=SolverSettings(many_disks=many))
+    (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi")
     assert onset.provenance["minimizer"] == state.provenance["minimizer"] == method

@@ -13,7 +13,6 @@ import jamlab
 from jamlab.engine.deck_defaults import defaults
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
-from jamlab.protocols.solver_settings import SOLVERS
 from jamlab.protocols.work_done import OnsetWork
 
 PUBLISHED = Path(__file__).parents[1] / "states" / "published"
@@ -148,7 +147,7 @@ def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
     loose = jamlab.Packing("sp", side * TORUS, start, {"eps": 1.0}, diameters=np.ones(n))
     with jamlab.Session(loose) as session:
         protocol = {name: float(value) for name, value in defaults("onset").items()}
-        search = OnsetSearch(session, protocol, minimizer("fixed-box"), 1e-12, OnsetWork("sp", None), SOLVERS)
+        search = OnsetSearch(session, protocol, minimizer("fixed-box"), 1e-12, OnsetWork("sp", None))
         onset = search.by_bisection(loose, protocol["step"]).packing
     radius = pytest.approx(0.5 / onset.box[0, 0], rel=1e-6)
     landed = [known for known in MAXIMA if known["n"] == n and known["radius"] == radius]
