@@ -69,7 +69,6 @@ def analyze(
     channel: Annotated[
         str, typer.Option(metavar="{grey,red,green,blue}", help="Picture in colours: channel to measure.")
     ] = "grey",
-    periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
     overlay: Overlay = None,
     packing: OfDroplets = None,
     model: Annotated[str, typer.Option(metavar="{dp,sp}", help="Model of the packing of --packing.")] = "dp",
@@ -96,7 +95,7 @@ def analyze(
     if kind == "a picture":
         from jamlab.micrographs.micrograph import micrograph
 
-        found = micrograph(file, labels=labels, periodic=periodic, **how)
+        found = micrograph(file, labels=labels, **how)
         if overlay is not None:
             found.draw(overlay)
         if csv is not None:
@@ -145,15 +144,11 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         return
     length = "pixels" if found.pixel is None else "units of --pixel"
     marks = {key: f" {DOUBT}" if number.reasons else "" for key, number in found.numbers.items()}
-    rows, errors = [], {key: mean.error for key, mean in found.means.items()}
-    for key, number in found.numbers.items():
-        known = (number.value, errors.get(key, float("nan")))
-        rows.append([key, *(_digits(value) for value in known), marks[key]])
+    rows = [[key, _digits(each.value), _digits(each.error), marks[key]] for key, each in found.numbers.items()]
     print_table(f"droplets of {name}", ["", "value", "± over droplets", ""], rows)
     print_note("±: standard error of the mean over droplets")
     print_note(f"{found.cut} droplets cut by the edge are not counted; {found.rattlers.sum()} rattlers{marks['z']}")
-    radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
-    print_note(f"{radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
+    print_note(f"lengths in {length}; droplets {SIDES[found.contrast]}")
     if found.contrast in ("bright", "dark"):
         blur = f"blur {found.blur:.1f} pixels"
         print_note(f"uneven light: {found.light:.2g} to 1; noise: {found.noise:.0%} of the contrast; {blur}")
@@ -171,12 +166,13 @@ def _digits(value: float) -> str:
 
 
 def _json(found: "Micrograph") -> dict[str, object]:
-    numbers: dict[str, float] = {"count": found.count, "cut": found.cut}
-    numbers |= {**found.measure(), "voids": len(found.voids.sides)}
+    means = {name: number for name, number in found.numbers.items() if number.count}
     return {
-        **{name: [value] for name, value in numbers.items()},
-        "standard_error": {name: mean.error for name, mean in found.means.items()},
-        "interval_95": {name: mean.interval for name, mean in found.means.items()},
+        **{name: [number.value] for name, number in found.numbers.items()},
+        "cut": [found.cut],
+        "rattlers": [int(found.rattlers.sum())],
+        "standard_error": {name: mean.error for name, mean in means.items()},
+        "interval_95": {name: mean.interval for name, mean in means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "numbers": {name: {"value": number.value, "quality": number.quality} for name, number in found.numbers.items()},
         "z_all": found.z_all,

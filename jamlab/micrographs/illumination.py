@@ -13,14 +13,13 @@ Sources: J. Immerkaer, Comput. Vis. Image Underst. 64, 300 (1996), for the noise
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.polynomial import polygrid2d, polyvander2d
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.errors import InputError
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
 from jamlab.micrographs.segmentation import granulometry
 
@@ -47,16 +46,8 @@ class Darkness:
     noise: float  # standard deviation of the noise in `values`
     filter: float  # standard deviation, in pixels, of the filter that denoised
     light: float  # brightest over darkest level of the droplets
-    radius: float  # pixels, typical radius of droplets by granulometry
     ground: int  # number of voids that the level of the ground rests on
     opening: float  # pixels, radius of the largest disc in the wider ones of them
-    contrast: float  # between droplets and ground, of the range of the picture
-
-    def wrapped(self, margin: int) -> Darkness:
-        """The same repeated periodically around itself, `margin` pixels wide."""
-        return replace(
-            self, values=np.pad(self.values, margin, mode="wrap"), smooth=np.pad(self.smooth, margin, mode="wrap")
-        )
 
 
 def noise_level(grey: Array) -> float:
@@ -65,13 +56,10 @@ def noise_level(grey: Array) -> float:
     return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
 
 
-def remove_background(bright: Array, noise: float) -> Darkness | None:
-    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
-
-    Args:
-        bright: (h, w) grey values, droplets brighter than the ground.
-        noise: standard deviation of the noise.
-    """
+def remove_background(bright: Array) -> Darkness | None:
+    """Turn grey values (h, w), droplets brighter than the ground, into darkness; None if nothing stands out from light
+    and noise."""
+    noise = noise_level(bright)
     first = width_of_filter(noise / max(bright.std(), 1e-12))
     quiet = _blur(bright, first)
     high, low = envelope(quiet, ENVELOPE), envelope(quiet, 1 - ENVELOPE)
@@ -93,9 +81,7 @@ def remove_background(bright: Array, noise: float) -> Darkness | None:
         high = _droplet_level(bright, distance_inside(mask) > max(INNER * radius, 1.5))
         low, ground, opening = _ground_level(bright, ~mask, low)
     light = np.quantile(step[few], [0.02, 0.98])
-    return Darkness(
-        values, smooth, noise / contrast, width, float(light[1] / light[0]), radius, ground, opening, contrast
-    )
+    return Darkness(values, smooth, noise / contrast, width, float(light[1] / light[0]), ground, opening)
 
 
 def width_of_filter(noise: float) -> float:
@@ -180,11 +166,3 @@ def blur_of(darkness: Darkness) -> float:
         return 0.0
     width = 1 / (np.sqrt(2 * np.pi) * np.quantile(slope[edge], 0.8))
     return float(np.sqrt(max(width**2 - own**2, 0.0)))
-
-
-def read_darkness(grey: Array) -> Darkness:
-    """Darkness of a picture of bright droplets."""
-    darkness = remove_background(grey, noise_level(grey))
-    if darkness is None:
-        raise InputError("no droplets can be distinguished from uneven light and noise: check the picture")
-    return darkness

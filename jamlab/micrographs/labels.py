@@ -17,7 +17,7 @@ What a rule changed is a note, with the number of droplets by which the count ma
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -44,12 +44,6 @@ class Labelled:
     labels: Indices  # (h, w) int64, from 1 without gaps; 0 is the ground
     areas: Array  # (n,) pixels
     notes: tuple[Note, ...] = ()  # what was found in labels of another program and changed
-
-    @cached_property
-    def nearest(self) -> tuple[Array, Indices]:
-        """(h, w) distance to the nearest droplet, 0 in one, and (2, h, w) row and column of its pixel there."""
-        away, place = ndimage.distance_transform_edt(self.labels == 0, return_indices=True)
-        return np.asarray(away), np.asarray(place)
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
@@ -141,12 +135,13 @@ def labelled(values: Indices, notes: tuple[Note, ...] = ()) -> Labelled:
 def label_darkness(found: Labelled) -> Darkness:
     """Labels as a picture without its background, noise or blur: droplets are 0, the ground is 1."""
     dark = (found.labels == 0).astype(np.float64)
-    return Darkness(dark, dark, 0.0, 0.0, 1.0, _radius(found.areas, 0.5), 0, 0.0, 1.0)
+    return Darkness(dark, dark, 0.0, 0.0, 1.0, 0, 0.0)
 
 
 def label_segments(found: Labelled) -> Segments:
     """Labels as droplets and their cells: a pixel belongs to the nearest label."""
-    cells = found.labels[tuple(found.nearest[1])] - 1
+    nearest = ndimage.distance_transform_edt(found.labels == 0, return_distances=False, return_indices=True)
+    cells = found.labels[tuple(nearest)] - 1
     wall = (found.labels == 0) | borders(cells)
     depth = np.minimum(distance_inside(~wall), float(max(wall.shape)))
     inner, middle = highest(depth, cells)

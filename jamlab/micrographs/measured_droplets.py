@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, mean_of, share_of
+from jamlab.micrographs.picture_numbers import Number, PictureVoids
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.droplets_from_disks import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
@@ -40,10 +39,7 @@ class Micrograph:
         cells: (n,) areas of the cells; every pixel belongs to one.
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
         neighbours: (n,) int64, all droplets that each one touches, rattlers and cut ones too.
-        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets and `rim` count as held.
-        rim: (n,) bool, whole droplets beside open ground at the edge of the picture, where a wall that may hold them is
-            not seen; z leaves them out.
-        rho: packing fraction of all that the picture shows, films included.
+        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
         voids: sides, areas and centres of the voids, and P_l.
         cut: number of droplets cut by the edge of the picture or by a label.
         contrast: how droplets were told from the ground: "bright", "dark" or "labels".
@@ -51,8 +47,8 @@ class Micrograph:
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
-        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, its own
-            `quality` and `reasons`.
+        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, standard `error` over the
+            droplets, 95 % `interval`, its own `quality` and `reasons`; the names are those of `jamlab.measure`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
@@ -63,11 +59,9 @@ class Micrograph:
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
-        >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
-        >>> m.unit, m.centres.shape == (m.count, 2)
-        ('pixels', True)
-        >>> low, high = m.means["z"].interval
-        >>> low < m.z < high, m.quality  # eight droplets say little of others
+        >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
+        >>> low, high = m.numbers["z"].interval
+        >>> low < m.z < high, m.quality  # so few droplets say little of others
         (True, 'doubtful')
     """
 
@@ -79,8 +73,6 @@ class Micrograph:
     contacts: Indices
     neighbours: Indices
     rattlers: Mask
-    rim: Mask
-    rho: float
     voids: PictureVoids
     cut: int
     contrast: str
@@ -98,9 +90,8 @@ class Micrograph:
     touching: Array = field(repr=False)
 
     def __repr__(self) -> str:
-        means = self.means
-        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"), ("radius", "radius", ".4g"))
-        numbers = ", ".join(f"{name} = {means[key].text(form)}" for name, key, form in shown)
+        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"), ("area", "area", ".4g"))
+        numbers = ", ".join(f"{name} = {self.numbers[key].text(form)}" for name, key, form in shown)
         return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.quality})"
 
     @property
@@ -114,47 +105,19 @@ class Micrograph:
         return "doubtful" if any(number.reasons for number in self.numbers.values()) else "good"
 
     @property
-    def unit(self) -> str:
-        """What lengths are measured in: "pixels", or "" for the unit that `pixel` was given in."""
-        return "pixels" if self.pixel is None else ""
-
-    @property
-    def local_packing_fraction(self) -> Array:
-        """(n,) area of each droplet over the area of its cell."""
-        return np.asarray(self.areas / self.cells)
+    def rho(self) -> float:
+        """Packing fraction of all that the picture shows, films included."""
+        return self.numbers["rho"].value
 
     @property
     def z(self) -> float:
-        """Mean number of contacts of the droplets that do not rattle, off an open edge; nan if all rattle."""
-        return self.means["z"].value
+        """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
+        return self.numbers["z"].value
 
     @property
     def z_all(self) -> float:
         """Mean number of droplets that each whole one touches, rattlers too: 2 N_c/N, without walls."""
         return float(self.neighbours.mean())
-
-    @property
-    def means(self) -> dict[str, Mean]:
-        """Means of rho, z, shape_rim and radius: `value`, standard `error` over the droplets, 95 % `interval`.
-
-        Names as in `jamlab.measure`; `radius` is the radius of a circle of the same area. The error comes from too
-        few droplets alone, see `Mean`.
-        """
-        return {
-            "rho": share_of(self.areas, self.cells, self.rho),
-            "z": mean_of(self.contacts[~self.rattlers & ~self.rim].astype(np.float64)),
-            "shape_rim": mean_of(self.shape),
-            "radius": mean_of(np.sqrt(self.areas / np.pi)),
-        }
-
-    def measure(self) -> dict[str, float]:
-        """What a picture shows of the columns of `jamlab.measure`: rho, z, rattlers, shape_rim."""
-        return {
-            "rho": self.rho,
-            "z": self.z,
-            "rattlers": float(self.rattlers.sum()),
-            "shape_rim": float(self.shape.mean()),
-        }
 
     def table(self) -> pd.DataFrame:
         """A row per droplet: its number in the overlay, place, area, shape, contacts, rattler, cell, quality."""
@@ -171,7 +134,7 @@ class Micrograph:
                 "contacts": self.contacts,
                 "rattler": self.rattlers,
                 "cell": self.cells,
-                "local_packing_fraction": self.local_packing_fraction,
+                "local_packing_fraction": self.areas / self.cells,
                 "quality": self.quality,
             }
         )
@@ -193,7 +156,7 @@ class Micrograph:
 
         Example:
             >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
-            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
+            >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
             >>> disks = m.packing("sp")
             >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-3
             (True, True)
@@ -211,11 +174,10 @@ class Micrograph:
 
         check_ending(path, "png")
         check_target(path)
-        figure, buffer = Figure(figsize=self._inches, layout="constrained"), BytesIO()
+        figure = Figure(figsize=self._inches, layout="constrained")
         self.plot(figure.subplots())
-        figure.savefig(buffer, format="png", dpi=DPI)
         with atomic_file(path) as temporary:
-            temporary.write_bytes(buffer.getvalue())
+            figure.savefig(temporary, format="png", dpi=DPI)
 
     @property
     def _inches(self) -> tuple[float, float]:
@@ -258,7 +220,7 @@ class Micrograph:
         axes.scatter(*self.voids.centroid.T / pixel, **look)
         axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[])
         parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
-        means = ", ".join(f"{sign} = {self.means[name].text(form)}" for sign, name, form in parts)
+        means = ", ".join(f"{sign} = {self.numbers[name].text(form)}" for sign, name, form in parts)
         why = f" ({len(self.reasons)} reason{'s'[: len(self.reasons) > 1]})" if self.reasons else ""
         axes.set_title(f"{self.count} droplets; quality: {self.quality}{why}\n{means}", fontsize=11)
         shown = {"droplet": ORANGE, "contact": BLUE} | ({"rattler": RATTLER} if self.rattlers.any() else {})

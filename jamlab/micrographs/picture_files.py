@@ -36,20 +36,13 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
             f"a picture must be (h, w) or (h, w, 3) and at least {LEAST_SIDE} x {LEAST_SIDE}, got {values.shape}"
         )
     check_pixels(values.shape)
-    white = float(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else 1.0
-    values = values.astype(np.float64)
     if values.ndim == 3:
-        if values.shape[2] == 4 and np.isfinite(values).all() and np.ptp(values[..., 3]) > 0:
-            if not 0 <= values.min() <= values.max() <= white:
-                raise InputError(
-                    f"values with opacity must be 0 to {white:g}, got {values.min():g} to {values.max():g}"
-                )
-            opacity = values[..., 3:] / white
-            values = opacity * values[..., :3] + (1 - opacity) * white
-        colour = CHANNELS.index(channel)
-        values = values[..., colour - 1] if colour else scikit_image().color.rgb2gray(values[..., :3])
+        colours = scikit_image().color
+        values = colours.rgba2rgb(values) if values.shape[2] == 4 else values
+        values = values[..., CHANNELS.index(channel) - 1] if channel != CHANNELS[0] else colours.rgb2gray(values)
     elif channel != CHANNELS[0]:
         raise InputError(f"channel is {channel!r}, but the picture has no colours")
+    values = values.astype(np.float64)
     if not np.isfinite(values).all() or np.abs(values).max() > 1e100 or np.ptp(values) <= 1e-9 * np.abs(values).max():
         raise InputError("the picture must hold finite values that are not all the same")
     return np.asarray((values - values.min()) / np.ptp(values))
@@ -68,70 +61,33 @@ def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
         path: PNG, JPEG, BMP or TIFF of one page.
         numbers: of a picture with a palette give the numbers of its colours, as label images have them.
     """
+    plain = ("1", "L", "RGB", "RGBA", "F", "I", "I;16", "I;16B", *(("P",) if numbers else ()))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
-            with Image.open(path) as image:  # reads the size only
-                _check_size(path, image.width, image.height, getattr(image, "n_frames", 1))
-                return np.asarray(image) if numbers and image.mode == "P" else _pixels(image)
-    except InputError:
-        raise
-    except Exception as error:  # whatever a damaged file makes Pillow raise, it is no picture
-        if path.suffix.lower() in (".tif", ".tiff"):
-            return _read_tiff(path, error)  # Pillow knows no colours of 16 bit
-        raise _refusal(path, error) from None
+            try:
+                with Image.open(path) as image:
+                    pages = getattr(image, "n_frames", 1)
+                    colours = "RGBA" if image.has_transparency_data else "RGB"
+                    values = np.asarray(image if image.mode in plain else image.convert(colours))
+            except OSError:
+                if path.suffix.lower() not in (".tif", ".tiff"):
+                    raise
+                import tifffile  # comes with scikit-image; Pillow knows no colours of 16 bit
 
-
-def _pixels(image: Image.Image) -> NDArray[Any]:
-    """Pixels with 1, 3 or 4 channels: palettes and other colour spaces become red, green, blue."""
-    if image.mode in ("P", "PA"):
-        image = image.convert("RGBA" if image.mode == "PA" or "transparency" in image.info else "RGB")
-    elif image.mode == "LA":
-        image = image.convert("RGBA")
-    elif image.mode not in ("1", "L", "RGB", "RGBA", "F", "I") and not image.mode.startswith("I;16"):
-        image = image.convert("RGB")
-    return np.asarray(image)
-
-
-def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
-    """Read what Pillow cannot, with the library that scikit-image reads TIFF with."""
-    try:
-        import tifffile
-
-        with tifffile.TiffFile(path) as file:
-            shape = file.pages.first.shape
-            _check_size(path, shape[1], shape[0], len(file.pages))
-            return np.asarray(file.asarray())
-    except InputError:
-        raise
-    except Exception:  # whatever a damaged or foreign file makes the library raise, it is no picture
-        raise _refusal(path, first) from None
-
-
-def _check_size(path: Path, width: int, height: int, pages: int) -> None:
-    if pages > 1:
-        raise InputError(f"{path} has {pages} pages: save one page as its own file")
-    if width * height > MOST_PIXELS:
-        raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
-
-
-def _refusal(path: Path, error: Exception) -> InputError:
-    if isinstance(error, OSError) and error.strerror:
-        return InputError(f"{path}: {error.strerror}; check the name and its permissions")
-    lines = str(error).splitlines() or [type(error).__name__]
-    return InputError(f"{path} cannot be read as a picture: {lines[0]}")
+                values, pages = tifffile.imread(path), 1
+    except Exception as error:  # whatever a damaged file makes a library raise, it is no picture
+        lines = str(error).splitlines() or [type(error).__name__]
+        raise InputError(f"{path} cannot be read as a picture: {lines[0]}") from None
+    if pages > 1 or (values.ndim > 2 and values.shape[2] > 4):
+        raise InputError(f"{path} has several pages, {values.shape}: save one page as its own file")
+    return values
 
 
 def scikit_image() -> Any:
-    """The package with the parts that pictures need."""
+    """The package, which loads its parts where they are used."""
     try:
-        import skimage.color
-        import skimage.draw
-        import skimage.filters
-        import skimage.measure
-        import skimage.morphology
-        import skimage.segmentation
-        import skimage.transform
+        import skimage
     except ImportError:
         raise InputError(f"pictures need scikit-image: {REMEDY}") from None
     return skimage

@@ -21,20 +21,7 @@ LEAST_VOID_SHARE = 1e-3  # of a droplet
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a picture, and whether it can be trusted."""
-
-    value: float
-    reasons: tuple[str, ...]  # why it may be wrong
-
-    @property
-    def quality(self) -> str:
-        """Whether it can be trusted: "good" or "doubtful"."""
-        return "doubtful" if self.reasons else "good"
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A mean over the droplets of a picture, with how far it may be from that over many more.
+    """A number of a picture, with how far a mean over its droplets may be from that over many more.
 
     The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
     drawn on its own; for rho, the area of droplets over that of their cells, it is that of a ratio,
@@ -46,8 +33,14 @@ class Mean:
     """
 
     value: float  # nan without droplets
-    error: float  # standard error; nan for fewer than two droplets
-    count: int  # of droplets
+    error: float = float("nan")  # standard error; nan of counts, and for fewer than two droplets
+    count: int = 0  # of droplets that it is a mean over
+    reasons: tuple[str, ...] = ()  # why it may be wrong
+
+    @property
+    def quality(self) -> str:
+        """Whether it can be trusted: "good" or "doubtful"."""
+        return "doubtful" if self.reasons else "good"
 
     @property
     def half_width(self) -> float:
@@ -67,14 +60,14 @@ class Mean:
         return f"{self.value:{form}}{error}"
 
 
-def mean_of(values: Array) -> Mean:
+def mean_of(values: Array) -> Number:
     """Mean over droplets, (n,)."""
     n = len(values)
     value = float(np.mean(values)) if n else float("nan")
-    return Mean(value, float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan"), n)
+    return Number(value, float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan"), n)
 
 
-def share_of(areas: Array, cells: Array, value: float) -> Mean:
+def share_of(areas: Array, cells: Array, value: float) -> Number:
     """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio.
 
     Args:
@@ -84,7 +77,7 @@ def share_of(areas: Array, cells: Array, value: float) -> Mean:
     """
     n, whole = len(areas), float(cells.sum())
     rest = areas - areas.sum() / whole * cells
-    return Mean(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)
+    return Number(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)
 
 
 @dataclass(frozen=True)
@@ -102,8 +95,10 @@ class PictureVoids(Result):
         return {int(kind): float(count / len(self.sides)) for kind, count in zip(kinds, number, strict=True)}
 
 
-def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float) -> PictureVoids:
-    """Measure voids, lengths in pixels.
+def find_voids(
+    void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float, scale: float
+) -> PictureVoids:
+    """Measure voids.
 
     Args:
         void: (h, w) void that a pixel belongs to, -1 in none.
@@ -111,6 +106,7 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, ra
         darkness: (h, w), 0 in droplets and 1 on the ground.
         outside: (h, w) pixels at and beyond the edge of what the picture shows: voids there are cut.
         radius: typical radius, pixels.
+        scale: length of a pixel.
     """
     count = int(void.max()) + 1
     y, x = np.nonzero(void >= 0)
@@ -125,4 +121,4 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, ra
     cut = np.zeros(count, dtype=bool)
     cut[np.unique(void[outside & (void >= 0)])] = True
     kept = ~cut & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2)) & (sides >= 2)
-    return PictureVoids(sides[kept].astype(np.int64), area[kept].astype(np.float64), centre[kept])
+    return PictureVoids(sides[kept].astype(np.int64), (area[kept] * scale**2).astype(np.float64), centre[kept] * scale)

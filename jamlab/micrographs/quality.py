@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from jamlab.arrays import Array, Mask
-from jamlab.micrographs.picture_numbers import LIMITS, Mean
+from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import meetings
 from jamlab.micrographs.walls import ROUND, THICKEST_FILM, DropletSource, LabelledDroplets
 
@@ -55,48 +54,37 @@ class Checks:
     rho_by_pixels: float  # the same by counting dark pixels
     z: tuple[float, float, float]  # coordination, with the gap as it is, and 0.7 and 1.4 times as wide
     blind: float  # gap beyond a film that passes for a contact, of a diameter
-    loose: int  # whole droplets off an open edge that rattle
-    held: int  # whole droplets off an open edge
+    loose: int  # whole droplets that rattle
     unsure: int  # droplets that end so near to the edge that blur hides whether it cuts them
-    open_edge: float  # share of the edge of the picture that is ground, if droplets end inside it; else 0
+    open_edge: float  # share of the edge of the picture that is ground
 
 
-class Doubt(NamedTuple):
-    """Why some numbers of a picture may be wrong."""
-
-    text: str
-    numbers: frozenset[str]  # names of `Micrograph.numbers`
+# each: whether a rule objects, in which words, and to which of `Micrograph.numbers`
+Rules = list[tuple[bool, str, frozenset[str]]]
+Doubts = list[tuple[str, frozenset[str]]]
 
 
-Rules = list[tuple[bool, str, frozenset[str]]]  # whether a rule objects, in which words, and to which numbers
-
-
-def find_doubts(droplets: DropletSource, checks: Checks) -> list[Doubt]:
+def find_doubts(droplets: DropletSource, checks: Checks) -> Doubts:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
     if isinstance(droplets, LabelledDroplets):
         rules = _rules_of_labels(droplets, checks)
     else:
         rules = _rules_of_light(droplets, checks)
-    rules += _rules_of_droplets(droplets, checks)
-    return [Doubt(text, numbers) for objects, text, numbers in rules if objects]
+    return [(text, numbers) for objects, text, numbers in rules + _rules_of_droplets(droplets, checks) if objects]
 
 
-def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
-    """Reasons why means over the droplets of a picture may differ from means over more droplets.
-
-    Args:
-        count: of whole droplets.
-        means: rho, z and shape_rim, as in `Micrograph.means`.
-    """
-    words = {"rho": "rho", "z": "z", "shape_rim": "A"}
+def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
+    """Reasons why means over the droplets of a picture may differ from means over more droplets. `numbers`: as in
+    `Micrograph.numbers`."""
+    count, words = int(numbers["count"].value), {"rho": "rho", "z": "z", "shape_rim": "A"}
     if count < FEWEST:
-        return [Doubt(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
+        return [(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
     found = []
     for name, word in words.items():
-        mean, limit = means[name], LIMITS["shape" if name == "shape_rim" else name]
+        mean, limit = numbers[name], LIMITS["shape" if name == "shape_rim" else name]
         if mean.half_width > limit:
             known = f"within {mean.half_width:.2g} over {mean.count} droplets (95 %)"
-            found.append(Doubt(f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
+            found.append((f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
     return found
 
 
@@ -155,9 +143,9 @@ def _rules_of_droplets(droplets: DropletSource, checks: Checks) -> Rules:
     odd, mean = int((shape < ROUND).sum()), float(shape.mean())
     bent = f"{odd} of {len(shape)} droplets are less round than {ROUND:g}, and their mean roundness is {mean:.2f}"
     low, high = min(checks.z), max(checks.z)
-    rattling = checks.loose > LOOSE * checks.held
+    rattling = checks.loose > LOOSE * len(shape)
     wavers = bool(np.isfinite(checks.z).all()) and high - low > (BLIND_Z if checks.blind > BLIND else Z)
-    loose = f"{checks.loose} of {checks.held} droplets have fewer than three contacts once such droplets are removed "
+    loose = f"{checks.loose} of {len(shape)} droplets have fewer than three contacts once such droplets are removed "
     loose += "in turn: they are not jammed, films are wide, or walls, which are not looked for, hold them"
     changes = f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact"
     hidden = f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off"
@@ -172,6 +160,6 @@ def _rules_of_droplets(droplets: DropletSource, checks: Checks) -> Rules:
         (rattling, loose, CONTACTS if labelled else WALLS),  # a wall that is seen as void is missing in rho
         (not rattling and wavers, changes, CONTACTS),
         (checks.unsure > UNSURE, hidden, ALL),
-        (checks.open_edge > 0, ground, WALLS),
+        (checks.open_edge > droplets.open_edge, ground, WALLS),
         (abs(checks.rho - checks.rho_by_pixels) > RHO, differ, ALL),
     ]

@@ -1,17 +1,21 @@
-"""What has been computed of a packing: kept with it, shared by copies of the same state, never computed twice.
+"""What packings share and nobody may change: mappings, arrays, and what has been computed of a packing.
 
-Packings do not change, so neither does what follows from one. Of packings that somebody holds, those looked at last
-keep what was computed of them, up to a number of sites: a sweep of thousands would else hold all its Hessians.
+Packings do not change, so neither does what follows from one: it is kept with the packing, shared by copies of the same
+state, never computed twice. Of packings that somebody holds, those looked at last keep what was computed of them, up to
+a number of sites: a sweep of thousands would else hold all its Hessians.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any, Concatenate, ParamSpec, TypeVar
-from weakref import ref
+from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass
+from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
-from jamlab.packing.read_only import lock
+import numpy as np
+
+from jamlab.errors import InputError
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -20,8 +24,50 @@ S = TypeVar("S")
 MOST_SITES = 100_000  # disks and vertices of all packings that keep what was computed of them: about 2 kB each
 
 
-class Derived(dict[Any, Any]):
-    """Results by function and arguments, of one state."""
+class ReadOnlyDict(dict[str, Any]):
+    """A dict that refuses changes: several packings share it, and `converged` is said of what it holds.
+
+    >>> jamlab.pack(n=32, pressure=1e-2, seed=1).params["k"] = 2.0
+    Traceback (most recent call last):
+        ...
+    jamlab.errors.InputError: params and provenance of a packing are read-only: give a changed copy to `with_state`
+    """
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise InputError("params and provenance of a packing are read-only: give a changed copy to `with_state`")
+
+    __setitem__ = __delitem__ = clear = pop = popitem = setdefault = update = __ior__ = _refuse
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        return type(self), (dict(self),)  # pickle and copy would set one item after the other
+
+
+def frozen(value: Any) -> Any:
+    """Copy a mapping, with those inside it, so that nobody else can change it."""
+    if isinstance(value, ReadOnlyDict):
+        return value
+    if isinstance(value, Mapping):
+        return ReadOnlyDict({name: frozen(entry) for name, entry in value.items()})
+    return [frozen(entry) for entry in value] if isinstance(value, list) else value
+
+
+def lock(value: Any) -> None:
+    """Make arrays read-only, those in tuples, lists and dataclasses as well."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    elif isinstance(value, tuple | list):
+        for each in value:
+            lock(each)
+    elif is_dataclass(value):
+        for each in vars(value).values():
+            lock(each)
+
+
+class Derived:
+    """What has been computed of one state."""
+
+    def __init__(self) -> None:
+        self.results: dict[Any, Any] = {}  # by function and arguments
 
 
 def per_packing(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
@@ -34,9 +80,9 @@ def per_packing(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenat
     def call(packing: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
         derived: Derived = packing._derived  # type: ignore[attr-defined]  # Packing is declared above this module
         key = (function, args, *{**defaults, **kwargs}.items())
-        if key not in derived:
+        if key not in derived.results:
             _note(packing, key, function(packing, *args, **kwargs))
-        result: R = derived[key]
+        result: R = derived.results[key]
         return result
 
     return call
@@ -48,36 +94,16 @@ def keep(function: Callable[..., R], packing: Any, found: R) -> None:
     _note(packing, (plain, (), *(plain.__kwdefaults__ or {}).items()), found)
 
 
+_recent: WeakKeyDictionary[Derived, int] = WeakKeyDictionary()  # sites of who keeps results, in order of time
+
+
 def _note(packing: Any, key: Any, found: Any) -> None:
     lock(found)
     derived: Derived = packing._derived
-    if not derived:
-        _memory.take(derived, len(packing.positions))
-    derived[key] = found
-
-
-class _Memory:
-    """Who keeps results, in the order in which they came, and the number of their sites."""
-
-    def __init__(self) -> None:
-        self._sites = 0
-        self._held: dict[int, tuple[ref[Derived], int]] = {}
-
-    def take(self, derived: Derived, sites: int) -> None:
-        """Let one more keep results; the oldest lose theirs where it gets too much."""
-        key = id(derived)
-        self._held[key] = ref(derived, lambda _: self._drop(key)), sites
-        self._sites += sites
-        while self._sites > MOST_SITES and len(self._held) > 1:
-            oldest = next(iter(self._held))
-            alive = self._held[oldest][0]()
-            self._drop(oldest)
-            if alive is not None:
-                alive.clear()
-
-    def _drop(self, key: int) -> None:
-        _, sites = self._held.pop(key, (None, 0))
-        self._sites -= sites
-
-
-_memory = _Memory()
+    if not derived.results:
+        _recent[derived] = len(packing.positions)
+        while len(_recent) > 1 and sum(_recent.values()) > MOST_SITES:
+            oldest = next(iter(_recent))
+            oldest.results.clear()
+            del _recent[oldest]
+    derived.results[key] = found

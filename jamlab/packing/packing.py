@@ -19,11 +19,10 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
 from jamlab.old_names import hint
-from jamlab.packing.derived import Derived, per_packing
+from jamlab.packing.derived import Derived, frozen, lock, per_packing
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import outlines, polygon_areas
-from jamlab.packing.read_only import frozen
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
@@ -205,9 +204,7 @@ class Packing:
         self._set("_derived", Derived() if derived is None else derived)
         self._set("params", frozen(self.params))
         self._set("provenance", frozen(self.provenance))
-        for array in (self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()):
-            if isinstance(array, np.ndarray):
-                array.flags.writeable = False
+        lock([self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()])
 
     if not TYPE_CHECKING:  # else every name would be known to type checkers
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,12 +80,7 @@ def _shorten(value: Any) -> str:
         return f"{value.shape} {value.dtype}"
     if isinstance(value, float | np.floating):
         return f"{value:.6g}"
-    if is_dataclass(value) and not isinstance(value, type):
-        text = repr(value)
-        return text if len(text) <= _LONGEST else f"<{type(value).__name__}>"
-    if isinstance(value, Mapping):
-        return f"<{len(value)} entries>"
-    if isinstance(value, list | tuple) and len(repr(value)) > _LONGEST:
-        return f"<{len(value)} entries>"
     text = repr(value)
+    if isinstance(value, Mapping) or (isinstance(value, list | tuple) and len(text) > _LONGEST):
+        return f"<{len(value)} entries>"
     return text if len(text) <= _LONGEST else f"<{type(value).__name__}>"

@@ -37,12 +37,12 @@ def test_light_of_a_strip_is_levelled():
     y, x = np.mgrid[:3000, :10]
     tall = (np.hypot(y % 12 - 6, x - 5) < 4.5) + 0.2 * y / 3000
     for strip in (tall, tall.T):
-        assert remove_background(strip, 0.0) is not None
+        assert remove_background(strip) is not None
 
 
 def test_background_is_divided_out():
     light = np.linspace(1, 0.4, X.shape[1])
-    darkness = remove_background(0.1 + 0.8 * light * DISCS, 0.0)
+    darkness = remove_background(0.1 + 0.8 * light * DISCS)
     assert np.abs(darkness.values[DISCS > 0]).max() < 0.05
     assert np.abs(darkness.values[DISCS == 0] - 1).max() < 0.05
     assert darkness.light == pytest.approx(2.4, rel=0.1)

@@ -8,7 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.micrographs import micrograph, quality
-from jamlab.micrographs.picture_numbers import Mean
+from jamlab.micrographs.picture_numbers import Number
 
 pytest.importorskip("skimage")
 
@@ -86,15 +86,16 @@ def test_each_rule_objects_alone(clean, rule):
         droplets = changed(droplets, labelled=True)
     if rule == "noise":  # and outlines are sharp all the same
         droplets = changed(droplets, blur=0.0)
-    (found,) = quality.find_doubts(droplets, checks)
-    assert found.numbers == CONCERNS.get(rule, quality.ALL)
+    ((_, numbers),) = quality.find_doubts(droplets, checks)
+    assert numbers == CONCERNS.get(rule, quality.ALL)
 
 
 @pytest.mark.parametrize(
     ("count", "change"), [(19, {}), (40, {"rho": 0.012}), (40, {"z": 0.3}), (40, {"shape_rim": 0.012})]
 )
 def test_few_droplets_are_doubted(count, change):
-    means = {name: Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
-    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == []
-    (found,) = quality.doubt_few(count, means)
-    assert found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
+    known = {name: Number(1.0, 0.001, 40) for name in ("rho", "z", "shape_rim")} | {"count": Number(40.0)}
+    assert quality.doubt_few(known) == []
+    worse = {name: Number(1.0, error, 40) for name, error in change.items()} | {"count": Number(float(count))}
+    ((_, concerned),) = quality.doubt_few({**known, **worse})
+    assert concerned == (change.keys() or {"rho", "z", "shape_rim"})
