@@ -1,6 +1,5 @@
 """Classes of results and of settings: functions of `jamlab` make and take them, and few scripts name them."""
 
-from jamlab.engine.disk_fire import FireSettings as FireSettings
 from jamlab.engine.session import Evaluation as Evaluation
 from jamlab.estimates.choice import Choice as Choice
 from jamlab.estimates.estimate import Estimate as Estimate

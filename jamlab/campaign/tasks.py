@@ -41,7 +41,7 @@ Versions = dict[str, int]  # name -> version, of those above 1
 
 def _today() -> dict[str, int]:
     """Versions of the protocols, then of the definitions."""
-    models = [(model.descent, model.particles) for model in MODELS.values()]
+    models = [(model.particles, model.particles) for model in MODELS.values()]
     return {
         **{f"onset of {particles}": onset.ONSET_PROTOCOL[name] for name, particles in models},
         "onset of stiffening disks": onset.ONSET_PROTOCOL["stiffening"],

@@ -6,12 +6,11 @@ a disk has more than twice the mean diameter: its mass then grows with it. Force
 are always LAMMPS' own.
 """
 
-from dataclasses import astuple, dataclass, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
@@ -19,40 +18,20 @@ from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 
 
-@dataclass(frozen=True)
-class FireSettings:
-    """Numbers of the method, in the order of the kernel; those without a value stand in `lammps_inputs/parts/minimum`.
+def fire_numbers(*, lively: bool = False, slower: float = 1.0) -> Array:
+    """Numbers of the method, (8,) in the order of the kernel.
 
-    Attributes:
-        timestep: at first.
-        tmax: longest time step over the first.
-        dmax: longest move of a coordinate in one step, mean diameter.
-        tmin: shortest time step over the first.
-        dtgrow, dtshrink: factors of the time step.
-        alpha0, alphashrink: how much the velocity is turned towards the force: at first, and its factor.
+    Args:
+        lively: less friction and longer steps, for disks whose box is free: they come to rest by slow slides of many at
+            once, at contact forces that hardly push. A `tmax` of 7 is too long: contacts shake, and the box stays where
+            it is.
+        slower: factor on all time steps, for contacts that are soft.
     """
-
-    timestep: float
-    tmax: float
-    dmax: float
-    tmin: float = 0.02  # from here on LAMMPS' defaults
-    dtgrow: float = 1.1
-    dtshrink: float = 0.5
-    alpha0: float = 0.25
-    alphashrink: float = 0.99
-
-
-@cache
-def fire_settings() -> FireSettings:
-    """The numbers that decks use as well."""
-    return FireSettings(**{name: float(defaults("minimizers")[name]) for name in ("timestep", "tmax", "dmax")})
-
-
-@cache
-def lively_fire() -> FireSettings:
-    """Less friction and longer steps, for disks whose box is free: they come to rest by slow slides of many at once, at
-    contact forces that hardly push. `tmax` = 7 is too long: contacts shake, and the box stays where it is."""
-    return replace(fire_settings(), tmax=6.0, alpha0=0.05)
+    timestep, tmax, dmax = (float(defaults("minimizers")[name]) for name in ("timestep", "tmax", "dmax"))
+    tmax, alpha0 = (6.0, 0.05) if lively else (tmax, 0.25)
+    # longest move of a coordinate, mean diameters; the others are LAMMPS' defaults: shortest time step over the first,
+    # factors of the time step, how much the velocity is turned towards the force, and its factor
+    return np.array([timestep * slower, tmax, dmax, 0.02, 1.1, 0.5, alpha0, 0.99])
 
 
 DELAY = 20  # steps downhill after which the time step grows
@@ -74,7 +53,8 @@ def fire_disks(
     steps: int,
     threads: int = 1,
     border: BoxStrains | None = None,
-    fire: FireSettings | None = None,
+    fire: Array | None = None,
+    stretch: int | None = None,
 ) -> tuple[Packing, int, float] | None:
     """Minimise the energy of disks, or their enthalpy where the box is free to strain.
 
@@ -86,7 +66,8 @@ def fire_disks(
         steps: at most.
         threads: that share the work; pays from about 10 000 disks. Their number changes no digit.
         border: strains that the box may take; by default none.
-        fire: numbers of the method, default `fire_settings`.
+        fire: numbers of the method, default `fire_numbers()`.
+        stretch: steps after which it starts anew, by default never.
 
     Returns:
         The packing, the steps taken, and the largest force left. None if the box is so small (three times the largest
@@ -99,46 +80,26 @@ def fire_disks(
     law = packing.law.kernel_arguments()
     if law is None:
         return None
-    positions, largest = packing.positions.copy(), np.zeros(1)
-    box = packing.box[[0, 1, 1], [0, 0, 1]]
     strains = np.zeros((0, 2, 2)) if border is None else border.strains
-    taken = _fire_disks(
-        *(packing.n, positions, packing.disk_diameters, box, *law),
-        *(force, steps, threads, SKIN),
-        *(np.array(astuple(fire or fire_settings())), DELAY, MOST_UPHILL, len(strains)),
-        *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
-    )
-    if taken == _BOX_TOO_SMALL:
-        return None
-    if taken < 0:
-        reason = "positions are not finite" if taken == _NOT_FINITE else "no threads could be started"
-        raise EngineError(f"FIRE over {packing.n} disks stopped: {reason}")
-    moved: dict[str, Any] = {"positions": positions}
-    if len(strains):
-        # many small shears must not add up to a change of area
-        height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]
-        moved["box"] = np.array([[box[0], 0.0], [box[1], height]])
-    return packing._trusted(**moved), taken, float(largest[0])
-
-
-def minimize_disks(
-    packing: Packing,
-    force: float,
-    steps: int,
-    stretch: int,
-    threads: int,
-    border: BoxStrains | None,
-    fire: FireSettings | None,
-) -> tuple[Packing, int] | None:
-    """`fire_disks` that restarts after a stretch of steps, until the largest force is below `force`. Returns the
-    packing and the steps taken; None where the kernel cannot take it."""
-    total = 0
-    for _ in range(0, steps, stretch):
-        found = fire_disks(packing, force, stretch, threads, border, fire)
-        if found is None:
+    numbers, total, largest = fire_numbers() if fire is None else fire, 0, np.zeros(1)
+    for _ in range(0, steps, stretch or steps):
+        positions, box = packing.positions.copy(), packing.box[[0, 1, 1], [0, 0, 1]]
+        taken = _fire_disks(
+            *(packing.n, positions, packing.disk_diameters, box, *law),
+            *(force, stretch or steps, threads, SKIN, numbers, DELAY, MOST_UPHILL, len(strains)),
+            *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
+        )
+        if taken == _BOX_TOO_SMALL:
             return None
-        packing, taken, largest = found
-        total += taken
-        if largest < force:
+        if taken < 0:
+            reason = "positions are not finite" if taken == _NOT_FINITE else "no threads could be started"
+            raise EngineError(f"FIRE over {packing.n} disks stopped: {reason}")
+        moved: dict[str, Any] = {"positions": positions}
+        if len(strains):
+            # many small shears must not add up to a change of area
+            height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]
+            moved["box"] = np.array([[box[0], 0.0], [box[1], height]])
+        packing, total = packing._trusted(**moved), total + taken
+        if largest[0] < force:
             break
-    return packing, total
+    return packing, total, float(largest[0])

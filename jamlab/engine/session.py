@@ -25,7 +25,7 @@ from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
-from jamlab.engine.disk_fire import FireSettings, minimize_disks
+from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, start_lammps
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
@@ -236,7 +236,7 @@ class Session:
         steps: int,
         stretch: int | None = None,
         border: BoxStrains | None = None,
-        fire: FireSettings | None = None,
+        fire: Array | None = None,
     ) -> Evaluation:
         """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.
 
@@ -247,7 +247,7 @@ class Session:
             stretch: iterations after which the minimiser restarts, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
             border: FIRE in the kernel: strains that the box takes as well, by default none.
-            fire: settings of FIRE in the kernel, default as in the decks, by which LAMMPS descends as well
+            fire: `fire_numbers` of FIRE in the kernel, default as in the decks, by which LAMMPS descends as well
                 where the kernel takes neither the law nor a box less than three diameters wide.
 
         Returns:
@@ -266,9 +266,9 @@ class Session:
         stretch = min(stretch or steps, steps)
         component = COMPONENT * force
         if by_kernel:
-            found = minimize_disks(self._state(), force, steps, stretch, self._ranks, border, fire)
+            found = fire_disks(self._state(), force, steps, self._ranks, border, fire, stretch)
             if found is not None:
-                packing, taken = found
+                packing, taken, _ = found
                 self._compiled_steps += taken
                 if border is None:
                     self._packing = packing

@@ -24,16 +24,16 @@ CONTACTS_DEFINITION = 3
 
 
 def find_rattlers(
-    pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS, more: Indices | int = 0
+    pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Remove particles with too few contacts, again and again, until all others have enough. `pairs`:
     (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
-    of a particle that is held; `more`: (n,) contacts that are not among the pairs. Returns (n,) rattlers, and (m,)
-    contacts that bear force, those between two particles that do not rattle."""
+    of a particle that is held. Returns (n,) rattlers, and (m,) contacts that bear force, those between two particles
+    that do not rattle."""
     rattlers = np.zeros(len(suspects), dtype=bool)
     while True:
         bearing = ~rattlers[pairs].any(axis=1)
-        degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects)) + more
+        degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects))
         loose = (degree < least) & suspects & ~rattlers
         if not loose.any():
             return rattlers, np.asarray(bearing)
@@ -244,8 +244,8 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
 
 def _rattlers(packing: Packing, pairs: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """See `find_rattlers`."""
-    fixed, more = packing.fixed_particles, packing.kind.outer_contacts(packing)
-    rattlers, bearing = find_rattlers(pairs, ~fixed, packing.law.least_contacts, more)
+    fixed = packing.fixed_particles
+    rattlers, bearing = find_rattlers(pairs, ~fixed, packing.law.least_contacts)
     return rattlers, bearing & ~fixed[pairs].all(axis=1)
 
 

@@ -86,7 +86,7 @@ def relative_areas(packing: Packing) -> Array:
         >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
         (True, True)
     """
-    return np.asarray(packing.kind.bare_areas(packing) / packing.kind.rest_areas(packing))
+    return packing.kind.relative_areas(packing)
 
 
 @checked

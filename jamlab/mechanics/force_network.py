@@ -77,7 +77,7 @@ def without_load(packing: Packing) -> Mask:
     """(n,) rattlers, except droplets that carry a load between two contacts. Two forces hold a disk on one line
     only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
     balance. A load below the imbalance that is allowed is left out as before."""
-    network, least = contacts(packing), packing.kind.least_bearing(packing)
+    network, least = contacts(packing), packing.law.least_bearing
     rattlers = network.rattlers
     if packing.law.range:  # clusters beside the largest, which hang on nothing and no wall, follow no strain
         pairs = network.pairs[network.bearing]

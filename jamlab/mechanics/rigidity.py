@@ -96,7 +96,7 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
     fixed = packing.fixed_particles
-    rattlers, bearing = find_rattlers(network.pairs, ~fixed, kind.least_bearing(packing))
+    rattlers, bearing = find_rattlers(network.pairs, ~fixed, packing.law.least_bearing)
     bearing = bearing & ~fixed[network.pairs].all(axis=1)
     if (rattlers | fixed).all():
         return np.zeros((0, 0)), 0, 0

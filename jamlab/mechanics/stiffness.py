@@ -63,7 +63,7 @@ def solved_coordinates(packing: Packing) -> Indices:
     """(m,) coordinates 2 i, 2 i + 1 of sites that linear response solves for: those of free particles. Where all are
     free, the packing moves as a whole at no cost, and a site stays: the others move relative to it."""
     if packing.fixed is None:
-        return np.arange(packing.kind.translations, 2 * len(packing.positions))
+        return np.arange(2, 2 * len(packing.positions))
     return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
 
 

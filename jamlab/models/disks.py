@@ -30,9 +30,7 @@ class Disks:
     size_name = "diameter"
     size_label = "diameter"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("σ", "ε/σ", "ε/σ²"), "k": UnitNames("d", "k d", "k")}
-    descent = "disks"
     deforms = False
-    translations = 2
     motions = 2  # of a rigid particle: no contact holds a disk from turning
     part = "sp"
     atom_style = "atomic"
@@ -85,9 +83,6 @@ class Disks:
     def type_sizes(self, packing: Packing) -> Array:
         return packing.disk_diameters
 
-    def rest_areas(self, packing: Packing) -> Array:
-        return np.asarray(0.25 * np.pi * packing.disk_diameters**2)
-
     def free_area(self, packing: Packing) -> float:
         return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
 
@@ -109,12 +104,6 @@ class Disks:
         _, r, distance, s = _touching(packing)
         push = -packing.law(s, distance)[1]
         return ContactForces(per_length(push, distance)[:, None] * r, distance - s)
-
-    def least_bearing(self, packing: Packing) -> int:
-        return packing.law.least_contacts
-
-    def outer_contacts(self, packing: Packing) -> Indices:
-        return np.zeros(packing.n, dtype=np.int64)
 
     def loads(self, packing: Packing) -> Array:
         return np.zeros(packing.n)
@@ -166,8 +155,8 @@ class Disks:
         cells = disk_cells(packing)
         return cells.area, cells.perimeter
 
-    def bare_areas(self, packing: Packing) -> Array:
-        return disk_cells(packing).area
+    def relative_areas(self, packing: Packing) -> Array:
+        return disk_cells(packing).area / (0.25 * np.pi * packing.disk_diameters**2)
 
     def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
         return np.arange(packing.n), packing.positions, 0.5 * packing.disk_diameters

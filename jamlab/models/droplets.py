@@ -55,13 +55,11 @@ class Droplets:
     size_label = "√a₀"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     motions = 3
-    translations = 2
     part = "dp"
     atom_style = "molecular"
     size_column = "a0"
     sizes_by_atom = True
     least_force = 1e-13
-    descent = "droplets"
     deforms = True
     points = staticmethod(vertex_contacts)
     boundary = staticmethod(trace_polygons)
@@ -121,9 +119,6 @@ class Droplets:
     def type_sizes(self, packing: Packing) -> Array:
         return np.asarray(packing.params["a0"])
 
-    def rest_areas(self, packing: Packing) -> Array:
-        return np.asarray(packing.params["a0"])
-
     def free_area(self, packing: Packing) -> float:
         return float(np.sum(free_area(vertex_counts(packing), packing.params)))
 
@@ -149,12 +144,6 @@ class Droplets:
         closest = np.full(len(pairs), np.inf)
         np.minimum.at(closest, row, distance)
         return ContactForces(vectors, closest - delta)
-
-    def least_bearing(self, packing: Packing) -> int:
-        return 2  # the flats of a droplet hold it between two opposite ones
-
-    def outer_contacts(self, packing: Packing) -> Indices:
-        return np.zeros(packing.n, dtype=np.int64)
 
     def loads(self, packing: Packing) -> Array:
         load, found = np.zeros(packing.n), vertex_contacts(packing)
@@ -227,8 +216,8 @@ class Droplets:
             area[dented], perimeter[dented] = grown.area, grown.perimeter
         return area, perimeter
 
-    def bare_areas(self, packing: Packing) -> Array:
-        return packing.polygon_areas
+    def relative_areas(self, packing: Packing) -> Array:
+        return np.asarray(packing.polygon_areas / packing.params["a0"])
 
     def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
         owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))

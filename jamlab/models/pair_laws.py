@@ -122,6 +122,7 @@ class StickyLaw(PairLaw):
     }
     floppy: ClassVar[float] = 1e-12  # networks have as many floppy modes as particles, and rounding grows with them
     least_contacts: ClassVar[int] = 2  # bonds hold a disk on both sides of their line
+    least_bearing: ClassVar[int] = 2
 
     name: str  # "eps" or "k", the parameter that holds the strength
     strength: float
@@ -163,6 +164,7 @@ class RimLaw(PairLaw):
     Contact is at delta."""
 
     parameters: ClassVar[Mapping[str, Parameter]] = {"delta": Parameter(length=1)}
+    least_bearing: ClassVar[int] = 2  # the flats of a droplet hold it between two opposite ones
 
     eps: float
     delta: float

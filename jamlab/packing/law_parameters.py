@@ -106,6 +106,7 @@ class PairLaw(ABC):
     """What every law of a contact can be asked, so that nobody needs to ask which one it is."""
 
     least_contacts: ClassVar[int] = LEAST_CONTACTS  # that hold a particle
+    least_bearing: ClassVar[int] = LEAST_CONTACTS  # with which a particle may bear load
     # eigenvalue of a Hessian over the largest element on its diagonal that is rounding: a mode below is floppy.
     # Translations, which cost nothing, come out at 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64)
     floppy: ClassVar[float] = 16 * float(np.finfo(float).eps)

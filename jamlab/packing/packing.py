@@ -47,15 +47,13 @@ class Model(Protocol):
     """What depends on the model: disks in `jamlab/models/disks.py`, droplets in `droplets.py`."""
 
     name: str  # of `Packing.model`
-    particles: str  # what they are called
+    particles: str  # what they are called; first-order steps go by it, see `jamlab.protocols.relaxation`
     size_name: str
     size_label: str  # of a scale of colours and in pages
     unit_names: Mapping[str, UnitNames]  # by `Packing.units`
     motions: int  # of a rigid particle
-    translations: int  # axes, x first, along which a packing moves as a whole at no cost
     least_force: float  # that rounding leaves at a minimum, over the energy of the law and the mean size
     fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
-    descent: str  # first-order steps, see `jamlab.protocols.relaxation`
     deforms: bool  # whether particles have a shape, which may rest on corners, where a minimum has no Hessian
     part: str  # of `lammps_inputs/parts` that holds the force law, with the numbers of minima
     atom_style: str  # of LAMMPS; molecular ones have bonds
@@ -70,7 +68,6 @@ class Model(Protocol):
     def centroids(self, packing: Packing) -> Array: ...  # (n, 2)
     def law(self, packing: Packing) -> PairLaw: ...  # of its contacts
     def sizes(self, packing: Packing) -> Array: ...  # (n,) whose mean is the unit of length in packings of jamlab
-    def rest_areas(self, packing: Packing) -> Array: ...  # (n,) of single particles, rims left out
     def free_area(self, packing: Packing) -> float: ...  # of all undeformed particles, rims included
     def grown(self, packing: Packing, growth: float) -> Packing | None: ...  # touching farther; None: nothing is left
     def rotations(self, packing: Packing) -> int: ...  # number of such coordinates
@@ -79,8 +76,6 @@ class Model(Protocol):
     def points(self, packing: Packing, /) -> Any: ...  # what presses on what, sites by number
     def pairs(self, packing: Packing) -> Pairs: ...  # particles i <= j that press on each other
     def contact_forces(self, packing: Packing) -> Any: ...  # `ContactForces`, force and gap of every pair
-    def least_bearing(self, packing: Packing) -> int: ...  # contacts of a particle that may bear load
-    def outer_contacts(self, packing: Packing) -> Indices: ...  # (n,) with what is no particle
     def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
     def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
@@ -90,7 +85,7 @@ class Model(Protocol):
     # shape
     def shares(self, packing: Packing) -> Array: ...  # (n,) areas, overlaps shared
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]: ...  # (n,) area and perimeter
-    def bare_areas(self, packing: Packing) -> Array: ...  # (n,) to compare with `rest_areas`
+    def relative_areas(self, packing: Packing) -> Array: ...  # (n,) rims left out, over those at rest
     def boundary(self, packing: Packing, /) -> Any: ...  # `Boundary` of the covered region
     def power_points(
         self, packing: Packing, spacing: float

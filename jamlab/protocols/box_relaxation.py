@@ -8,7 +8,6 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, BoxStrains
-from jamlab.engine.disk_fire import lively_fire
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
@@ -67,7 +66,7 @@ def relax_disks_and_box(
         return Relaxed(state, tolerance, state.max_force <= tolerance)
     for noise in _NOISE * _FINER ** np.arange(_ROUNDS):
         floor = max(least_pressure, tolerance / noise)
-        state = quench(session, noise, floor=floor, border=border, fire=lively_fire())
+        state = quench(session, noise, floor=floor, border=border, lively=True)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance)
         borne = load(session.packing(), state)

@@ -203,7 +203,7 @@ def _sweep(
                 packing,
                 found,
                 by=by,
-                compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
+                compression_version=COMPRESSION_PROTOCOL[packing.kind.particles],
                 target=float(target),
                 minimizer=descent_of(session).name(session),
                 wall_time=time.perf_counter() - began,

@@ -123,7 +123,7 @@ def jam(
         raise InputError("sticky disks have no onset at zero contact energy: use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
-        "protocol_version": ONSET_PROTOCOL[placed.kind.descent if placed.law.springs else "stiffening"],
+        "protocol_version": ONSET_PROTOCOL[placed.kind.particles if placed.law.springs else "stiffening"],
         "search": search,
         "start": start,
         "seed": seed,

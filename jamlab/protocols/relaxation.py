@@ -15,7 +15,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number
 from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.disk_fire import FireSettings, fire_settings
+from jamlab.engine.disk_fire import fire_numbers
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.mechanics.factors import PositiveSolver
@@ -204,12 +204,12 @@ class DescentOfDroplets:
         return descend_droplets(session, tolerance, NEAR, effort.near)
 
 
-_DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`
+_DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.particles`
 
 
 def descent_of(session: Session) -> Descent:
     """First-order steps of the particles in a session."""
-    return _DESCENTS[session.kind.descent]
+    return _DESCENTS[session.kind.particles]
 
 
 def load(packing: Packing, state: Evaluation) -> float:
@@ -225,7 +225,7 @@ def quench(
     floor: float,
     steps: int = 100_000,
     border: BoxStrains | None = None,
-    fire: FireSettings | None = None,
+    lively: bool = False,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
@@ -235,7 +235,7 @@ def quench(
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
-        fire: settings of FIRE, default as in the decks.
+        lively: see `fire_numbers`.
     """
     state = session.evaluate()
     for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
@@ -246,21 +246,16 @@ def quench(
         if border is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
             target /= _CLOSE
         before = load(session.packing(), state)
-        numbers = _longer_steps(session, fire or fire_settings(), state.pressure)
+        # in the time of contacts that are soft, as those of disks are that stiffen with their overlap
+        slower = max(1.0, max(session.law.stiffness_at(state.pressure), _SOFTEST) ** -0.5)
         how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": _FIRE_STRETCH}
         try:
-            state = session.minimize(target, **how, border=border, fire=numbers)
+            state = session.minimize(target, **how, border=border, fire=fire_numbers(lively=lively, slower=slower))
         except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
             state = session.minimize(target, **how)
         if state.max_force > target and load(session.packing(), state) > _JUMP * before:
             break
     return state
-
-
-def _longer_steps(session: Session, fire: FireSettings, pressure: float) -> FireSettings:
-    """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
-    stiffness = max(session.law.stiffness_at(pressure), _SOFTEST)
-    return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
 def _descend_along_valley(session: Session, target: float) -> Evaluation:

@@ -5,7 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, SHEARS, BoxStrains
-from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fire
+from jamlab.engine.disk_fire import DELAY, fire_disks, fire_numbers
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.protocols.random_start import random_disks as disks_of
@@ -27,7 +27,8 @@ def plain_fire(packing, steps, border, fire):
     light = np.minimum(1, 2 * size / packing.diameters)[:, None]  # 1/mass
     inertia = np.sqrt(packing.n) * size
     v, w = np.zeros_like(packing.positions), np.zeros(len(border.strains))
-    dt, alpha, last_negative = fire.timestep, fire.alpha0, 0
+    first, tmax, dmax, tmin, grow, shrink, alpha0, alphashrink = fire
+    dt, alpha, last_negative = first, alpha0, 0
 
     def push(p):
         return forces(p), -border.gradient(stress(p), p.area) / inertia
@@ -40,16 +41,16 @@ def plain_fire(packing, steps, border, fire):
             keep = 1 - alpha
             steer = alpha * np.sqrt((np.vdot(v, v / light) + w @ w) / (np.vdot(f, light * f) + g @ g))
             if step - last_negative > DELAY:
-                dt, alpha = min(dt * fire.dtgrow, fire.tmax * fire.timestep), alpha * fire.alphashrink
+                dt, alpha = min(dt * grow, tmax * first), alpha * alphashrink
         else:
             last_negative, start = step, True
             if step >= DELAY:
-                dt, alpha = max(dt * fire.dtshrink, fire.tmin * fire.timestep), fire.alpha0
+                dt, alpha = max(dt * shrink, tmin * first), alpha0
             packing = border.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
             v, w = 0 * v, 0 * w
             f, g = push(packing)
         fast = max(np.abs(v + start * dt * light * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
-        step_time = min(dt, fire.dmax / fast)
+        step_time = min(dt, dmax / fast)
         v, w = keep * (v + step_time * light * f) + steer * light * f, keep * (w + step_time * g) + steer * g
         packing = border.move(packing, step_time * v, step_time * w / inertia)
         yield packing, power
@@ -79,27 +80,27 @@ def test_threads_do_not_change_a_digit(threads):
 
 
 @pytest.mark.parametrize(
-    "strains, kind",
+    "strains, lively, heavy",
     [
-        pytest.param(COMPRESSION, lively_fire, id="size-lively"),
-        pytest.param(COMPRESSION, fire_settings, id="size"),
-        pytest.param(SHEARS, fire_settings, id="shears"),
-        pytest.param(ALL, fire_settings, id="both"),
-        pytest.param(ALL, None, id="heavy"),
+        pytest.param(COMPRESSION, True, False, id="size-lively"),
+        pytest.param(COMPRESSION, False, False, id="size"),
+        pytest.param(SHEARS, False, False, id="shears"),
+        pytest.param(ALL, False, False, id="both"),
+        pytest.param(ALL, True, True, id="heavy"),
     ],
 )
-def test_strains_of_the_box_are_coordinates(random_disks, strains, kind):
+def test_strains_of_the_box_are_coordinates(random_disks, strains, lively, heavy):
     """Beside FIRE in numpy, box and positions, uphill and downhill."""
-    start = random_disks(0.2, "k", seed=1, n=60)
-    if kind is None:
-        kind, start = lively_fire, disks_of(150, 1, phi=1.0, units="k", sizes="power-law:-2,1,8")
+    start, fire = random_disks(0.2, "k", seed=1, n=60), fire_numbers(lively=lively)
+    if heavy:
+        start = disks_of(150, 1, phi=1.0, units="k", sizes="power-law:-2,1,8")
         assert start.diameters.max() > 3
     border = BoxStrains(strains, 0.05)
     powers = []
-    for steps, (plain, power) in enumerate(plain_fire(start, 60, border, kind()), 1):
+    for steps, (plain, power) in enumerate(plain_fire(start, 60, border, fire), 1):
         powers.append(power)
         if steps in (1, 60):
-            moved, _, _ = fire_disks(start, 1e-13, steps, 1, border, kind())
+            moved, _, _ = fire_disks(start, 1e-13, steps, 1, border, fire)
             assert np.allclose(moved.positions, plain.positions, rtol=0, atol=1e-9)
             assert np.allclose(moved.box, plain.box, rtol=0, atol=1e-10)
     assert min(powers[1:]) < 0 < max(powers)
@@ -134,7 +135,7 @@ def test_shear_stress_alone_keeps_it_from_ending():
 @pytest.mark.parametrize("style, model", [("cg", "sp"), ("fire", "dp"), ("cg", "dp")])
 def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, model):
     with jamlab.Session(sp_jammed if model == "sp" else dp_onset) as session:
-        for name, value in (("border", BoxStrains(SHEARS)), ("fire", fire_settings())):
+        for name, value in (("border", BoxStrains(SHEARS)), ("fire", fire_numbers())):
             with pytest.raises(jamlab.InputError, match=name):
                 session.minimize(1e-9, style=style, steps=10, **{name: value})
 
