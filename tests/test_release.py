@@ -13,7 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import jamlab
-from jamlab.engine import doctor
+from jamlab.engine import installation
 from jamlab.engine.installation import TESTED_LAMMPS
 
 ROOT = Path(__file__).parents[1]
@@ -67,10 +67,9 @@ def test_a_wheel_needs_the_lammps_that_it_was_built_for(monkeypatch, backend, st
 
 def test_doctor_warns_of_a_lammps_that_was_not_tested(monkeypatch):
     """And does not refuse it, if jamlab was built for it."""
-    for module in ("installation", "doctor"):
-        monkeypatch.setattr(f"jamlab.engine.{module}.required_lammps", lambda: "2026.9.1.0.0")
+    monkeypatch.setattr(installation, "required_lammps", lambda: "2026.9.1.0.0")
     monkeypatch.setattr(metadata, "version", lambda name: "2026.9.1.0.0")
-    found = doctor._check("LAMMPS", doctor._lammps)
+    found = installation._check("LAMMPS", installation._lammps)
     assert found.right and f"tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}" in found.detail
 
 
@@ -120,4 +119,4 @@ def test_no_extra_changes_a_number():
 def test_packings_and_doctor_name_what_decides_the_last_digits():
     found = jamlab.pack(n=8, pressure=1e-2, seed=1).provenance
     assert found["cvxopt"] == metadata.version("cvxopt") and found["blas_kernels"]
-    assert all(found[name] in doctor._solver() for name in ("cvxopt", "blas_kernels"))
+    assert all(found[name] in installation._solver() for name in ("cvxopt", "blas_kernels"))

@@ -9,7 +9,7 @@ from jamlab.cli.options import Json
 
 def doctor(as_json: Json = False) -> None:
     """Check the installation, and say how to repair it."""
-    from jamlab.engine.doctor import examine
+    from jamlab.engine.installation import examine
 
     findings = examine()
     if as_json:

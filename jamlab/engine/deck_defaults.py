@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from jamlab.errors import EngineError, InputError, StorageError
-from jamlab.kernels.library import installed
+from jamlab.kernels.library import installed, installed_file
 from jamlab.packing.lammps_files import MAX_TYPES, types
 from jamlab.packing.packing import Packing
 from jamlab.processes.dying_program import dying_line
@@ -39,10 +39,7 @@ _OF_PYTHON: dict[str, dict[str, float | str]] = {
 
 def deck(name: str) -> Path:
     """Path of an installed deck or part, e.g. `deck("parts/sp")`."""
-    path = installed("lammps_inputs") / name
-    if not path.is_file():
-        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
-    return path
+    return installed_file("lammps_inputs", name)
 
 
 def summaries(folder: Path) -> dict[str, str]:

