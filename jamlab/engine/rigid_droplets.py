@@ -5,7 +5,8 @@ Droplets that do not touch are regular polygons of the size at which line tensio
 `plugin/kernels/rigid_polygons.h`; above onset rigid polygons press harder, since only their rims give way.
 """
 
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,39 +24,6 @@ _relax = kernel(
 _evaluate = kernel(
     "evaluate_rigid_polygons", *(INTEGER, INTEGERS, REALS, REAL, REAL, INTEGER, REALS, REALS, REALS, REALS, REALS)
 )
-
-
-@dataclass(frozen=True)
-class RigidDescent:
-    """Numbers of a relaxation, in the order of the kernel.
-
-    Attributes:
-        relative, absolute: largest force at the end, over the largest contact force and by itself; the larger counts.
-        loose: energy below which nothing touches, and the relaxation ends.
-        reach: longest move of a coordinate in one step, l.
-        first_shift, least_shift, last_shift: of the diagonal of the Hessian.
-        accepted, good, poor: parts of the energy foretold that a step must gain, above which the shift shrinks, and
-            below which it grows.
-        shrink, grow, definite: factors of the shift, the last until the Hessian is positive definite.
-        searches, slack: lengths tried at most along a step that leads uphill, as contacts close on the way, and the
-            part of the slope at its start that may be left at its end.
-    """
-
-    relative: float
-    absolute: float
-    loose: float
-    reach: float
-    first_shift: float
-    least_shift: float
-    last_shift: float
-    accepted: float
-    good: float
-    poor: float
-    shrink: float
-    grow: float
-    definite: float
-    searches: float
-    slack: float
 
 
 @dataclass(frozen=True)
@@ -108,12 +76,12 @@ class RigidDroplets:
         return self.droplets._trusted(positions=np.repeat(self.coordinates[:, :2], counts, axis=0) + spokes)
 
     def relaxed(
-        self, descent: RigidDescent, steps: int, *, phi: float | None = None, shears: bool = False, saddles: int = 0
+        self, descent: Sequence[float], steps: int, *, phi: float | None = None, shears: bool = False, saddles: int = 0
     ) -> "RigidDroplets":
         """The minimum beside this state, or where contacts are lost.
 
         Args:
-            descent: numbers of the relaxation.
+            descent: numbers of the relaxation, (15,) in the order of the kernel, see `jamlab.protocols.rigid_search`.
             steps: at most.
             phi: packing fraction to go to first; what touches follows by linear response.
             shears: whether the box shears as well, at constant area.
@@ -121,8 +89,8 @@ class RigidDroplets:
         """
         box, coordinates, out = self.droplets.box.copy(), self.coordinates.copy(), np.zeros(4)
         factor = 1.0 if phi is None else float(np.sqrt(self.phi / phi))
-        numbers = np.array(astuple(descent))
-        taken = _relax(*_kinds(self.droplets), int(shears), box, coordinates, factor, numbers, steps, saddles, out)
+        kinds, numbers = _kinds(self.droplets), np.array(descent, dtype=np.float64)
+        taken = _relax(*kinds, int(shears), box, coordinates, factor, numbers, steps, saddles, out)
         droplets = self.droplets._trusted(box=box)
         energy, max_force, virial, contact_force = (float(number) for number in out)
         pressure = virial / (2 * droplets.area)

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,19 +74,18 @@ class Evaluation(Result):
     max_force: float
 
 
-@dataclass(frozen=True)
-class Descent:
-    """What a minimisation of droplets took: `jamlab/descend`."""
+class Descent(NamedTuple):
+    """What a minimisation of droplets took, as `jamlab/descend` gives it: counts, then two numbers and a flag."""
 
-    steps: int
-    forces: int  # evaluations
-    factors: int  # factorisations of the Hessian
-    refused: int  # of them, not positive definite with the shift that was tried
-    stuck: int  # searches along a step that found no lower energy
-    bent: int  # steps along which the force did not fall
+    steps: float
+    forces: float  # evaluations
+    factors: float  # factorisations of the Hessian
+    refused: float  # of them, not positive definite with the shift that was tried
+    stuck: float  # searches along a step that found no lower energy
+    bent: float  # steps along which the force did not fall
     largest_force: float
     shift: float  # to try first the next time
-    crossed: bool  # outlines crossed on the way
+    crossed: float  # 1 if outlines crossed on the way
 
 
 class Session:
@@ -94,7 +93,6 @@ class Session:
 
     Args:
         packing: packing in natural units (mean size and stiffness of order one), as `jam` and `pack` make them.
-        newton: LAMMPS' newton setting; results agree to rounding.
         ranks: threads of FIRE for disks, useful above 10 000 disks; everything else is serial.
 
     Raises:
@@ -119,12 +117,11 @@ class Session:
     """
 
     @checked
-    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
+    def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
         check_ranks(ranks, packing.kind.deforms)
         if ranks > 1 and packing.fixed is not None:
             raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
-        self._newton = newton
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
         self._compiled_steps = 0
@@ -305,11 +302,7 @@ class Session:
             self.command("run 0 post no")
             self._stale = False
         self.command(f"jamlab/descend {' '.join(map(_text, numbers))}")
-        found = map(float, self._lmp.extract_variable("descent").split())
-        steps, forces, factors, refused, stuck, bent, largest, shift, crossed = found
-        counts = {"steps": int(steps), "forces": int(forces), "factors": int(factors), "refused": int(refused)}
-        counts |= {"stuck": int(stuck), "bent": int(bent)}
-        self.last_descent = Descent(**counts, largest_force=largest, shift=shift, crossed=bool(crossed))
+        self.last_descent = Descent(*map(float, self._lmp.extract_variable("descent").split()))
         return self.last_descent
 
     def steps(self) -> int:
@@ -383,7 +376,7 @@ class Session:
             settings["longest_edge"] = self._edge_limit
 
         self.command("clear")
-        self.command(f"newton {'on' if self._newton else 'off'}")
+        self.command("newton on")
         for name in ("own_sizes", "section"):
             self.command(f"variable {name} delete")
         with tempfile.TemporaryDirectory() as folder:

@@ -36,15 +36,6 @@ class Rims:
     perimeter: Array
 
 
-@dataclass(frozen=True)
-class RimOverlaps:
-    """Places where the outlines of two particles, or of a particle and its own image, overlap."""
-
-    owner: Indices  # (m,) int64, particle; sorted. Every overlap is listed twice, for either of its two particles.
-    other: Indices  # (m,) int64, the particle that it overlaps
-    regions: Geometries  # (m,) shapely geometries relative to the centroid of the owner
-
-
 def rims(packing: Packing) -> Rims:
     """Grow every polygon of a DP packing by delta/2.
 
@@ -83,23 +74,6 @@ def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
     return steps, 2 * share / (1 + np.sqrt(1 + 2 * (steps - 2) * share))
 
 
-def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
-    """Find all overlaps of two outlines, in every periodic image. `grown`: its `rims`."""
-    size = np.abs(shapely.bounds(grown.outlines)).reshape(-1, 2, 2).max(axis=1)
-    reach = np.hypot(*size.T)
-    near = periodic_pairs(packing.centroids, packing.box, 2 * float(reach.max()))
-    i, j, r = near.i, near.j, near.r
-    close = _boxes_meet(shapely.bounds(grown.outlines)[i], shapely.bounds(grown.outlines)[j] + np.tile(r, 2))
-    i, j, r = i[close], j[close], r[close]
-    common = shapely.intersection(grown.outlines[i], moved(grown.outlines[j], r))
-    real = shapely.area(common) > 0
-    i, j, r, common = i[real], j[real], r[real], common[real]
-    owner = np.concatenate([i, j])
-    order = np.argsort(owner, kind="stable")
-    regions = np.concatenate([common, moved(common, -r)])
-    return RimOverlaps(owner[order], np.concatenate([j, i])[order], regions[order])
-
-
 def shared_areas(packing: Packing) -> Array:
     """(n,) area of each grown outline, every overlap shared equally between the particles that meet there.
 
@@ -110,20 +84,25 @@ def shared_areas(packing: Packing) -> Array:
 
     The series ends by itself where no more outlines meet; the sum over particles is the area of their union.
     """
-    grown = rims(packing)
-    overlaps = rim_overlaps(packing, grown)
-    owner, regions, last = overlaps.owner, overlaps.regions, np.arange(len(overlaps.owner))
-    stop = np.searchsorted(overlaps.owner, np.arange(packing.n), side="right")
-    shares, covers = grown.area.copy(), 2
+    grown, n = rims(packing), packing.n
+    reach = np.hypot(*np.abs(shapely.bounds(grown.outlines)).reshape(-1, 2, 2).max(axis=1).T)
+    near = periodic_pairs(packing.centroids, packing.box, reach)
+    common = shapely.intersection(grown.outlines[near.i], moved(grown.outlines[near.j], near.r))
+    real = shapely.area(common) > 0
+    near, common = near.select(real), common[real]
+    # every overlap from both sides, relative to the centroid of the owner; owners ascend
+    owner = np.concatenate([near.i, near.j])
+    order = np.argsort(owner, kind="stable")
+    owner, overlaps = owner[order], np.concatenate([common, moved(common, -near.r)])[order]
+    stop = np.searchsorted(owner, np.arange(n), side="right")
+    shares, covers, regions, last = grown.area.copy(), 2, overlaps, np.arange(len(owner))
     while len(regions):
         sign = 1 if covers % 2 else -1
-        shares += sign / covers * np.bincount(owner, shapely.area(regions), minlength=packing.n)
+        shares += sign / covers * np.bincount(owner, shapely.area(regions), minlength=n)
         more = stop[owner] - last - 1
         region = np.repeat(np.arange(len(regions)), more)
         added = last[region] + 1 + np.arange(len(region)) - np.searchsorted(region, region)
-        close = _boxes_meet(shapely.bounds(regions)[region], shapely.bounds(overlaps.regions)[added])
-        region, added = region[close], added[close]
-        common = shapely.intersection(regions[region], overlaps.regions[added])
+        common = shapely.intersection(regions[region], overlaps[added])
         real = shapely.area(common) > 0
         owner, regions, last, covers = owner[region[real]], common[real], added[real], covers + 1
     return shares
@@ -133,8 +112,3 @@ def moved(shapes: Geometries, r: Array) -> Geometries:
     """The same shapes, each moved by its row of r, (m, 2)."""
     points, index = shapely.get_coordinates(shapes, return_index=True)
     return np.asarray(shapely.set_coordinates(shapes.copy(), points + r[index]))
-
-
-def _boxes_meet(a: Array, b: Array) -> NDArray[np.bool_]:
-    """Whether bounding boxes (xmin, ymin, xmax, ymax), (m, 4) each, overlap."""
-    return np.asarray(((a[:, :2] < b[:, 2:]) & (b[:, :2] < a[:, 2:])).all(axis=1))

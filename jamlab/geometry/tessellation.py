@@ -77,7 +77,7 @@ class Tessellation(Result):
         from jamlab.plotting.axes import merged
         from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 
-        packing, fraction = self.packing, covered_fraction(self)
+        packing, fraction = self.packing, local_packing_fraction(self.packing)
         look = merged(LineCollection, {"color": RED, "linewidth": 1.0}, style)
         walls = self.lines + moves_home(self.lines.mean(axis=1), packing.box)[:, None]
         scale = Normalize(np.nanmin(fraction), np.nanmax(fraction))
@@ -141,13 +141,9 @@ def local_packing_fraction(packing: Packing) -> Array:
         >>> bool(np.isclose(np.average(local, weights=cells.area), jamlab.packing_fraction(p)))
         True
     """
-    return covered_fraction(tessellation(packing))
-
-
-def covered_fraction(cells: Tessellation) -> Array:
-    """(n,) local packing fraction of cells that are known already; see `local_packing_fraction`."""
-    fraction = np.full(len(cells.area), np.nan)
-    np.divide(particle_areas(cells.packing), cells.area, out=fraction, where=cells.area > 0)
+    cells = tessellation(packing)
+    fraction = np.full(packing.n, np.nan)
+    np.divide(particle_areas(packing), cells.area, out=fraction, where=cells.area > 0)
     return fraction
 
 

@@ -158,15 +158,6 @@ def crossing_error(m: int, n: int) -> InputError:
     return InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
 
 
-def pair_polygons(packing: Packing, pairs: Indices) -> Pairs:
-    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids. `pairs`:
-    of `name_pairs`. A polygon that meets two periodic images of another, as in very small boxes, has two contacts with
-    it. i == j is a polygon that meets its own image; the two opposite images are one contact."""
-    i, j, shift = pairs[:, 0], pairs[:, 1], pairs[:, 2:]
-    centre = packing.centroids
-    return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
-
-
 PairNames = tuple[Indices, Indices, NDArray[np.bool_]]
 
 

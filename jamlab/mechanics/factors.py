@@ -38,7 +38,7 @@ class PositiveSolver:
 
     def __init__(self) -> None:
         self._cholmod, self._dense, self._sparse = _load_cholmod()
-        self._pattern = _Pattern()
+        self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._lower = np.zeros(0, dtype=np.bool_)
         self._matrix: Any = None
         self._factors: Any = None
@@ -49,7 +49,9 @@ class PositiveSolver:
         _check_finite(matrix)
         if not matrix.has_sorted_indices:
             matrix = matrix.sorted_indices()
-        if self._pattern.known(matrix):
+        known = np.array_equal(matrix.indptr, self._indptr) and np.array_equal(matrix.indices, self._indices)
+        self._indptr, self._indices = matrix.indptr, matrix.indices
+        if known:
             self._matrix.V = self._dense(matrix.data[self._lower])
         else:
             column = np.repeat(np.arange(matrix.shape[0], dtype=np.int64), np.diff(matrix.indptr))
@@ -75,19 +77,6 @@ class PositiveSolver:
 def _check_finite(matrix: sparse.csc_array) -> None:
     if not np.isfinite(matrix.data).all():  # CHOLMOD takes them for numbers
         raise ConvergenceError("a matrix has elements that are not finite")
-
-
-class _Pattern:
-    """Where the elements of the last matrix stood."""
-
-    def __init__(self) -> None:
-        self._indptr = self._indices = np.zeros(0, dtype=np.int32)
-
-    def known(self, matrix: sparse.csc_array) -> bool:
-        """Whether a matrix has the pattern of the one before; it is remembered."""
-        known = np.array_equal(matrix.indptr, self._indptr) and np.array_equal(matrix.indices, self._indices)
-        self._indptr, self._indices = matrix.indptr, matrix.indices
-        return known
 
 
 class SymmetricFactors:

@@ -23,24 +23,16 @@ from jamlab.packing.terms import Terms
 MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 32 bits
 
 
-def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sparse.csc_array:
-    """Sum blocks over groups of terms.
-
-    Args:
-        sites: for each group (k, m) int64, the m sites of each of its k terms.
-        blocks: for each group (k, m, 2, m, 2) float64, each symmetric.
-        size: number of sites.
-
-    Returns:
-        (2 size, 2 size) CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros
-        as well, so that terms between the same sites have one pattern.
-    """
+def assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
+    """(2 size, 2 size) CSC sum of the Hessians of terms between `size` sites, with sorted indices; every pair of sites
+    that shares a term has its 2 x 2 elements, zeros as well, so that terms between the same sites have one pattern."""
     rows, columns = [], []
-    for group in sites:
-        place = (2 * group[:, :, None] + np.arange(2)).reshape(len(group), 2 * group.shape[1]).astype(np.int32)
+    for term in terms:
+        place = (2 * term.sites[:, :, None] + np.arange(2)).astype(np.int32)
+        place = place.reshape(len(place), 2 * place.shape[1])
         rows.append(np.repeat(place, place.shape[1], axis=1).ravel())
         columns.append(np.tile(place, place.shape[1]).ravel())
-    values = np.concatenate([block.ravel() for block in blocks])
+    values = np.concatenate([term.hessian.ravel() for term in terms])
     if len(values) > MOST_ELEMENTS:
         raise InputError(f"a matrix of {size} sites has {len(values)} elements: at most {MOST_ELEMENTS}")
     pairs = (np.concatenate(rows), np.concatenate(columns))
@@ -112,7 +104,7 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
     if packing.fixed is not None:
         terms = [replace(term, hessian=_between_free(packing, term)) for term in terms]
-    return _assemble(terms, size)
+    return assemble(terms, size)
 
 
 def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
@@ -141,7 +133,7 @@ def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
     ee = np.zeros((2, 2, 2, 2))
     for term, coupling in zip(terms, couplings, strict=True):
         ee += np.einsum("kal,kaijm->iljm", term.local, coupling)
-    return Stiffness(_assemble(terms, size), add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee)
+    return Stiffness(assemble(terms, size), add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee)
 
 
 @per_packing
@@ -167,7 +159,3 @@ def pressure(packing: Packing) -> float:
 def pressure_of(stress: Array) -> float:
     """p of a stress (2, 2)."""
     return 0.5 * float(np.trace(stress))
-
-
-def _assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
-    return assemble([term.sites for term in terms], [term.hessian for term in terms], size)

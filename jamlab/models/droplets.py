@@ -20,7 +20,7 @@ from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.rims import rims, shared_areas
-from jamlab.geometry.vertex_contacts import name_pairs, pair_polygons, vertex_contacts
+from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
@@ -132,7 +132,10 @@ class Droplets:
     # contacts ---------------------------------------------------------------------------------------------------------
 
     def pairs(self, packing: Packing) -> Pairs:
-        return pair_polygons(packing, name_pairs(packing)[0])
+        """Each once, however many vertices meet; of two periodic images of one, as in very small boxes, either. r joins
+        centroids."""
+        (i, j, *_), shift = (pairs := name_pairs(packing)[0]).T, pairs[:, 2:]
+        return Pairs(i, j, packing.centroids[j] - packing.centroids[i] + shift @ packing.box, shift)
 
     def contact_forces(self, packing: Packing) -> ContactForces:
         (pairs, row, on_vertex_of_j), found = name_pairs(packing), vertex_contacts(packing)

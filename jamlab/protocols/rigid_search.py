@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.rigid_droplets import RigidDescent, RigidDroplets
+from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, unstable_directions
@@ -105,23 +105,14 @@ class RigidSearch(Approach[RigidDroplets]):
     ) -> RigidDroplets:
         eps, delta = (float(state.droplets.params[name]) for name in ("eps", "delta"))
         stiffness = eps / delta**2
-        descent = RigidDescent(
-            relative=_ENDED if to_the_end else _SETTLED,
-            absolute=_ROUNDING * eps / delta,
-            loose=_LOOSE * self.protocol["u_contact"] * len(state.droplets.positions),
-            reach=min(REACH, _RIM * delta),
-            first_shift=_FIRST_SHIFT * stiffness,
-            least_shift=_LEAST_SHIFT * stiffness,
-            last_shift=_LAST_SHIFT * stiffness,
-            accepted=ACCEPTED,
-            good=GOOD,
-            poor=POOR,
-            shrink=SHRINK,
-            grow=GROW,
-            definite=DEFINITE,
-            searches=_SEARCHES,
-            slack=_SLACK,
-        )
+        largest = (_ENDED if to_the_end else _SETTLED, _ROUNDING * eps / delta)  # relative to contact forces, absolute
+        loose = _LOOSE * self.protocol["u_contact"] * len(state.droplets.positions)  # energy at which nothing touches
+        reach = min(REACH, _RIM * delta)  # of a coordinate in one step
+        shifts = [shift * stiffness for shift in (_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT)]  # of the diagonal
+        # parts of the energy foretold that a step gains, factors of the shift, lengths tried along a step that leads
+        # uphill, and the part of the slope at its start that may be left at its end
+        steps = (ACCEPTED, GOOD, POOR, SHRINK, GROW, DEFINITE, _SEARCHES, _SLACK)
+        descent = [*largest, loose, reach, *shifts, *steps]
         saddles = _SLIDES if to_the_end else 0
         found = state.relaxed(
             descent, _STEPS, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles

@@ -7,11 +7,11 @@ import pytest
 import reference
 
 import jamlab
-from jamlab.engine.rigid_droplets import RigidDescent, RigidDroplets
+from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.packing.deformation import at_phi
 from jamlab.protocols.random_start import droplet_params, place_droplets
 
-DESCENT = RigidDescent(1e-9, 1e-13, 1e-22, 0.05, 1e-3, 1e-10, 100.0, 1e-3, 0.75, 0.25, 0.2, 5.0, 4.0, 5, 0.5)
+DESCENT = (1e-9, 1e-13, 1e-22, 0.05, 1e-3, 1e-10, 100.0, 1e-3, 0.75, 0.25, 0.2, 5.0, 4.0, 5, 0.5)
 LEANING = np.array([[3.4, 0.0], [0.9, 3.1]])
 
 

@@ -7,6 +7,7 @@ from scipy import sparse
 import jamlab
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import assemble
+from jamlab.packing.terms import Terms
 
 
 @pytest.fixture
@@ -66,7 +67,7 @@ def test_blocks_sum_as_in_plain_loops():
             for a, i in enumerate(own):
                 for b, j in enumerate(own):
                     dense[2 * i : 2 * i + 2, 2 * j : 2 * j + 2] += values[a, :, b]
-    found = assemble(sites, blocks, size)
+    found = assemble([Terms("", s, *3 * [np.zeros(0)], b) for s, b in zip(sites, blocks, strict=True)], size)
     assert found.has_canonical_format
     np.testing.assert_allclose(found.toarray(), dense, rtol=1e-13, atol=1e-14)
     assert not found.toarray()[-2:].any()
