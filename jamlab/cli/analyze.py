@@ -133,57 +133,40 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
         err_console.print(line, markup=False)
 
 
-DOUBT = "?"  # beside every doubtful number
-SIDES = {"bright": "bright on dark", "dark": "dark on bright", "labels": "as labelled"}
-
-
 def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
-    """Print what a picture shows; each doubtful number is marked, and reasons are given."""
-    if as_json:
-        print_json(_json(found))
-        return
-    length = "pixels" if found.pixel is None else "units of --pixel"
-    marks = {key: f" {DOUBT}" if number.reasons else "" for key, number in found.numbers.items()}
-    rows = [[key, _digits(each.value), _digits(each.error), marks[key]] for key, each in found.numbers.items()]
-    print_table(f"droplets of {name}", ["", "value", "± over droplets", ""], rows)
-    print_note("±: standard error of the mean over droplets")
-    print_note(f"{found.cut} droplets cut by the edge are not counted; {found.rattlers.sum()} rattlers{marks['z']}")
-    print_note(f"lengths in {length}; droplets {SIDES[found.contrast]}")
-    if found.contrast in ("bright", "dark"):
-        blur = f"blur {found.blur:.1f} pixels"
-        print_note(f"uneven light: {found.light:.2g} to 1; noise: {found.noise:.0%} of the contrast; {blur}")
-    share = found.voids.probability
-    sides = ", ".join(f"P_{k} = {part:.2f}" for k, part in share.items())
-    print_note(sides + marks["voids"] if sides else "no voids")
-    for note in (*found.label_notes, f"quality: {found.quality}"):
-        print_note(note)
-    for reason in found.reasons:
-        print_note(f"{DOUBT} {reason}")
-
-
-def _digits(value: float) -> str:
-    return f"{value:.4g}" if value == value else ""
-
-
-def _json(found: "Micrograph") -> dict[str, object]:
-    means = {name: number for name, number in found.numbers.items() if number.count}
-    return {
-        **{name: [number.value] for name, number in found.numbers.items()},
-        "cut": [found.cut],
-        "rattlers": [int(found.rattlers.sum())],
-        "standard_error": {name: mean.error for name, mean in means.items()},
-        "interval_95": {name: mean.interval for name, mean in means.items()},
+    """Print what a picture shows, as JSON or as lines; each doubtful number is marked, and reasons are given."""
+    numbers = found.numbers
+    facts: dict[str, Any] = {
+        "cut": found.cut,  # by the edge, and not counted
+        "rattlers": int(found.rattlers.sum()),
+        "unit": found.unit or "of --pixel",
+        **{key: getattr(found, key) for key in ("z_all", "film", "pixel", "contrast", "light", "noise", "blur")},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
-        "numbers": {name: {"value": number.value, "quality": number.quality} for name, number in found.numbers.items()},
-        "z_all": found.z_all,
-        "film": found.film,
-        "pixel": found.pixel,
-        "unit": "pixels" if found.pixel is None else "pixel",
-        "contrast": found.contrast,
+        "label_notes": list(found.label_notes),
         "quality": found.quality,
         "reasons": list(found.reasons),
-        "label_notes": list(found.label_notes),
     }
+    if as_json:
+        means = {key: number for key, number in numbers.items() if number.count}
+        facts |= {key: [facts[key]] for key in ("cut", "rattlers")} | {key: [n.value] for key, n in numbers.items()}
+        facts["standard_error"] = {key: mean.error for key, mean in means.items()}
+        facts["interval_95"] = {key: mean.interval for key, mean in means.items()}
+        facts["numbers"] = {key: {"value": n.value, "quality": n.quality} for key, n in numbers.items()}
+        print_json(facts)
+        return
+    rows = [[key, _text(n.value), _text(n.error), "?" if n.reasons else ""] for key, n in numbers.items()]
+    print_table(f"droplets of {name}", ["", "value", "± over droplets", ""], rows)
+    for key, value in facts.items():
+        if text := _text(value):
+            print_note(f"{key.replace('_', ' ')}: {text}")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if value == value else ""
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {_text(each)}" for key, each in value.items())
+    return "; ".join(value) if isinstance(value, list) else "" if value is None else str(value)
 
 
 def explore(

@@ -1,4 +1,4 @@
-"""`jamlab jam`, `pack`, `compress`: packings at onset, at a pressure, sweeps; `demo`: both models on a page."""
+"""`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
 
 from functools import partial
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from jamlab.cli import options
-from jamlab.cli.console import print_note, print_packings, progress_bar, progress_bars
+from jamlab.cli.console import print_line, print_note, print_packings, progress_bar, progress_bars
 from jamlab.cli.interruption import KeptStates, expect_output
 from jamlab.cli.options import Force, N, Seed
 from jamlab.errors import InputError
@@ -133,6 +133,49 @@ def compress(
         for state in run(start, to, step, by=by, progress=progress, **how):
             kept.add(state)
     print_packings(kept.states, out, as_json)
+
+
+AnyFile = Annotated[Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or CSV.")]
+Units = Annotated[str | None, typer.Option(metavar="{eps,k}", help="Units of a file that does not state them.")]
+
+
+def convert(
+    file: AnyFile,
+    target: Annotated[Path, typer.Argument(help="File to write: .h5, .data, .dump or .xyz.")],
+    frame: Annotated[int | None, typer.Option(help="One frame; -1: the last (default: all).")] = None,
+    units: Units = None,
+    force: options.Force = False,
+) -> None:
+    """Convert packings to the format of the ending of TARGET."""
+    from jamlab.packing.write import write
+    from jamlab.trajectories.files import read, read_all
+
+    check_target(target, file, replace=force)
+    expect_output(target)
+    packings = read_all(file, units=units) if frame is None else [read(file, frame, units=units)]
+    write(target, packings)
+    print_line(f"wrote {target}: {len(packings)} packing{'s' * (len(packings) > 1)} of {packings[0].n} particles")
+
+
+def relax(
+    file: AnyFile,
+    frame: options.Frame = -1,
+    units: Units = None,
+    tolerance: options.Tolerance = None,
+    out: options.Out = Path("relaxed.h5"),
+    force: options.Force = False,
+    as_json: options.Json = False,
+) -> None:
+    """Relax a packing to the energy minimum next to it."""
+    from jamlab.protocols.relax import relax as run
+    from jamlab.trajectories.files import read
+
+    check_target(out, file, replace=force)
+    expect_output(out)
+    start = read(file, frame, units=units)
+    with progress_bar("relax"):
+        packing = run(start, tolerance)
+    print_packings([packing], out, as_json)
 
 
 _ONSET = 0.7  # share of a run until onset, in the bar: 0.9 of disks and 0.5 of droplets to rho = 0.95

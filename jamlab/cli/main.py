@@ -13,13 +13,11 @@ from typer.exceptions import TyperException
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.console import err_console
-from jamlab.cli.convert import convert, relax
-from jamlab.cli.decks import deck, decks
-from jamlab.cli.doctor import doctor
+from jamlab.cli.decks import deck, decks, doctor
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
-from jamlab.cli.jam import compress, demo, jam, pack
+from jamlab.cli.jam import compress, convert, demo, jam, pack, relax
 from jamlab.errors import JamlabError, JamlabWarning
 from jamlab.old_names import MEANT
 

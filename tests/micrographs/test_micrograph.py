@@ -163,10 +163,10 @@ def test_command_writes_overlay_and_csv_and_names_the_unit(rendered, tmp_path):
     assert done.exit_code == 0, done.stderr
     rows = (tmp_path / "droplets.csv").read_text().splitlines()
     assert rows[0].startswith("droplet,x,y,area") and all(row.endswith("doubtful") for row in rows[1:])
-    assert (tmp_path / "out.png").stat().st_size > 10_000 and "lengths in pixels" in done.stdout
+    assert (tmp_path / "out.png").stat().st_size > 10_000 and "unit: pixels" in done.stdout
     # few droplets: the verdict is beside the means that it concerns, its reason below
     assert "quality: doubtful" in done.stdout and "whole droplets only" in done.stdout
-    doubtful = [line.split()[0] for line in done.stdout.partition("±:")[0].splitlines() if "?" in line]
+    doubtful = [line.split()[0] for line in done.stdout.partition("cut:")[0].splitlines() if "?" in line]
     assert len(rows) > 1 and doubtful == ["rho", "z", "shape_rim"]
 
 
