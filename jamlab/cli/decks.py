@@ -1,8 +1,9 @@
 """`jamlab doctor`: check the installation; `decks`, `deck`: list, show or copy LAMMPS decks, and run one, checked."""
 
 import math
+import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
@@ -78,12 +79,12 @@ def deck(
         typer.echo(path.read_text().partition("\n\n")[0] + "\n")
         for setting in _own(known):
             text = "of others" if "$(" in known[setting] else known[setting].replace("${", "").replace("}", "")
-            typer.echo(f"--{setting:16s} {text:12s} {values_of(name, setting, known[setting])}")
+            typer.echo(f"--{setting:16s} {text:12s} {_rules(path)[setting][0]}")
         return
     given = dict(_options(context.args))
     check_ranks(ranks)
     for setting, text in given.items():
-        check_setting(name, setting, text, known)
+        check_setting(path, setting, text)
     line = lammps_line(
         *(path, {**_law_of_data(known | given, given), **given, "table": "/dev/stdout"}, ranks),
         *("-screen", "none", "-log", "log.lammps"),
@@ -162,38 +163,16 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     return law
 
 
-def check_setting(deck_name: str, name: str, text: str, known: Mapping[str, str]) -> None:
-    """Refuse a variable that a deck does not have and a value that Python would refuse, too."""
-    from jamlab.checks import is_number, name_meant
+def check_setting(path: Path, name: str, text: str) -> None:
+    """Refuse a variable that a deck does not have, and a value that the deck says it cannot have."""
+    from jamlab.checks import name_meant
+    from jamlab.engine.deck_defaults import settings
 
-    own = _own(known)
-    if name not in own:
-        raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
-    if name in (choices := _choices()):
-        good = text in choices[name]
-    elif name in _NAMES:
-        good = bool(text) and not set(text) & set(" \t\"'$&#")
-    else:
-        least, most = limits_of(deck_name, name, known[name])
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        good = is_number(value) and least <= value <= most and (name not in _WHOLE or value == int(value))
-        good = good and (name != "n" or value % 2 == 0)
-    if not good:
-        raise InputError(f"{name} = {text}: must be {values_of(deck_name, name, known[name])}")
-
-
-def values_of(deck_name: str, name: str, default: str) -> str:
-    """What a variable of a deck may be, in words."""
-    if name in (choices := _choices()):
-        return f"one of {', '.join(choices[name])}"
-    if name in _NAMES:
-        return "a name without spaces and quotes, which LAMMPS takes"
-    least, most = limits_of(deck_name, name, default)
-    kind = "an even" if name == "n" else "a whole" if name in _WHOLE else "a"
-    return f"{kind} number {'above 0' if least == _ABOVE_ZERO else f'from {least:g}'} to {most:g}"
+    if name not in (own := _own(settings(path.parent, path.name))):
+        raise InputError(f"--{name}: {path.name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
+    words, good = _rules(path)[name]
+    if not good(text):
+        raise InputError(f"{name} = {text}: must be {words}")
 
 
 def _own(known: Mapping[str, str]) -> list[str]:
@@ -201,70 +180,37 @@ def _own(known: Mapping[str, str]) -> list[str]:
     return sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
 
 
-_ABOVE_ZERO = 5e-324
-_NAMES = ("data", "out")
-_WHOLE = {"n", "seed", "steps", "stretch", "steps_shear", "halvings", "tries", "rows", "cycles", "per_decade", "least"}
-_WHOLE |= {"nv_small", "nv_large"}
-_SHARES = {"above", "phi_start", "increment_least", "miss", "residual", "doubt", "loose", "fall", "dmax"}
-_SHARES |= {"slope_least", "slope", "slope_most"}
+_INTERVAL = re.compile(r"([\[(])(\S+), (\S+)\] ?(even|whole)?")
 
 
-def _choices() -> dict[str, tuple[str, ...]]:
-    return {
-        "law": ("eps", "k"),
-        "minimizer": ("cg", "fire"),
-        "contact": ("outline", "segment/smooth"),
-        "arms": ("radius", "contact"),
-        "viscous": ("contact", "stokes"),
-    }
+def _rules(path: Path) -> dict[str, tuple[str, Callable[[str], bool]]]:
+    """What each variable of a deck may be, in words, and whether a text is that."""
+    from jamlab.engine.deck_defaults import LIMITS, settings
+
+    known, limits = settings(path.parent, path.name), settings(path.parent, path.name, what=LIMITS)
+    rules = {name: _rule(limits.get(name) or _usual(default)) for name, default in known.items()}
+    words = "a name without spaces and quotes, which LAMMPS takes"
+    return rules | dict.fromkeys(("data", "out"), (words, lambda text: bool(text) and not set(text) & set(" \t\"'$&#")))
 
 
-def limits_of(deck_name: str, name: str, default: str) -> tuple[float, float]:
-    """Least and largest value of a number of a deck: of an argument of Python, where it is one."""
-    from jamlab.checks import MOST_PARTICLES
-    from jamlab.flow import creep, oscillate, overdamped_session, shear
-    from jamlab.models.models import optional_parameters
-    from jamlab.protocols.compression import LARGEST_TOLERANCE
-    from jamlab.protocols.relaxation import LEAST_TOLERANCE
-    from jamlab.protocols.size_distributions import LARGEST_RATIO
-    from jamlab.rheology.damping import LEAST_ALPHA
+def _usual(default: str) -> str:
+    return "[0, 1e9]" if default.strip("0.") == "" else "(0, 1e9]"
 
-    least_strain, law = overdamped_session.LEAST_STRAIN, optional_parameters("sp")
-    found: dict[str, tuple[float, float]] = {
-        **dict.fromkeys(("to", "phi_jammed"), (_ABOVE_ZERO, 2)),
-        **dict.fromkeys(("nv_small", "nv_large"), (3, 1000)),
-        # softer disks never seem to touch within absolute windows of energy, stiffer ones never rest
-        "eps": (_ABOVE_ZERO if ".dp." in deck_name else 1e-3, 100),
-        "k": (1e-3, 100),
-        "phi_target": (0, 2),
-        "nearest": (0, 1),
-        "step": (_ABOVE_ZERO, 0.5),
-        "per_decade": (1, 1000),
-        "gamma": (0, 100),
-        "ka": (_ABOVE_ZERO, 1e5),  # stiffer droplets fly apart under the time step of FIRE
-        "delta": (_ABOVE_ZERO, 2),
-        "exponent": (law["exponent"].least, law["exponent"].largest),
-        "stickiness": (0, law["stickiness"].largest),
-        "ratio": (1, LARGEST_RATIO),
-        "n": (2, MOST_PARTICLES),
-        "pressure": (_ABOVE_ZERO, 30),
-        "force": (LEAST_TOLERANCE, LARGEST_TOLERANCE),
-        "beta": (0, overdamped_session.LARGEST_BETA),
-        "alpha": (LEAST_ALPHA, 1),
-        "background": (0, overdamped_session.LARGEST_BACKGROUND),
-        "accuracy": (overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE),
-        "solver": (1e-13, 0.1),
-        "rows": (1, shear.MOST_ROWS),
-        "rate": (shear.LEAST_RATE, shear.LARGEST_RATE),
-        "strain": (least_strain, shear.LARGEST_STRAIN) if deck_name.endswith("startup") else (_ABOVE_ZERO, 0.1),
-        "omega": (oscillate.SLOWEST, oscillate.FASTEST),
-        "amplitude": (least_strain, oscillate.LARGEST_AMPLITUDE),
-        "cycles": (1, oscillate.MOST_CYCLES),
-        "stress": (least_strain, creep.LARGEST_STRESS),
-        "duration": (overdamped_session.LEAST_TIME, creep.LONGEST),
-    }
-    if name in _SHARES:
-        return _ABOVE_ZERO, 1
-    whole = 0.0 if name in ("seed", "least") else 1.0  # the least of those that are whole
-    usual = whole if name in _WHOLE else 0.0 if default.strip("0.") == "" else _ABOVE_ZERO
-    return found.get(name, (usual, 1e9))
+
+def _rule(limits: str) -> tuple[str, Callable[[str], bool]]:
+    """A number in an interval, or one of several words."""
+    interval = _INTERVAL.match(limits)
+    if interval is None:
+        return f"one of {limits}", limits.split(" | ").__contains__
+    bracket, least, most, kind = interval.groups()
+
+    def good(text: str) -> bool:
+        try:
+            value = float(text)
+        except ValueError:
+            return False
+        inside = float(least) <= value <= float(most) and (bracket == "[" or value > float(least))
+        return inside and (kind is None or value % (2 if kind == "even" else 1) == 0)
+
+    words = {None: "a number", "whole": "a whole number", "even": "an even number"}[kind]
+    return f"{words} in {bracket}{least}, {most}]", good

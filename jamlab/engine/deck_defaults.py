@@ -22,6 +22,10 @@ from jamlab.processes.dying_program import dying_line
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
 _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
+# what a variable may be, where a deck says it behind the default: an interval, "whole" or "even" numbers, or words
+LIMITS = re.compile(
+    r"^variable\s+(\w+)\s+index\s+\S+\s+# ([\[(]\S+, \S+\](?: even| whole)?|[\w/]+(?: \| [\w/]+)+)", re.MULTILINE
+)
 _SECTION = re.compile(r"^# \[(\S+)\].*\n((?:variable .*\n)+)", re.MULTILINE)
 _INCLUDED = re.compile(r"include \"\$\{dir\}/([\w./${}]+)\"")
 # beside those of decks: `jam` and moduli of droplets have steps that decks do without
@@ -69,13 +73,14 @@ def copy_decks(folder: Path) -> Path:
     return folder.resolve()
 
 
-def settings(folder: Path, name: str, model: str = "") -> dict[str, str]:
-    """Variables that `lmp -var` may set in a deck, each with its default: its own, then those of what it includes."""
+def settings(folder: Path, name: str, model: str = "", what: re.Pattern[str] = _INDEX) -> dict[str, str]:
+    """Variables that `lmp -var` may set in a deck, each with its default: its own, then those of what it includes.
+    `what`: LIMITS for what they may be."""
     text = (folder / name).read_text()
-    found = dict(reversed(_INDEX.findall(text)))  # of two lines for one name the first counts
-    model = model or found.get("model", "")
+    found = dict(reversed(what.findall(text)))  # of two lines for one name the first counts
+    model = model or dict(_INDEX.findall(text)).get("model", "")
     for part in _INCLUDED.findall(text):
-        found = settings(folder, part.replace("${model}", model), model) | found
+        found = settings(folder, part.replace("${model}", model), model, what) | found
     return found
 
 
