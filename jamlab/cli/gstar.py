@@ -5,7 +5,7 @@ separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone
 itself, but takes a further column whose name holds one of these for the column itself.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from jamlab.arrays import Array
-    from jamlab.packing.packing import Packing
     from jamlab.rheology.damping import Damping
     from jamlab.rheology.mean_spectrum import Spectra
 
@@ -35,7 +34,7 @@ MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packin
 
 def gstar(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="HDF5 files. Several packings of one kind give a mean with a band.")
+        list[Path] | None, typer.Argument(help="HDF5 files. Several packings of one kind give a mean.")
     ] = None,
     n: Annotated[int | None, typer.Option("--n", "-n", help="Disks to pack (without FILES).")] = None,
     pressure: Annotated[float | None, typer.Option(help="Their pressure (units of k).")] = None,
@@ -60,8 +59,7 @@ def gstar(
 ) -> None:
     """Compute the complex shear modulus G*(omega).
 
-    G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too. Packings that differ
-    in pressure, units, force law, sizes or ensemble get one curve each.
+    G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too.
     """
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make
@@ -79,21 +77,15 @@ def gstar(
         if files
         else [make(int(n or 0), float(pressure or 0), seed, ensemble=ensemble)]
     )
-    if out is not None:
-        check_one_kind(out, packings)
     found = mean_spectra(packings, omega, law, prestress=prestress, method=method)
     if out is not None:
         save(found, law, out)
     if as_json:
-        curves = [_summary(spectra) for spectra in found]
-        print_json(curves[0] if len(curves) == 1 else {"curves": curves})
+        print_json(_summary(found))
         return
-    for spectra in found:
-        print_spectra(law, spectra)
+    print_spectra(law, found)
     if out is not None:
         print_line(f"wrote {out}")
-    if len(found) > 1:
-        print_line(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean")
 
 
 def _frequencies(lowest: float, highest: float, points: int) -> "Array":
@@ -109,7 +101,7 @@ def _summary(spectra: "Spectra") -> dict[str, Any]:
     from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
 
     each, means = spectra.packings, spectra.means()
-    content: dict[str, Any] = {"label": spectra.label, "units": spectra.units, "converged": bool(each.converged.all())}
+    content: dict[str, Any] = {"units": spectra.units, "converged": bool(each.converged.all())}
     content |= {"method": spectra.method, "shear": SHEAR, "omega": spectra.omega.tolist()}
     content |= {name: float(each[name].mean()) for name in ("g", *LIMITS)}
     content |= {name: means[name].tolist() for name in COLUMNS}
@@ -126,10 +118,9 @@ def print_spectra(law: "Damping", spectra: "Spectra") -> None:
 
     each, table = spectra.packings, spectra.means()
     count, bad = len(each), int((~each["converged"]).sum())
-    words = [str(law) + ";", f"{spectra.label}," * bool(spectra.label), f"{count} packing{'s' * (count > 1)},"]
-    words += [spectra.method + f", {bad} NOT CONVERGED" * bool(bad)]
+    title = f"{law}; {count} packing{'s' * (count > 1)}, {spectra.method}" + f", {bad} NOT CONVERGED" * bool(bad)
     lines = [[f"{value:.4g}" for value in row] for row in table.to_numpy()]
-    print_table(" ".join(filter(None, words)), [_HEADINGS[str(name)] for name in table], lines)
+    print_table(title, [_HEADINGS[str(name)] for name in table], lines)
     mean = each[["g0", "g", "eta0", "eta_inf"]].mean()
     print_note(
         f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*; G = {mean['g']:.5g}: static, mean over "
@@ -149,47 +140,26 @@ def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = Tr
     check_target(path, *sources, replace=replace)
 
 
-def check_one_kind(path: Path, packings: "Sequence[Packing]") -> None:
-    """Refuse packings of several kinds, which have a curve each, where a table holds one curve."""
-    from jamlab.rheology.mean_spectrum import group_packings
-
-    if path.suffix.lower() in TABLES and (kinds := len(group_packings(packings))) > 1:
-        raise InputError(
-            f"{path} takes one curve, but packings are of {kinds} kinds: give one kind, or write a picture"
-        )
-
-
-def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
+def save(spectra: "Spectra", damping: "Damping", path: Path) -> None:
     """Write a picture (.png, .pdf, .svg) or a table (.csv, .tsv), all or nothing."""
-    kind = path.suffix.lower()
-    if kind in TABLES:
-        (curve,) = curves
-        table = curve.means()[["omega", "storage", "loss"]]
+    if path.suffix.lower() in TABLES:
+        table = spectra.means()[["omega", "storage", "loss"]]
         write_table(table.set_axis(list(HEADERS), axis="columns"), path)
     else:
         from jamlab.figures.save_picture import save_picture
 
-        several = len(curves) > 1
-        named = {spectra.label if several else str(damping): spectra for spectra in curves}
-        unit = " or ".join(dict.fromkeys(spectra.unit for spectra in curves))
-        save_picture(modulus_figure(named, unit, str(damping) if several else ""), path)
+        save_picture(modulus_figure(spectra, str(damping)), path)
 
 
-def modulus_figure(spectra: "Mapping[str, Spectra]", unit: str, title: str = "") -> "Figure":
-    """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
-    Several packings of an entry: mean and standard error."""
+def modulus_figure(spectra: "Spectra", label: str) -> "Figure":
+    """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log: mean and standard error."""
     from matplotlib.figure import Figure
 
     from jamlab.plotting.curves import draw_modulus, label_modulus
     from jamlab.plotting.drawable import CURVES
-    from jamlab.plotting.palette import COLOURS, ordered_colours
 
     figure = Figure(figsize=CURVES, layout="constrained")
     axes = figure.subplots()
-    colours = COLOURS[: len(spectra)] if len(spectra) <= len(COLOURS) else ordered_colours(len(spectra))
-    for colour, (name, s) in zip(colours, spectra.items(), strict=True):
-        draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
-    label_modulus(axes, unit)
-    axes.legend(fontsize=10 if len(spectra) < 3 else 7)
-    axes.set_title(title, fontsize=11)
+    draw_modulus(axes, spectra.omega, spectra.band("storage"), spectra.band("loss"), label=label)
+    label_modulus(axes, spectra.unit, legend=True)
     return figure

@@ -1,4 +1,4 @@
-"""Mean spectra: G*(omega) of packings alike together, with band and table; unlike packings get a curve each.
+"""Mean spectra: G*(omega) of packings of one kind, with band and table.
 
 G* is G*_xy, for simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
 over directions, which `jamlab.measure` calls g, stands beside it.
@@ -6,13 +6,15 @@ over directions, which `jamlab.measure` calls g, stands beside it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
+from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
@@ -26,7 +28,7 @@ _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 
 @dataclass(frozen=True)
 class Spectra:
-    """G*_xy(omega) of one or more packings alike, at the same frequencies."""
+    """G*_xy(omega) of one or more packings of one kind, at the same frequencies."""
 
     # a row for each packing and frequency: `packing`, `omega`, 1/tau_1, and `COLUMNS`; error: bound of the relative one
     curves: pd.DataFrame
@@ -34,7 +36,6 @@ class Spectra:
     # `converged`, whether the packing is at a minimum
     packings: pd.DataFrame
     units: str  # "k" or "eps", of all packings
-    label: str = ""  # what the packings have in common, for titles and legends
     unit: str = ""  # of stress, for axes
 
     @property
@@ -74,21 +75,10 @@ def mean_spectra(
     *,
     prestress: bool = True,
     method: str = "auto",
-) -> list[Spectra]:
-    """G*_xy(omega) of packings: one mean for packings of the same force law, units, sizes, ensemble and pressure.
-    `packings`: one or more, at energy minima; `omega, damping, prestress, method`: as in `complex_modulus`. Returns one
-    `Spectra` per group, in the order of their first packings; their labels say what the groups differ in."""
-    groups = group_packings(packings)
-    return [
-        collect(group, label, omega, damping, prestress=prestress, method=method)
-        for label, group in zip(_labels([group[0] for group in groups]), groups, strict=True)
-    ]
-
-
-def collect(
-    packings: Sequence[Packing], label: str, omega: Array, damping: Damping | None, *, prestress: bool, method: str
 ) -> Spectra:
-    """Spectra of packings that are alike, under a label."""
+    """G*_xy(omega) of packings at energy minima that differ only in their random start; other arguments as in
+    `complex_modulus`."""
+    check_one_kind(packings)
     curves, rows = [], []
     for k, packing in enumerate(packings):
         found = linear_modulus(packing, omega, damping, prestress=prestress, method=method)
@@ -100,47 +90,28 @@ def collect(
             | {"g": float(modulus_along(relaxed, AVERAGING_ANGLES).mean()), "converged": packing.converged}
         )
     first = packings[0]
-    return Spectra(pd.concat(curves), pd.DataFrame(rows), first.units, label, first.unit_names.stress)
+    return Spectra(pd.concat(curves), pd.DataFrame(rows), first.units, first.unit_names.stress)
 
 
-def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
-    """Gather packings that may be averaged: they differ only in their random start; pressures within 1e-3."""
-    groups: list[list[Packing]] = []
-    for packing in packings:
-        group = next((group for group in groups if _alike(packing, group[0])), None)
-        if group is None:
-            groups.append([packing])
-        else:
-            group.append(packing)
-    return groups
+def check_one_kind(packings: Sequence[Packing]) -> None:
+    """Refuse packings that differ in more than their random start; pressures may differ by 1e-3."""
+    first = _kind(packings[0])
+    for k, packing in enumerate(packings):
+        kind = _kind(packing)
+        wrong = next((name for name in kind | first if kind.get(name) != first.get(name)), None)
+        if wrong is None and abs(pressure(packing) / pressure(packings[0]) - 1) > _SAME_PRESSURE:
+            wrong, kind, first = "pressure", {"pressure": pressure(packing)}, {"pressure": pressure(packings[0])}
+        if wrong:
+            raise InputError(
+                f"packing {k} has {wrong} = {kind.get(wrong)}, packing 0 has {first.get(wrong)}: a mean is over "
+                "packings of one kind; take one kind at a time"
+            )
 
 
-def _alike(packing: Packing, first: Packing) -> bool:
-    close = abs(pressure(packing) - pressure(first)) <= _SAME_PRESSURE * abs(pressure(first))
-    return close and dict(_facts(packing)) == dict(_facts(first))
-
-
-def _facts(packing: Packing) -> Iterator[tuple[str, str]]:
-    """Whatever the packings of one mean must share, besides their pressure: what it is, and how a label says it."""
-    kind, declared = packing.kind, packing.parameters
-    sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
-    yield from {"model": kind.particles, "units": f"units {packing.units}", "n": f"n = {packing.n}"}.items()
-    yield "ensemble", packing.ensemble
-    yield "sizes", f"{kind.size_name}s " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False))
-    yield "every size", str([(f"{s:.12g}", int(c)) for s, c in zip(sizes, counts, strict=True)])
-    yield "vertices", f"vertices {np.unique(np.bincount(packing.particle)).tolist()}"
-    yield from ((name, f"{name} = {value}") for name, value in packing.params.items() if not declared[name].each)
-
-
-def _labels(firsts: Sequence[Packing]) -> list[str]:
-    """Particles, pressure, and whatever differs between groups."""
-    facts = [dict(_facts(packing)) for packing in firsts]
-    names = dict.fromkeys(name for each in facts for name in each if name not in ("model", "units", "every size"))
-    differ = [name for name in names if len({each.get(name) for each in facts}) > 1]
-    return [
-        ", ".join(
-            [each["model"], f"p = {pressure(packing):.4g} {packing.unit_names.stress}"]
-            + [each[name] for name in differ if name in each]
-        )
-        for packing, each in zip(firsts, facts, strict=True)
-    ]
+def _kind(packing: Packing) -> dict[str, Any]:
+    """Whatever the packings of one mean must share, besides their pressure."""
+    sizes, counts = np.unique(packing.kind.type_sizes(packing), return_counts=True)
+    facts: dict[str, Any] = {name: getattr(packing, name) for name in ("model", "units", "n", "ensemble")}
+    facts["sizes"] = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]
+    facts["vertices"] = np.unique(np.bincount(packing.particle)).tolist()
+    return facts | {name: v for name, v in packing.params.items() if not packing.parameters[name].each}

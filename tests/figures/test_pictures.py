@@ -13,7 +13,7 @@ from bare_pictures import bare, both, covers_points, picture, state
 
 import jamlab
 from jamlab.cli.gstar import modulus_figure
-from jamlab.rheology.mean_spectrum import collect
+from jamlab.rheology.mean_spectrum import mean_spectra
 
 
 @picture
@@ -30,9 +30,7 @@ def test_cells():
 
 def modulus():
     omega = np.geomspace(1e-4, 1e2, 25)
-    return modulus_figure(
-        {"contact damping": collect([state("disks")], "", omega, None, prestress=True, method="dense")}, "k"
-    )
+    return modulus_figure(mean_spectra([state("disks")], omega, method="dense"), "contact damping")
 
 
 @picture

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.cli.gstar import _summary, check_one_kind, check_output, print_spectra
-from jamlab.rheology.mean_spectrum import collect, group_packings, mean_spectra
+from jamlab.cli.gstar import _summary, check_output, print_spectra
+from jamlab.rheology.mean_spectrum import check_one_kind, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
 
@@ -16,7 +16,7 @@ OMEGA = np.geomspace(1e-4, 10, 9)
 def three():
     packings = [jamlab.pack(32, 1e-2, seed, ensemble="shear-stabilized") for seed in (1, 2, 3)]
     packings[1] = packings[1].with_state(converged=False)
-    return collect(packings, "three", OMEGA, None, prestress=True, method="auto")
+    return mean_spectra(packings, OMEGA)
 
 
 def test_band_is_mean_and_standard_error(three):
@@ -40,7 +40,7 @@ def test_numbers_and_words_say_what_did_not_converge(three, capsys):
 
 
 def test_packings_that_differ_are_never_averaged():
-    """Seeds alone may be averaged; pressure, size, ensemble, sizes and units each make a curve of their own."""
+    """Seeds alone may be averaged; pressure, size, ensemble, sizes and units each are refused."""
     same = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2)]
     others = [
         jamlab.pack(16, 2e-2, 1),
@@ -49,23 +49,16 @@ def test_packings_that_differ_are_never_averaged():
         jamlab.pack(16, 1e-2, 1, size_ratio=1.2),
         jamlab.jam(16, "sp", 1, ensemble="shear-stabilized"),
     ]
-    packings = [same[0], *others, same[1]]
-    groups = group_packings(packings)
-    assert [len(group) for group in groups] == [2, 1, 1, 1, 1, 1]
-    curves = mean_spectra(packings[:3], OMEGA)
-    assert len({c.label for c in curves}) == 3 and "n = 24" in curves[2].label and "p = 0.02 k" in curves[1].label
-    first = curves[0]
+    for other in others:
+        with pytest.raises(jamlab.InputError):
+            check_one_kind([same[0], other])
+    first = mean_spectra(same, OMEGA)
     measured = jamlab.measure(same[0])
     assert first.packings["g"][0] == pytest.approx(measured["g"], rel=1e-12)
     assert first.packings["g0"][0] == pytest.approx(measured["g_x"], rel=1e-8)
 
 
-def test_several_kinds_in_a_table_unknown_endings_and_places_are_refused(tmp_path):
-    same, other = jamlab.pack(16, 1e-2, 1), jamlab.pack(16, 2e-2, 1)
-    check_one_kind(tmp_path / "s.csv", [same, same])
-    check_one_kind(tmp_path / "s.png", [same, other])
-    with pytest.raises(jamlab.InputError):
-        check_one_kind(tmp_path / "s.csv", [same, other])
+def test_unknown_endings_and_places_are_refused(tmp_path):
     with pytest.raises(jamlab.InputError, match=r"s\.txt"):
         check_output(tmp_path / "s.txt")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
