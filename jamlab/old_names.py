@@ -91,6 +91,10 @@ HABITS = {
     "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
     **dict.fromkeys(("cell", "volume", "lx", "Lx"), "packing.box, or packing.area"),
     "N": "packing.n",
+    "types": "packing.diameters: a particle has a size, no type",
+    "masses": "nothing: motion is overdamped, without masses",
+    "images": "jamlab.contacts(packing).shift, of every contact",
+    "test": "the command `jamlab doctor`",
     **dict.fromkeys(("coords", "get_positions", "wrap"), "packing.positions"),
 }
 # what users look for in a result -> what it may have

@@ -101,12 +101,16 @@ def deck(
 
 def _path_of(name: str) -> Path:
     """A deck of this folder, or else of jamlab."""
+    from jamlab.checks import name_meant
     from jamlab.kernels.library import installed
 
     for folder in (Path.cwd(), installed("lammps_inputs")):
         if (folder / name).is_file():
             return folder / name
-    raise InputError(f"{name}: no such deck in this folder or in the list of `jamlab decks`")
+    known = [path.name for path in installed("lammps_inputs").glob("in.*")]
+    raise InputError(
+        f"{name}: no such deck in this folder or of jamlab; {name_meant(name, known, 'see `jamlab decks`')}"
+    )
 
 
 def _options(words: list[str]) -> Iterator[tuple[str, str]]:

@@ -22,7 +22,22 @@ from jamlab.errors import JamlabError, JamlabWarning
 from jamlab.old_names import MEANT
 
 
-class Commands(TyperGroup):
+class Hinting(TyperGroup):
+    """Commands of which one typed from habit is told which to use."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find a command."""
+        try:
+            return super().resolve_command(ctx, args)
+        except TyperException as error:
+            use = _OTHERS.get(args[0])
+            error.message = f"No such command {args[0]!r}: use " + (
+                f"`jamlab {use}`." if use else f"one of {', '.join(self.list_commands(ctx))}."
+            )
+            raise
+
+
+class Commands(Hinting):
     """All commands: print one line for every error a user can cause; `--debug` shows the traceback."""
 
     debug = False
@@ -82,7 +97,9 @@ class OwnCommand(TyperCommand):
         except TyperException as error:
             name = str(getattr(error, "option_name", "")).lstrip("-").replace("-", "_")
             if name in MEANT:
-                error.message += f" Use {MEANT[name]}."
+                error.message += f"; use {MEANT[name]}"
+            elif not isinstance(error, typer.BadParameter) and name not in {each.name for each in self.params}:
+                error.message += f"; it takes {', '.join(each.opts[0] for each in self.params)}"
             raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
@@ -106,20 +123,12 @@ _OTHERS = {
     **dict.fromkeys(("run", "lmp"), "deck"),
     **dict.fromkeys(("check", "test"), "doctor"),
     "list": "decks",
+    "init": "campaign new",
 }
 
 
 class OwnCommands(Commands):
     """The commands of `jamlab`, in groups."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find a command; for one typed from habit say which to use."""
-        try:
-            return super().resolve_command(ctx, args)
-        except TyperException as error:
-            if use := _OTHERS.get(args[0]):
-                error.message = f"No such command {args[0]!r}: use `jamlab {use}`."
-            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands below the headings of their groups."""
@@ -196,7 +205,7 @@ for heading, group in COMMANDS.items():
         example = f"Example: jamlab {name} {words}".rstrip()
         app.command(name, cls=OwnCommand, epilog=example, context_settings=free)(command)
 _HEADINGS["campaign"] = "Ensembles"
-app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
+app.add_typer(campaign.app, name="campaign", cls=Hinting, short_help="Run ensembles of packings from one file.")
 
 
 def main() -> None:
