@@ -30,10 +30,11 @@ class Hinting(TyperGroup):
         try:
             return super().resolve_command(ctx, args)
         except TyperException as error:
-            use = _OTHERS.get(args[0])
-            error.message = f"No such command {args[0]!r}: use " + (
-                f"`jamlab {use}`." if use else f"one of {', '.join(self.list_commands(ctx))}."
-            )
+            from jamlab.checks import name_meant
+
+            known, use = self.list_commands(ctx), _OTHERS.get(args[0])
+            said = f"use `jamlab {use}`" if use else name_meant(args[0], known, f"use one of {', '.join(known)}")
+            error.message = f"No such command {args[0]!r}: {said}"
             raise
 
 
