@@ -139,7 +139,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     facts: dict[str, Any] = {
         "cut": found.cut,  # by the edge, and not counted
         "rattlers": int(found.rattlers.sum()),
-        "unit": found.unit or "of --pixel",
+        "unit": "pixels" if found.pixel is None else "of --pixel",
         **{key: getattr(found, key) for key in ("z_all", "film", "pixel", "contrast", "light", "noise", "blur")},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "label_notes": list(found.label_notes),
