@@ -58,41 +58,30 @@ _EARLY = 0.03  # share of the work below which the time left is a guess not wort
 
 
 @contextmanager
-def progress_bars(names: dict[str, str]) -> "Iterator[dict[str, Progress]]":
-    """Show one bar with a clock for each name (key -> text); a clock stops when its work is done. Yields key ->
-    progress. What is done at the first call was done before, by a run that is resumed."""
+def progress_bar(name: str) -> "Iterator[Progress]":
+    """Show a bar with a clock, or lines where there is no terminal; yields the function that takes progress. What is
+    done at the first call was done before, by a run that is resumed."""
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
     columns = (TextColumn("{task.description}"), BarColumn(16), TimeElapsedColumn(), TextColumn("{task.fields[at]}"))
     quiet = not err_console.is_terminal
     with Bars(*columns, console=err_console, transient=True, disable=quiet) as bars:
+        bar = bars.add_task(name, total=1.0, at="")
+        began = last = time.monotonic()
+        before = float("nan")
 
-        def add(name: str) -> "Progress":
-            bar = bars.add_task(name, total=1.0, at="")
-            began = last = time.monotonic()
-            before = float("nan")
+        def show(share: float, text: str) -> None:
+            nonlocal last, before
+            now = time.monotonic()
+            before = share if before != before else before
+            at = text + _time_left(share, before, now - began)
+            bars.update(bar, completed=share if share == share else None, at=at)
+            if quiet and now - last > _LINE_INTERVAL:
+                last = now
+                print_line(f"{name}: {at}, {now - began:.0f} s so far", err_console)
 
-            def show(share: float, text: str) -> None:
-                nonlocal last, before
-                now = time.monotonic()
-                before = share if before != before else before
-                at = text + _time_left(share, before, now - began)
-                bars.update(bar, completed=share if share == share else None, at=at)
-                if quiet and now - last > _LINE_INTERVAL:
-                    last = now
-                    print_line(f"{name}: {at}, {now - began:.0f} s so far", err_console)
-
-            return show
-
-        yield {key: add(name) for key, name in names.items()}
-
-
-@contextmanager
-def progress_bar(name: str) -> "Iterator[Progress]":
-    """Show one bar, see `progress_bars`; yields its function."""
-    with progress_bars({name: name}) as progress:
-        yield progress[name]
+        yield show
 
 
 def _time_left(share: float, before: float, elapsed: float) -> str:

@@ -1,21 +1,16 @@
 """`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
 
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from jamlab.cli import options
-from jamlab.cli.console import print_line, print_note, print_packings, progress_bar, progress_bars
+from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
 from jamlab.cli.interruption import KeptStates, expect_output
 from jamlab.cli.options import Force, N, Seed
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
-
-if TYPE_CHECKING:
-    from jamlab.packing.packing import Packing
-    from jamlab.processes.progress import Progress
 
 
 def jam(
@@ -178,7 +173,6 @@ def relax(
     print_packings([packing], out, as_json)
 
 
-_ONSET = 0.7  # share of a run until onset, in the bar: 0.9 of disks and 0.5 of droplets to rho = 0.95
 _LEAD = (
     "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.001 in ρ to dense packings. "
     "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
@@ -202,7 +196,8 @@ def demo(
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.models.models import MODELS
     from jamlab.packing.hdf5 import read_observables
-    from jamlab.processes.side_by_side import run_side_by_side
+    from jamlab.protocols.compression import compress as run
+    from jamlab.protocols.onset import jam as begin
     from jamlab.storage.atomic_file import check_targets, make_folder
     from jamlab.storage.verified_file import versions
 
@@ -211,30 +206,22 @@ def demo(
     make_folder(out)
     check_targets(out, ("index.html", *(f"{name}.h5" for name in MODELS)), replace=force)
     expect_output(out)
-    particles = {name: model.particles for name, model in MODELS.items()}
-    with progress_bars(particles) as progress:
-        run = partial(sweep, n=n, seed=seed, to=to)
-        found = run_side_by_side(run, [*MODELS], len(MODELS), report=lambda name, *step: progress[name](*step))
     sections = []
-    for name, packings in zip(MODELS, found, strict=True):
+    for name, model in MODELS.items():
+        with progress_bar(f"{model.particles} to onset") as progress:
+            onset = begin(n, name, seed, ensemble="shear-stabilized", progress=progress)
+        if to <= onset.phi:
+            raise InputError(
+                f"to = {to}: {name} with n = {n}, seed = {seed} jams at {onset.phi:.4f}; use a larger value"
+            )
+        with progress_bar(f"{model.particles} compressed") as progress:
+            packings = [onset, *run(onset, to, progress=progress)]
         file = out / f"{name}.h5"
         print_packings(packings, file, False)
         kept = np.linspace(0, len(packings) - 1, min(len(packings), _SHOWN)).round().astype(int)
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)
-        sections.append((f"Sweep of {particles[name]}", shown))
+        sections.append((f"Sweep of {model.particles}", shown))
     title = "Jamming of disks and deformable polygons"
     write_sections(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {out / 'index.html'}")
-
-
-def sweep(model: str, report: "Progress", *, n: int, seed: int, to: float) -> "list[Packing]":
-    """Take one model from onset to the densest state."""
-    from jamlab.protocols.compression import compress
-    from jamlab.protocols.onset import jam
-
-    how = {"ensemble": "shear-stabilized", "progress": lambda share, text: report(_ONSET * share, text)}
-    onset = jam(n, model, seed, **how)  # type: ignore[arg-type]
-    if to <= onset.phi:
-        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}; use a larger value")
-    return [onset, *compress(onset, to, progress=lambda share, text: report(_ONSET + (1 - _ONSET) * share, text))]

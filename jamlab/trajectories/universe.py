@@ -121,6 +121,7 @@ def _dimensions(box: Array) -> list[float]:
 class UniverseFrames:
     """Convert frames of a Universe or AtomGroup one by one, see `from_universe`; its topology is read once."""
 
+    @checked
     def __init__(
         self,
         atoms: Any,
@@ -296,7 +297,8 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     Args:
         u: Universe, or an AtomGroup of it.
         quantities: names as in `jamlab.measure`, or psi_6, psi_6_overall.
-        radii, units, params, box, relaxed: as in `jamlab.from_universe`.
+        relaxed: relax every frame first.
+        reading: radii, units, params and box, as in `jamlab.from_universe`.
         verbose: show a progress bar.
 
     Raises:
@@ -323,14 +325,11 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         u: Any,
         quantities: str | Iterable[str] = ("rho", "z"),
         *,
-        radii: Radii = None,
-        units: str | None = None,
-        params: Mapping[str, Any] | None = None,
-        box: ArrayLike | None = None,
         relaxed: bool = False,
         verbose: bool = False,
+        **reading: Any,
     ) -> None:
-        self._frames = UniverseFrames(u, radii, units, params, box, relaxed)
+        self._frames = UniverseFrames(u, relaxed=relaxed, **reading)
         super().__init__(self._frames.trajectory, verbose=verbose)
         self._quantities = (quantities,) if isinstance(quantities, str) else tuple(quantities)
         for name in self._quantities:

@@ -20,7 +20,7 @@ COMMANDS = {
     "campaign": ["campaign", "run", "c.toml", "--workers", "2"],
     "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
 }
-CHILDREN = {"demo": 2, "campaign": 2, "jam": 0}
+CHILDREN = {"demo": 0, "campaign": 2, "jam": 0}
 SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml` resumes"}
 
 

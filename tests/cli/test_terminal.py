@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from jamlab.cli import console
-from jamlab.cli.console import print_packings, progress_bars
+from jamlab.cli.console import print_packings, progress_bar
 
 COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
 LINES = [[f"0.8{row}", *(f"{row}.{k:04d}" for k in range(12))] for row in range(3)]
@@ -52,9 +52,9 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch):
     clock = iter(range(0, 1000, 6))
     monkeypatch.setattr(console, "_LINE_INTERVAL", 10.0)
     monkeypatch.setattr(console.time, "monotonic", lambda: float(next(clock)))
-    with progress_bars({"sp": "soft particles"}) as shows:
+    with progress_bar("soft particles") as show:
         for share, phi in ((0.01, 0.3), (float("nan"), 0.5), (0.2, 0.7), (0.3, 0.82)):
-            shows["sp"](share, f"onset {phi}")
+            show(share, f"onset {phi}")
     lines = text.getvalue().splitlines()
     assert len(lines) == 2 and all(line.startswith("soft particles: onset 0.") for line in lines)
     assert "s so far" in lines[0] and "left" in lines[1] and "\x1b" not in text.getvalue()
@@ -67,7 +67,7 @@ def test_a_run_that_goes_on_from_its_file_counts_only_what_it_does_itself(monkey
     clock = iter([0.0, 0.0, 6.0, 100.0])
     monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
     monkeypatch.setattr(console, "_LINE_INTERVAL", 1.0)
-    with progress_bars({"shear": "shear"}) as shows:
-        shows["shear"](0.5, "strain 0.5")
-        shows["shear"](0.6, "strain 0.6")
+    with progress_bar("shear") as show:
+        show(0.5, "strain 0.5")
+        show(0.6, "strain 0.6")
     assert "strain 0.6, about 24 s left, 6 s so far" in text.getvalue()
