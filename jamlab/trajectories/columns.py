@@ -154,7 +154,7 @@ class Columns:
                 raise InputError(f"disk {wrong[0]} has {said}: give one of them")
         return found.get(first), error
 
-    def disks(self, box: Array | None, rounding: float = 0.0, *, deck: bool = False, **more: Any) -> Sites:
+    def disks(self, box: Array | None, rounding: float = 0.0, **more: Any) -> Sites:
         """Disks at x and y in a box.
 
         Args:
@@ -166,4 +166,4 @@ class Columns:
             check_flat(self.numbers("z"), float(np.ptp(places) if box is None else box[0, 0]))
         radius, error = self.radius()
         rounding += self.error("x", "y") + error
-        return Sites(box, places, self.types(), radius=radius, deck=deck, rounding=rounding, **more)
+        return Sites(box, places, self.types(), radius=radius, rounding=rounding, **more)

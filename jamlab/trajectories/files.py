@@ -8,7 +8,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
@@ -70,8 +69,6 @@ def read(
         >>> np.array_equal(q.positions, p.positions), q.converged
         (True, True)
     """
-    if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
-        raise InputError(f"frame is {frame!r}: must be a whole number")
     return _read(path, frame, (radii, units, params, box))[0]
 
 

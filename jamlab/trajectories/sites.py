@@ -171,7 +171,6 @@ class Sites:
     a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
     # further attributes in the source, see `jamlab.packing.lammps_files.described`
     entries: Mapping[str, Any] = field(default_factory=dict)
-    deck: bool = True  # whether unknown sizes may be those of the decks' particles
     rounding: float = 0.0  # how far a coordinate may be off, see `Packing.rounding`
     provenance: Mapping[str, Any] = field(default_factory=dict)  # entries about the source
 
@@ -196,11 +195,11 @@ class Sites:
         if not self.rounding:
             common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
         if self.rings is None:
-            common |= {"positions": self.positions, "diameters": self._diameters(radii, assumed)}
+            common |= {"positions": self.positions, "diameters": self._diameters(radii)}
         elif radii is not None:
             raise InputError("radii apply to disks only; the rim width of droplets is params['delta']")
         else:
-            law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"), assumed)
+            law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"))
             vertices = self.rings.polygons(self.positions, cell, self.wrapped)
             common |= {"positions": vertices, "offsets": self.rings.offsets}
         history = {**self.provenance, **({"assumed": assumed} if assumed else {})}
@@ -225,7 +224,7 @@ class Sites:
         check_box(cell)
         return cell
 
-    def _diameters(self, radii: Radii, assumed: list[str]) -> Array:
+    def _diameters(self, radii: Radii) -> Array:
         by_type = {
             name[1:]: 0.5 * value for name, value in self.entries.items() if name.startswith("d") and name[1:].isdigit()
         }
@@ -235,18 +234,14 @@ class Sites:
             k = int(np.flatnonzero(given != known)[0])
             raise InputError(f"radii gives disk {k} the radius {given[k]:g}, but the source has {known[k]:g}")
         known = given if known is None else known
-        if known is not None:
-            return 2 * known
-        kinds, ratio = sorted(set(self.types.tolist())), float(defaults("sp")["ratio"])
-        if not self.deck or not {*kinds} <= {"1", "2"}:
+        if known is None:
             raise InputError(
                 "the sizes of the disks are unknown: give radii, a number, one for each disk or {type: radius} "
-                f"for the types {', '.join(kinds[:9])}"
+                f"for the types {', '.join(sorted(set(self.types.tolist()))[:9])}"
             )
-        assumed.append("diameters")
-        return np.where(self.types == "1", 1.0, ratio) * 2 / (1 + ratio)
+        return 2 * known
 
-    def _rest_areas(self, rings: Rings, given: Any, assumed: list[str]) -> Array:
+    def _rest_areas(self, rings: Rings, given: Any) -> Array:
         vertices = np.diff(rings.offsets)
         known = None if self.a0 is None else self.a0[rings.order][rings.offsets[:-1]]
         if given is not None:
@@ -254,12 +249,8 @@ class Sites:
             if known is not None and not np.array_equal(values, known):
                 raise InputError("params['a0'] was given, but the source has other rest areas")
             return values
-        if known is not None:
-            return known
-        sizes = [float(defaults("dp")[name]) for name in ("nv_small", "nv_large")]
-        if not np.isin(vertices, sizes).all():
+        if known is None:
             raise InputError(
                 "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}"
             )
-        assumed.append("a0")
-        return np.asarray((2 * vertices / sum(sizes)) ** 2)
+        return known

@@ -170,7 +170,6 @@ class UniverseFrames:
             radius=self._radius(step),
             a0=self._a0,
             entries=self._entries,
-            deck=False,
             rounding=max(error, self._entries.get("rounding", 0.0)),
             provenance=provenance,
         )
