@@ -17,12 +17,6 @@ def jam(
     model: Annotated[str, typer.Option(metavar="{sp,dp}", help="Disks (sp) or deformable droplets (dp).")] = "sp",
     n: options.N = 64,
     seed: options.Seed = 1,
-    contact: Annotated[
-        str | None, typer.Option(metavar="{outline,segment/smooth}", help="Contact form of droplets.")
-    ] = None,
-    gamma: Annotated[float | None, typer.Option(help="Line tension of droplets (eps/l), default 0.4.")] = None,
-    ka: Annotated[float | None, typer.Option(help="Area stiffness of droplets (eps/l^4), default 300.")] = None,
-    delta: Annotated[float | None, typer.Option(help="Range of contacts of droplets (l), default 0.25.")] = None,
     law: options.Law = None,
     ratio: options.Ratio = None,
     large: options.Large = 0.5,
@@ -46,7 +40,6 @@ def jam(
 
     check_target(out, replace=force)
     expect_output(out)
-    given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
     how: dict[str, Any] = {
         "size_ratio": ratio,
         "fraction_large": large,
@@ -55,7 +48,6 @@ def jam(
         "ensemble": ensemble,
     }
     how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
-    how |= {name: value for name, value in given.items() if value is not None}
     with progress_bar("to onset") as progress:
         packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

@@ -80,7 +80,7 @@ def _line(error: BaseException) -> str:
 
 
 _OF_TOPICS = {
-    "Force law and sizes": "law contact gamma ka delta ratio large sizes",
+    "Force law and sizes": "law ratio large sizes",
     "Drag law": "beta alpha tau stokes eta_f background",
     "Accuracy and cores": "tolerance ranks processes workers",
     "Output": "out plot csv overlay packing force as_json",

@@ -55,7 +55,9 @@ def law_values(entries: list[str] | None) -> dict[str, float | str]:
     return found
 
 
-Law = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Parameter of the force law; repeatable.")]
+Law = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Parameter of the force law, as gamma=0.3; repeatable.")
+]
 N = Annotated[int, typer.Option("--n", "-n", help="Number of particles; must be even for the default sizes.")]
 Ratio = Annotated[float | None, typer.Option(help="Diameter ratio of large to small disks, 1 to 10 (default: 1.4).")]
 Large = Annotated[float, typer.Option(help="Number fraction of large particles.")]

@@ -1,7 +1,4 @@
-"""Curves of plain arrays: complex moduli on logarithmic axes, and points with the law fitted to them.
-
-What a logarithm cannot show is counted in the legend.
-"""
+"""Complex moduli on logarithmic axes; what a logarithm cannot show is counted in the legend."""
 
 from typing import Any
 
@@ -12,26 +9,7 @@ from matplotlib.lines import Line2D
 from jamlab.arrays import Array
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes, positive
-from jamlab.plotting.palette import BLUE, COLOURS, RED
-
-Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
-
-
-def draw_fit(
-    axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", /, **style: Any
-) -> None:
-    """Draw a law (m,) and the points that it was fitted to, if they are known; new axes get scales and labels."""
-    px, py, error = points
-    if new:
-        label_axes(axes, x_label, "$y$")
-        axes.set_xscale("log")
-        if np.all(y > 0) and (py is None or np.all(py > 0)) and y.max() > 3 * y.min():
-            axes.set_yscale("log")
-    if px is not None and py is not None:
-        axes.errorbar(px, py, error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label=f"{len(px)} points")
-    axes.plot(x, y, **merged(Line2D, {"color": RED, "linewidth": 1.6, "label": label}, style))
-    axes.legend(fontsize=LEGEND)
-
+from jamlab.plotting.palette import COLOURS
 
 Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 

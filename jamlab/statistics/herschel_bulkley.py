@@ -12,7 +12,7 @@ from scipy.optimize import curve_fit
 from jamlab.arrays import Array
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.plotting.drawable import drawn, in_unit, label_axes
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 
 _STEEPEST = 2.0  # exponent
 _EDGE = 1e-3  # of its range, within which it counts as at its end
@@ -66,11 +66,17 @@ class HerschelBulkley:
         >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
         >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
         """
-        from jamlab.plotting.curves import draw_fit
+        from jamlab.plotting.palette import BLUE, RED
 
         rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
+        law, points = self(rates), f"{len(self.rates)} points"
         label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
-        draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_stderr), True, **style)
+        axes.set_xscale("log")
+        if min(law.min(), self.stress.min()) > 0 and law.max() > 3 * law.min():
+            axes.set_yscale("log")
+        axes.errorbar(self.rates, self.stress, self.stress_stderr, fmt="o", color=BLUE, ms=5, capsize=2.5, label=points)
+        axes.plot(rates, law, **merged_line({"color": RED, "linewidth": 1.6, "label": label}, style))
+        axes.legend(fontsize=LEGEND)
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
 
 

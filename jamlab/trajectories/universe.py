@@ -12,7 +12,6 @@ from typing import Any
 import MDAnalysis
 import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
-from MDAnalysis.analysis.results import ResultsGroup
 from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from MDAnalysis.exceptions import NoDataError
 from numpy.typing import ArrayLike, NDArray
@@ -289,9 +288,8 @@ def _box(trajectory: Any) -> Array:
 class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     """Measure the frames of a trajectory, as `jamlab.measure` measures `jamlab.from_universe(u)`.
 
-    `PackingAnalysis(u, ("rho", "z")).run(step=10).results.rho` is (n_frames,) float64. With
-    `run(backend="multiprocessing", n_workers=4)` processes share the frames. Frames are float32: moduli are refused
-    unless `relaxed=True`, and z and rattlers are nan where rounding could open or close a contact.
+    `PackingAnalysis(u, ("rho", "z")).run(step=10).results.rho` is (n_frames,) float64. Frames are float32:
+    moduli are refused unless `relaxed=True`, and z and rattlers are nan where rounding could open or close a contact.
 
     Args:
         u: Universe, or an AtomGroup of it.
@@ -310,13 +308,6 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         >>> a.results.rho.shape == (u.trajectory.n_frames,)
         True
     """
-
-    _analysis_algorithm_is_parallelizable = True
-
-    @classmethod
-    def get_supported_backends(cls) -> tuple[str, ...]:
-        """Names for `run(backend=...)`."""
-        return ("serial", "multiprocessing")
 
     @checked
     def __init__(
@@ -348,6 +339,3 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
             raise type(error)(f"frame {self._ts.frame}: {error}") from error
         for name, value in found.items():
             self.results[name][self._frame_index] = value
-
-    def _get_aggregator(self) -> ResultsGroup:
-        return ResultsGroup(lookup=dict.fromkeys(self._quantities, ResultsGroup.ndarray_hstack))

@@ -105,8 +105,8 @@ def test_sizes_and_droplets_from_the_command_line(tmp_path):
     assert call(tmp_path, "pack", "--pressure", "0.05", *sizes).exit_code == 0
     diameters = jamlab.read(tmp_path / "packing.h5").diameters
     assert np.sum(diameters > 1) == 3 and diameters.max() / diameters.min() == pytest.approx(1.2)
-    droplets = ("jam", "--model", "dp", "--n", "5", "--large", "0.4", "--gamma", "0.1", "--ka", "50", "--delta", "0.2")
-    done = call(tmp_path, *droplets, "--json")
+    law = ("--law", "gamma=0.1", "--law", "ka=50", "--law", "delta=0.2")
+    done = call(tmp_path, "jam", "--model", "dp", "--n", "5", "--large", "0.4", *law, "--json")
     assert done.exit_code == 0, done.stderr
     packing = jamlab.read(tmp_path / "onset.h5")
     assert [packing.params[name] for name in ("gamma", "ka", "delta")] == [0.1, 50.0, 0.2]

@@ -171,7 +171,7 @@ def test_campaign_files(tmp_path, examples):
 
 
 COMMANDS = {  # each with an option or argument that nothing can start from
-    ("jam", "--out", "absent/o.h5"): ["--model", "--n", "--seed", "--contact", "--search", "--ensemble", "--tolerance"],
+    ("jam", "--out", "absent/o.h5"): ["--model", "--n", "--seed", "--law", "--search", "--ensemble", "--tolerance"],
     ("jam", "--model", "tp"): ["--n", "--seed", "--out", "--tolerance"],
     ("pack", "--out", "absent/o.h5"): ["--n", "--pressure", "--seed", "--ensemble", "--tolerance"],
     ("compress", "absent.h5"): ["--to", "--step", "--nearest", "--frame", "--out", "--by"],

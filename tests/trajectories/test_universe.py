@@ -190,7 +190,7 @@ def long():
 
 def test_frames_are_measured_as_one_by_one(long):
     names = ("rho", "phi", "z", "rattlers", "pressure", "voids", "psi_6", "psi_6_overall")
-    found = jamlab.PackingAnalysis(long, names).run(backend="multiprocessing", n_workers=2)
+    found = jamlab.PackingAnalysis(long, names).run()
     rows = [jamlab.measure(packing, names) for packing in jamlab.from_universe(long)]
     assert len(rows) == found.n_frames == 60
     for name in names:
@@ -203,7 +203,6 @@ def test_steps_and_single_quantities(long):
     assert (found.frames.tolist(), found.results.rho.shape) == ([0, 15, 30, 45], (4,))
     assert set(found.results) == {"rho"}
     assert jamlab.PackingAnalysis(long).run(stop=2).results.z.shape == (2,)
-    assert jamlab.PackingAnalysis.get_supported_backends() == ("serial", "multiprocessing")
 
 
 def test_moduli_of_relaxed_frames_only(sp_jammed):
@@ -213,7 +212,7 @@ def test_moduli_of_relaxed_frames_only(sp_jammed):
     with pytest.raises(InputError):
         jamlab.PackingAnalysis(u, ("density",))
     found = jamlab.PackingAnalysis(u, ("g", "z"), relaxed=True)
-    found.run(backend="multiprocessing", n_workers=2)
+    found.run()
     np.testing.assert_allclose(found.results.g, jamlab.shear_modulus(sp_jammed, average=True), rtol=1e-3)
     assert (found.results.z == jamlab.contacts(sp_jammed).z).all()
 
