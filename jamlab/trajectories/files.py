@@ -20,7 +20,7 @@ from jamlab.trajectories import disk_files, lammps_data
 from jamlab.trajectories.columns import COMPRESSED, damage_named
 from jamlab.trajectories.sites import Radii
 
-_READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, each frame with a method `packing`
+_READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files: each frame, or what makes it
     **{"data": lammps_data.read_data, "dump": lammps_data.read_dump},
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "gsd": disk_files.read_gsd},
 }
@@ -107,7 +107,7 @@ def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
     packings = []
     for k, atoms in _chosen(_READERS[kind](path), frame):
         with damage_named(f"{path}, frame {k}"):
-            packings.append(atoms.packing(*given))
+            packings.append((atoms() if callable(atoms) else atoms).packing(*given))
     if not packings:
         raise StorageError(
             f"{path} has no frame{'' if frame is None else f' {frame}'}: use another frame, or write the file again"

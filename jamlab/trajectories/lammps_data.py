@@ -1,8 +1,8 @@
 """Read packings from LAMMPS data files and text dumps, and how far their numbers are rounded."""
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -12,7 +12,6 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import STATE, described
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
-from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import Columns, rounding, text_of
 from jamlab.trajectories.sites import LAW_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
@@ -152,22 +151,8 @@ _COORDINATES = (
 )
 
 
-@dataclass(frozen=True)
-class Frame:
-    """One frame as text."""
-
-    step: int  # time step
-    bounds: tuple[str, list[str]]  # the words behind BOX BOUNDS, and three lines of numbers
-    columns: list[str]  # names
-    rows: list[str]  # one line for each atom
-
-    def packing(self, *given: Any) -> Packing:
-        """Make a packing of it, see `Sites.packing`."""
-        return sites(self).packing(*given)
-
-
-def read_dump(path: FilePath) -> Iterator[Frame]:
-    """Read the frames of a dump as text, see `sites`."""
+def read_dump(path: FilePath) -> Iterator[Callable[[], Sites]]:
+    """Read the frames of a dump as text; the atoms of one are made by calling it."""
     with text_of(path) as file:
         items: dict[str, Any] = {}
         for line in file:
@@ -184,7 +169,7 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
                 if len(rows) < max(count, 1):
                     raise ValueError(f"a frame announces {count} atoms and holds {len(rows)}")
                 step, bounds = int(items.pop("TIMESTEP")), items.pop("BOX BOUNDS")
-                yield Frame(step, bounds, item.split()[1:], rows)
+                yield partial(_sites, step, bounds, item.split()[1:], rows)
                 items = {}
             else:
                 items[item] = next(file, "").strip()
@@ -192,15 +177,16 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
             raise ValueError("the last frame has no atoms")
 
 
-def sites(frame: Frame) -> Sites:
-    """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
+def _sites(step: int, bounds: tuple[str, list[str]], columns: list[str], rows: list[str]) -> Sites:
+    """Atoms of one frame, from the words behind BOX BOUNDS with three lines of numbers, and a line for each atom:
+    positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
     vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
-    places = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(frame.columns)))}
+    places = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(columns)))}
     if "id" not in places:
         raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
-    atoms = Columns.of_rows([row.split() for row in frame.rows], places, len(frame.columns)).by_id()
-    low, box = _box_of_dump(*frame.bounds)
-    ends = [word for line in frame.bounds[1][:2] for word in line.split()]
+    atoms = Columns.of_rows([row.split() for row in rows], places, len(columns)).by_id()
+    low, box = _box_of_dump(*bounds)
+    ends = [word for line in bounds[1][:2] for word in line.split()]
     positions, wrapped, error = _positions(atoms, low, box)
     check_flat(*_heights(atoms, box))
     entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
@@ -220,7 +206,7 @@ def sites(frame: Frame) -> Sites:
         a0=atoms.numbers("a0") if "a0" in atoms else None,
         entries=entries,
         rounding=max(error, entries.get("rounding", 0.0)),
-        provenance={"step": frame.step},
+        provenance={"step": step},
     )
 
 
