@@ -34,8 +34,8 @@ class CommandDescend : public CommandForces {
     double curvature, along;
   };
   struct Numbers {    // arguments, as in jamlab.protocols.preconditioned_lbfgs.LbfgsSettings
-    double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials, energy_digits, sufficient, curved,
-        shift, least_shift, first_shift, definite;
+    double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials, energy_digits, sufficient,
+        curved, shift, least_shift, first_shift, definite;
   } numbers;
   struct Counts {
     double steps, forces, factors, refused, stuck, bent, largest_force, shift;

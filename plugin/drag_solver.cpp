@@ -75,16 +75,16 @@ double DragSolver::precondition_free()
   return field_dot(residual, descent, nlocal);
 }
 
-DragSolver::Followed DragSolver::follow(const Field &u, double rate, Field &force)
+double DragSolver::follow(const Field &u, double rate, Field &force)
 {
-  if (!looks_ahead()) return {};
+  if (!looks_ahead()) return 0.0;
   double power, flow, power_of_drag, flow_of_drag;
   for (int i = 0; i < nlocal; i++) direction[i] = u[i] - start[i];
   multiply_ahead(direction, rate - start_rate, product, power, flow);
   field_add(force, -1.0, product, nlocal);
   multiply(direction, rate - start_rate, product, power_of_drag, flow_of_drag);
   field_add(force, 1.0, product, nlocal);
-  return {power - power_of_drag, flow - flow_of_drag};
+  return flow - flow_of_drag;
 }
 
 void DragSolver::net_forces(Field &force, Field &u, double rate, Field &net)
@@ -104,10 +104,10 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
   multiply(u, load.rate, product, power, flow);
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
-  const Followed followed = moved ? follow(u, load.rate, residual) : Followed{};
+  const double followed = moved ? follow(u, load.rate, residual) : 0.0;
   const double fluid = settings.fluid * load.rate;
   const double dissipation = std::max(power, affine_drag * load.rate * load.rate) + fluid * load.rate;
-  return {load.free_rate ? load.moment - flow - fluid - followed.flow : 0.0, dissipation};
+  return {load.free_rate ? load.moment - flow - fluid - followed : 0.0, dissipation};
 }
 
 /* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,

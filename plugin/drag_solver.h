@@ -118,10 +118,7 @@ class DragSolver {
     double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow
   };
   Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
-  struct Followed {    // work of the velocities and moment of the rate, of B less B + ahead K: 0 if nothing looks ahead
-    double power = 0.0, flow = 0.0;
-  };
-  Followed follow(const Field &u, double rate, Field &force);    // force -= ahead K (u - start)
+  double follow(const Field &u, double rate, Field &force);    // force -= ahead K (u - start); its moment of the rate
   struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
     double accuracy, part, least, dissipation;
   };

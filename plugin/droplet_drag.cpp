@@ -147,31 +147,38 @@ void DropletDrag::elastic_forces(Field &force) const
   for (int i = 0; i < nlocal; i++) force[i] = {lmp->atom->f[i][0], lmp->atom->f[i][1], 0.0};
 }
 
-/* with what forces and energy have followed: K (u - start), over the time ahead */
+/* elastic forces F and energies of the end of the step, K (u - start) over the time ahead from where they are known */
 FlowSums DropletDrag::add_up(const Field &u, double rate)
 {
-  Field out(nlocal + nghost);
-  const Followed followed = follow(u, rate, out);
-  double power, given_power = 0.0;
-  const auto f = lmp->atom->f;
-  for (int i = 0; i < nlocal; i++)
-    given_power += f[i][0] * (u[i].x - start[i].x) + f[i][1] * (u[i].y - start[i].y);
-  const double elastic = elastic_moment();
-
+  Field change(nlocal + nghost), out(nlocal + nghost);
+  for (int i = 0; i < nlocal; i++) change[i] = u[i] - start[i];
+  exchange.send_to_ghosts(change);
+  const Virial followed = stiffness.add_product(change, rate - start_rate, ahead, out);
+  exchange.add_from_ghosts(out);
   FlowSums sums;
-  double viscous;
+  sums.elastic = followed.xy;
+  sums.xx = followed.xx;
+  sums.yy = followed.yy;
+  const auto f = lmp->atom->f;
+  for (int i = 0; i < nlocal; i++) {
+    const double x = ahead * f[i][0] * change[i].x, y = ahead * f[i][1] * change[i].y;
+    sums.xx -= x;
+    sums.yy -= y;
+    sums.energy -= x + y;
+  }
+  sums.energy += 0.5 * ahead * field_dot(out, change, nlocal);
+
+  double power, viscous;
   std::copy_n(u.begin(), nlocal + nghost, still.begin());
   apply(still, rate, 0.0, false, out, power, viscous, nullptr, &sums);
   add_background_sums(u, sums);
-  sums.energy = given_power;
   MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(FlowSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
-  given_power = sums.energy - elastic * (rate - start_rate);
-  const double a = lmp->domain->xprd * lmp->domain->yprd;
-  sums.elastic = elastic + followed.flow;
+  const double elastic = elastic_moment(), a = lmp->domain->xprd * lmp->domain->yprd;
+  sums.energy += energy.compute_scalar() + ahead * (rate - start_rate) * (elastic + 0.5 * sums.elastic);
+  sums.elastic += elastic;
   sums.viscous = viscous;
   sums.xx -= a * virial.vector[0];
   sums.yy -= a * virial.vector[1];
-  sums.energy = energy.compute_scalar() + ahead * (0.5 * followed.power - given_power);
   return sums;
 }
 

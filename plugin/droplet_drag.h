@@ -60,7 +60,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   double turn_back(Field &out, FlowSums *) override;
   double add_forces_ahead(const Field &p, double rate, double time, Field &out) override
   {
-    return time > 0.0 ? stiffness.add_product(p, rate, time, out) : 0.0;
+    return time > 0.0 ? stiffness.add_product(p, rate, time, out).xy : 0.0;
   }
   void find_parts(std::size_t k, std::vector<Part> &) const override;
   void project(Field &) const override;

@@ -46,7 +46,7 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
     if (rsq == 0.0) continue;
     const double tension = gamma[type] / sqrt(rsq);
     const bool own_i = lmp->force->newton_bond || i < nlocal, own_j = lmp->force->newton_bond || j < nlocal;
-    edges.push_back({i, j, ey, tension * (1.0 - ex * ex / rsq), -tension * ex * ey / rsq,
+    edges.push_back({i, j, ex, ey, tension * (1.0 - ex * ex / rsq), -tension * ex * ey / rsq,
                      tension * (1.0 - ey * ey / rsq), own_i, own_j, own_i && own_j ? 1.0 : 0.5});
   }
 
@@ -58,22 +58,24 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
       double r[2];
       rings.position(v, rings.polygons()[segment.polygon], r);
       vertices.push_back({v.i, v.prev, v.next, segment.polygon, 0.5 * (x[v.next][1] - x[v.prev][1]),
-                          0.5 * (x[v.prev][0] - x[v.next][0]), r[1]});
+                          0.5 * (x[v.prev][0] - x[v.next][0]), r[0], r[1]});
     }
 }
 
-double DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
+Virial DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
 {
-  return add_contacts(p, strain, factor, out) + add_tension(p, strain, factor, out) +
-      add_areas(p, strain, factor, out);
+  Virial virial;
+  add_contacts(p, strain, factor, out, virial);
+  add_tension(p, strain, factor, out, virial);
+  add_areas(p, strain, factor, out, virial);
+  return virial;
 }
 
 /* Hessian of the distance d, weights c = (1, t - 1, -t) and w = (0, -1, 1) on vertex, tail and head:
    grad d = c n; hess d = -(1/L) [w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T]; at a corner
    (1 - n n^T)/d between two points */
-double DropletStiffness::add_contacts(const Field &p, double strain, double factor, Field &out) const
+void DropletStiffness::add_contacts(const Field &p, double strain, double factor, Field &out, Virial &virial) const
 {
-  double flow = 0.0;
   for (const DropletMeeting &m : *meetings) {
     const Vec3 &v = p[m.vertex], &a = p[m.tail], &b = p[m.head];
     const double s = 1.0 - m.t;
@@ -82,9 +84,8 @@ double DropletStiffness::add_contacts(const Field &p, double strain, double fact
     const double across = rx * m.nx + ry * m.ny;
     const double f = m.force;
     double fx = m.stiffness * across * m.nx, fy = m.stiffness * across * m.ny, gx = 0.0, gy = 0.0;
-    double edge_y = 0.0;
+    const double edge_x = m.tx * m.length, edge_y = m.ty * m.length;
     if (m.length > 0.0) {
-      edge_y = m.ty * m.length;
       const double wx = b.x - a.x + strain * edge_y, wy = b.y - a.y;
       const double turn = (wx * m.nx + wy * m.ny) / m.length, along = rx * m.tx + ry * m.ty;
       fx += f * turn * m.tx;
@@ -107,14 +108,13 @@ double DropletStiffness::add_contacts(const Field &p, double strain, double fact
     out[m.tail].y -= s * fy + gy;
     out[m.head].x += gx - m.t * fx;
     out[m.head].y += gy - m.t * fy;
-    flow += fx * m.ny * m.distance + gx * edge_y;
+    virial.add(fx, fy, m.nx * m.distance, m.ny * m.distance);
+    virial.add(gx, gy, edge_x, edge_y);
   }
-  return flow;
 }
 
-double DropletStiffness::add_tension(const Field &p, double strain, double factor, Field &out) const
+void DropletStiffness::add_tension(const Field &p, double strain, double factor, Field &out, Virial &virial) const
 {
-  double flow = 0.0;
   for (const Edge &e : edges) {
     const double dx = p[e.j].x - p[e.i].x + strain * e.y, dy = p[e.j].y - p[e.i].y;
     const double fx = factor * (e.xx * dx + e.xy * dy), fy = factor * (e.xy * dx + e.yy * dy);
@@ -126,19 +126,17 @@ double DropletStiffness::add_tension(const Field &p, double strain, double facto
       out[e.j].x += fx;
       out[e.j].y += fy;
     }
-    flow += e.share * fx * e.y;
+    virial.add(e.share * fx, e.share * fy, e.x, e.y);
   }
-  return flow;
 }
 
 /* ka grad a grad a^T + ka (a - a0) hess a; a shear does not change a */
-double DropletStiffness::add_areas(const Field &p, double strain, double factor, Field &out)
+void DropletStiffness::add_areas(const Field &p, double strain, double factor, Field &out, Virial &virial)
 {
   const PolygonRings &rings = area->rings();
   stretch.assign(rings.polygons().size(), 0.0);
   for (const Vertex &v : vertices) stretch[v.polygon] += v.slope_x * p[v.i].x + v.slope_y * p[v.i].y;
   rings.sum(stretch, 1);
-  double flow = 0.0;
   for (const Vertex &v : vertices) {
     const double push = factor * area->stiffness_of(v.polygon) * stretch[v.polygon];
     const double half = 0.5 * factor * area->stiffness_of(v.polygon) * area->excess_of(v.polygon);
@@ -147,9 +145,8 @@ double DropletStiffness::add_areas(const Field &p, double strain, double factor,
     const double fy = push * v.slope_y + half * (before.x - after.x - 2.0 * strain * v.slope_x);
     out[v.i].x += fx;
     out[v.i].y += fy;
-    flow += fx * v.y;
+    virial.add(fx, fy, v.x, v.y);
   }
-  return flow;
 }
 
 void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const

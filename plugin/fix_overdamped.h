@@ -93,10 +93,10 @@ class FixOverdamped : public Fix, private GhostExchange {
     double end = 0.0;          // of the present interval
     double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
-    double speed = 0.0;        // of all disks together
     double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
     double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
     double gap = 0.0;          // energy per area that steps of droplets have lost, by their errors
+    FlowSums sums;
   } state;
   static constexpr int KEPT = sizeof(State) / sizeof(double);
   static constexpr double LAYOUT = -KEPT;    // of a restart file, where those of 0.2.0 and before have a time
@@ -114,7 +114,6 @@ class FixOverdamped : public Fix, private GhostExchange {
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;
 
-  FlowSums sums;
   State at_start;    // of the step
   int last_iterations = 0;
 

@@ -55,7 +55,7 @@ FixOverdamped::Weights FixOverdamped::ahead_weights(double part)
 /* sum of velocities that an error is compared with */
 double FixOverdamped::all_speeds() const
 {
-  return sums.speed + atom->natoms * length_unit * (typical_rate() + STILL / (length_unit * longest_step()));
+  return state.sums.speed + atom->natoms * length_unit * (typical_rate() + STILL / (length_unit * longest_step()));
 }
 
 /* A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while */
@@ -72,7 +72,7 @@ void FixOverdamped::start_disks()
   disks->close_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
   disks->forget_settled(false);    // gaps of the last step have become wide
   disks->zero_rattler_velocities(velocity);
-  const double least = tolerance * state.speed / DISTURBED;
+  const double least = tolerance * state.sums.speed / DISTURBED;
   disks->set_min_speed((finite_size_factor() - 1.0) * STEP_SHARE * least);
   const auto parts = disks->parts_before();
   if (parts.size() > 1 && disks->marginal_pairs_change() &&
@@ -92,7 +92,6 @@ void FixOverdamped::start_disks()
   }
   disks->forget_settled(true);
   add_up();
-  state.speed = sums.speed;
 }
 
 bool FixOverdamped::fit(const DragSolver::Result &result, double least_speed) const
@@ -130,7 +129,6 @@ double FixOverdamped::try_stages(double step)
 {
   const int nall = atom->nlocal + atom->nghost;
   const State start = state;
-  const FlowSums at_start = sums;
   Field displacement(nall), u(velocity.begin(), velocity.begin() + nall);
   const auto keep = [&](int s, double strain) {
     Stage &stage = stages[s];
@@ -162,7 +160,6 @@ double FixOverdamped::try_stages(double step)
   const double iterations = state.iterations;
   state = start;
   state.iterations = iterations;
-  sums = at_start;
   if (!converged) return HUGE_VAL;
 
   double off = 0.0;

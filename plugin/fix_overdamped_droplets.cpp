@@ -96,7 +96,7 @@ bool FixOverdamped::balances(double gap, double dissipation_before) const
   const double power = std::max(fabs(state.stress * state.rate), std::min(dissipation_before, state.dissipation));
   const double together = OVERALL * tolerance * std::max(fabs(state.work), state.dissipated);
   const double left = gap * state.gap > 0.0 ? std::max(STRICTEST, 1.0 - fabs(state.gap) / together) : 1.0;
-  return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(sums.energy) / area();
+  return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(state.sums.energy) / area();
 }
 
 double FixOverdamped::shortest_droplet_step() const

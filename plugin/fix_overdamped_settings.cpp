@@ -259,25 +259,25 @@ double FixOverdamped::compute_vector(int n)
     case 0: return state.time;
     case 1: return state.strain;
     case 2: return state.rate;
-    case 3: return (sums.elastic + sums.viscous) / a;    // shear stress
-    case 4: return sums.elastic / a;
-    case 5: return sums.viscous / a;
-    case 6: return -0.5 * (sums.xx + sums.yy) / a;       // pressure
-    case 7: return (sums.xx - sums.yy) / a;              // first normal stress difference
+    case 3: return (state.sums.elastic + state.sums.viscous) / a;    // shear stress
+    case 4: return state.sums.elastic / a;
+    case 5: return state.sums.viscous / a;
+    case 6: return -0.5 * (state.sums.xx + state.sums.yy) / a;       // pressure
+    case 7: return (state.sums.xx - state.sums.yy) / a;              // first normal stress difference
     case 8: return state.dissipation;                    // per time and area
-    case 9: return sums.energy / a;                      // elastic
+    case 9: return state.sums.energy / a;                      // elastic
     case 10: return state.work;                          // done since the start, per area
     case 11: return state.dissipated;
     case 12: return last_iterations;
     case 13: return update->dt;                          // of the next step
     case 14: return state.iterations;
-    case 15: return sums.contacts;
+    case 15: return state.sums.contacts;
     case 16: return state.unsettled;
     // shear stress and pressure on the lower wall and on the upper one
-    case 17: return sums.walls[0] / domain->xprd;
-    case 18: return -sums.walls[1] / domain->xprd;
-    case 19: return -sums.walls[2] / domain->xprd;
-    case 20: return sums.walls[3] / domain->xprd;
+    case 17: return state.sums.walls[0] / domain->xprd;
+    case 18: return -state.sums.walls[1] / domain->xprd;
+    case 19: return -state.sums.walls[2] / domain->xprd;
+    case 20: return state.sums.walls[3] / domain->xprd;
     default: return 0.0;
   }
 }

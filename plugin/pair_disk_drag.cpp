@@ -89,7 +89,8 @@ void PairDiskDrag::compute(int eflag, int vflag)
   }
   for (int j = 0; j < nlocal; j++) {
     if (!is_wall(j)) continue;
-    if (comm->nprocs > 1) error->one(FLERR, "{}: atom {} is a flat wall, of diameter 0: use one rank", WHO, atom->tag[j]);
+    if (comm->nprocs > 1)
+      error->one(FLERR, "{}: atom {} is a flat wall, of diameter 0: use one rank", WHO, atom->tag[j]);
     for (int i = 0; i < nlocal; i++)
       if (!is_wall(i)) act(i, j, 0.0, x[i][1] - x[j][1], 1.0);
   }
@@ -237,7 +238,8 @@ void PairDiskDrag::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
   const double K = utils::numeric(FLERR, arg[2], false, lmp), s = utils::numeric(FLERR, arg[3], false, lmp);
   if (!(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
-  if (!(s >= 0.0)) error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO, arg[3]);
+  if (!(s >= 0.0))
+    error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO, arg[3]);
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)

@@ -130,10 +130,12 @@ void PolygonRings::find_shared()
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   all_shared = all.size();
-  for (std::size_t k = 0; k < polygon_list.size(); k++)
-    if (polygon_list[k].owned != polygon_list[k].size)
-      shared.push_back({static_cast<int>(k), static_cast<int>(std::lower_bound(all.begin(), all.end(),
-                                                                               polygon_list[k].molecule) - all.begin())});
+  for (std::size_t k = 0; k < polygon_list.size(); k++) {
+    const Polygon &polygon = polygon_list[k];
+    if (polygon.owned == polygon.size) continue;
+    const auto place = std::lower_bound(all.begin(), all.end(), polygon.molecule);
+    shared.push_back({static_cast<int>(k), static_cast<int>(place - all.begin())});
+  }
 }
 
 void PolygonRings::refuse_cut_polygons() const

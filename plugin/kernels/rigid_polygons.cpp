@@ -30,7 +30,8 @@ void add_outer(double (&h)[6][6], double factor, const Gradient &g)
     for (int b = 0; b < 6; ++b) h[a][b] += factor * g.of[a] * g.of[b];
 }
 
-Gradient gradient_along(const Vector &direction, const Vector &arm, const Vector &foot, double radius_i, double radius_j)
+Gradient gradient_along(const Vector &direction, const Vector &arm, const Vector &foot, double radius_i,
+                        double radius_j)
 {
   return {{direction.x, direction.y, cross(arm, direction) / radius_i, -direction.x, -direction.y,
            -cross(foot, direction) / radius_j}};

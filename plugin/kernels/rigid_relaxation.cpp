@@ -1,6 +1,6 @@
 // Rigid regular polygons relaxed to a minimum: Levenberg-Marquardt steps with the exact second derivatives.
 //
-// D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Nocedal & Wright, Numerical Optimization, algorithm 4.1.
+// D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal & Wright, Numerical Optimization, algorithm 4.1.
 
 #include "kernel.h"
 #include "rigid_polygons.h"
@@ -77,7 +77,8 @@ class Relaxation {
     double low = GIVING_WAY * force, high = 2 * low;
     for (; !polygons.factorise(high, true); high *= 2)
       if (!(high < settings.last_shift)) return false;
-    for (int k = 0; k < BISECTIONS; ++k) (polygons.factorise(0.5 * (low + high), true) ? high : low) = 0.5 * (low + high);
+    for (int k = 0; k < BISECTIONS; ++k)
+      (polygons.factorise(0.5 * (low + high), true) ? high : low) = 0.5 * (low + high);
     polygons.factorise(high, true);
     std::vector<double> mode(polygons.forces.size());
     for (std::size_t k = 0; k < mode.size(); ++k) mode[k] = std::sin(1.0 + 12.9898 * k);  // none of its symmetry

@@ -131,9 +131,9 @@ void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
 constexpr int64_t OUTLINES_CROSS = -3;
 
 // Meetings nearer than reach, sorted by vertex, tail and image.
-//   offsets (particles + 1), x (vertices, 2), box (2, 2); closest: only one of a vertex with each polygon; vertex, tail,
-//   place (room), separation, shift (room, 2) out: see VertexContacts; crossing (2) out: polygons that cross; search (5)
-//   out: see periodic_neighbors.
+//   offsets (particles + 1), x (vertices, 2), box (2, 2); closest: only one of a vertex with each polygon; vertex,
+//   tail, place (room), separation, shift (room, 2) out: see VertexContacts; crossing (2) out: polygons that cross;
+//   search (5) out: see periodic_neighbors.
 // Returns the number of meetings, of which the first `room` are written, or why there are none.
 JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const double *x, const double *box,
                               double reach, int64_t closest, double most_copies, int64_t room, int64_t *vertex,

@@ -26,6 +26,11 @@ def mpi_headers():
     return next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
 
 
+def files(*patterns):
+    """Sources of the plugin."""
+    return [path for pattern in patterns for path in SOURCES.rglob(pattern)]
+
+
 @pytest.fixture(scope="module")
 def release():
     """Update of the installed LAMMPS."""
@@ -104,6 +109,39 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
     (warning,) = re.findall("WARNING: .*jamlab plugin.*", output)
     assert code == 0 and "\nalive" in output and named in warning, output
     assert start(folder, STYLE)[0] != 0
+
+
+@pytest.mark.parametrize(
+    "flags", [("-U__x86_64__", "-U__SSE2__", "-D__aarch64__"), ("-U__SSE2__", "-U__linux__", "-D__APPLE__")]
+)
+def test_vectors_of_x86_are_for_x86_alone(flags):
+    """Instructions, and functions that are compiled twice: in every file that names some."""
+    named = re.compile(r"target_clones|\w+intrin\.h|__m128|__m256|march")
+    guarded = [path for path in files("*.cpp", "*.h", "CMakeLists.txt") if named.search(path.read_text())]
+    assert {path.name for path in guarded} == {"edge_geometry.h", "wide_vectors.h"}
+    for path in guarded:
+        line = [os.environ.get("CXX", "c++"), "-std=c++17", "-E", "-x", "c++", *flags, "-"]
+        text = f'#include "{path.name}"\nJAMLAB_WIDE_VECTORS\n'
+        done = subprocess.run(line, cwd=SOURCES, input=text, capture_output=True, text=True, check=True)
+        assert not named.search(done.stdout), path
+
+
+def test_modules_on_macos_lack_the_symbols_of_lammps(tree, tmp_path):
+    """Configured alone: nothing is compiled for another system."""
+    (tree / "src" / "version.h").write_text(VERSION.format(date="22 Jul 2025", update=0))
+    options = ["-DCMAKE_SYSTEM_NAME=Darwin", "-DCMAKE_OSX_SYSROOT=/", "-DCMAKE_CXX_COMPILER_WORKS=1"]
+    options += ["-G", "Unix Makefiles", f"-DLAMMPS_SOURCE={tree}", f"-DMPI_INCLUDE={mpi_headers()}"]
+    subprocess.run(["cmake", "-S", SOURCES, "-B", tmp_path, *options], capture_output=True, check=True)
+    for library in ("jamlabplugin", "jamlabstyles"):
+        line = (tmp_path / "CMakeFiles" / f"{library}.dir" / "link.txt").read_text()
+        assert "-undefined dynamic_lookup" in line
+
+
+def test_lines_have_120_columns():
+    decks = SOURCES.parent / "lammps_inputs"
+    parts = [path for path in (decks / "parts").iterdir() if path.suffix != ".mol"]
+    for path in [*files("*.cpp", "*.h", "*.cmake", "CMakeLists.txt"), *decks.rglob("in.*"), *parts]:
+        assert max(map(len, path.read_text().splitlines())) <= 120, path
 
 
 def test_no_exception_leaves_a_kernel():
