@@ -10,7 +10,7 @@
 namespace LAMMPS_NS {
 
 /* The records of all ranks, known to each of them, in the order of the ranks. */
-template <class Record> std::vector<Record> gather_records(const std::vector<Record> &own, MPI_Comm world)
+template <class Record> std::vector<Record> gather_records(std::vector<Record> own, MPI_Comm world)
 {
   static_assert(std::is_trivially_copyable<Record>::value, "records travel as bytes");
   int ranks, size = static_cast<int>(own.size() * sizeof(Record));
