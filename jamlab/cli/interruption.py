@@ -7,13 +7,10 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, NoReturn, Self
+from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     from types import FrameType
-
-    from jamlab.packing.packing import Packing
 
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -63,42 +60,3 @@ def stopping_signal() -> int | None:
 def last_line() -> str:
     """What is printed when a signal has come."""
     return f"interrupted: {_describe()}"
-
-
-_INTERVAL = 10.0  # s between two files on the way, of which a killed command leaves the last
-
-
-class KeptStates:
-    """States of a sweep, written to a file every so many seconds, at the end, and when a signal ends the command.
-    Whoever measures them, which may take longer than to make them, writes the file once more with the results."""
-
-    def __init__(self, out: Path, interval: float = _INTERVAL) -> None:
-        self.states: list[Packing] = []
-        self._out, self._interval = out, interval
-        self._written, self._saved = 0, time.monotonic()
-
-    def __enter__(self) -> Self:
-        describe_kept(self._describe)
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
-        worth_it = kind is None or issubclass(kind, KeyboardInterrupt) or stopping_signal() is not None
-        if worth_it and len(self.states) > 1:
-            self._save()
-
-    def add(self, state: "Packing") -> None:
-        """Take a finished state; the first one is the start, which nobody has waited for."""
-        self.states.append(state)
-        if len(self.states) > 1 and time.monotonic() - self._saved >= self._interval:
-            self._save()
-
-    def _save(self) -> None:
-        from jamlab.packing.hdf5 import write_sweep
-
-        write_sweep(self._out, self.states)
-        self._written, self._saved = len(self.states), time.monotonic()
-
-    def _describe(self) -> str:
-        if not self._written:
-            return _NOTHING
-        return f"kept {self._written} states in {self._out}; compress that file to continue from its last state"

@@ -1,5 +1,6 @@
 """`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
 
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,7 +8,7 @@ import typer
 
 from jamlab.cli import options
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
-from jamlab.cli.interruption import KeptStates, expect_output
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, N, Seed
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
@@ -84,6 +85,9 @@ def pack(
     print_packings([packing], out, as_json)
 
 
+_INTERVAL = 10.0  # s between two files of a sweep, of which a killed command leaves the last
+
+
 def compress(
     file: options.File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
@@ -109,17 +113,24 @@ def compress(
 
     The first frame written is the start. An interrupted sweep keeps its states; compress its file to continue it.
     """
-    from jamlab.packing.hdf5 import read
+    from jamlab.packing.hdf5 import read, write_sweep
     from jamlab.protocols.compression import compress as run
 
     check_target(out, file, replace=force)
-    start = read(file, frame)
+    expect_output(out)
+    states, saved = [read(file, frame)], time.monotonic()
     how: dict[str, Any] = {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance}
-    with KeptStates(out) as kept, progress_bar("compress") as progress:
-        kept.add(start)
-        for state in run(start, to, step, by=by, progress=progress, **how):
-            kept.add(state)
-    print_packings(kept.states, out, as_json)
+    with progress_bar("compress") as progress:
+        try:
+            for state in run(states[0], to, step, by=by, progress=progress, **how):
+                states.append(state)
+                if time.monotonic() - saved > _INTERVAL:
+                    write_sweep(out, states)
+                    saved = time.monotonic()
+        finally:  # also where a signal ends it: to measure them may take longer than to make them
+            if len(states) > 1:
+                write_sweep(out, states)
+    print_packings(states, out, as_json)
 
 
 AnyFile = Annotated[Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or CSV.")]

@@ -104,9 +104,6 @@ def _frames(source: FilePath | Packing | Iterable[Packing], reading: dict[str, A
         frames = list(source)
     else:
         frames = read_all(source, **reading)
-    for k, packing in enumerate(frames):
-        if not isinstance(packing, Packing):
-            raise InputError(f"entry {k} is a {type(packing).__name__}: give packings, or the name of a file")
     check_one_sweep(frames)
     return frames
 

@@ -14,7 +14,6 @@ from commands import call
 import jamlab
 from jamlab.campaign.campaign import CampaignRun
 from jamlab.cli import interruption
-from jamlab.cli.interruption import KeptStates
 from jamlab.cli.main import app
 
 
@@ -116,18 +115,6 @@ def said(monkeypatch):
     return interruption.last_line
 
 
-def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset, monkeypatch, said):
-    kept = KeptStates(tmp_path / "sweep.h5")
-    with pytest.raises(KeyboardInterrupt), kept:
-        kept.add(onset)
-        assert "nothing was written" in said()
-        for state in jamlab.compress(onset, to=0.87, step=0.01):
-            kept.add(state)
-        raise KeyboardInterrupt
-    assert f"{len(kept.states)} states in {tmp_path / 'sweep.h5'}" in said()
-    assert [p.phi for p in jamlab.read_all(tmp_path / "sweep.h5")] == [p.phi for p in kept.states]
-
-
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ctypes.ArgumentError("argument 7: KeyboardInterrupt")])
 def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypatch, error):
     """Also one that ctypes makes another error of: raised while it converts arguments."""
@@ -144,23 +131,23 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
     assert len(jamlab.read_all(tmp_path / "sweep.h5")) > 2
 
 
-def test_the_start_alone_is_not_written_and_errors_write_nothing(tmp_path, onset):
-    for error in (KeyboardInterrupt(), jamlab.ConvergenceError("unjammed")):
-        kept = KeptStates(tmp_path / "sweep.h5")
-        with pytest.raises(type(error)), kept:
-            kept.add(onset)
-            raise error
-    assert not list(tmp_path.iterdir())
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), jamlab.ConvergenceError("unjammed")], ids=["signal", "error"])
+@pytest.mark.parametrize("made", [0, 2])
+def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatch, error, made):
+    """The start alone, which nobody has waited for, is not written; states are written on the way, too."""
+    out, written = tmp_path / "sweep.h5", []
 
+    def sweep(*_, **__):
+        for _ in range(made):
+            yield onset
+            written.append(out.exists())
+        raise error
 
-def test_states_are_written_on_the_way(tmp_path, onset):
-    """So that even a process that is killed leaves those of the last seconds but a few."""
-    for name, interval in (("often.h5", {"interval": 0.0}), ("at_the_end.h5", {})):
-        with KeptStates(tmp_path / name, **interval) as kept:
-            for k in range(3):
-                kept.add(onset)
-                assert (tmp_path / name).exists() == (k > 0 and bool(interval))
-        assert len(jamlab.read_all(tmp_path / name)) == 3
+    onset.write(tmp_path / "onset.h5")
+    monkeypatch.setattr("jamlab.cli.jam._INTERVAL", -1.0)
+    monkeypatch.setattr("jamlab.protocols.compression.compress", sweep)
+    assert call(tmp_path, "compress", "onset.h5", "--to", "0.9", "--out", "sweep.h5").exit_code == 1
+    assert all(written) and out.exists() == bool(made) and (not made or len(jamlab.read_all(out)) == 1 + made)
 
 
 DISKS = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12\nonset = true\n'
