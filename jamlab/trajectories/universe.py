@@ -145,6 +145,9 @@ class UniverseFrames:
         residues = _attribute(self.group.residues, "rest_areas", None)
         self._a0 = None if residues is None else self.group.rest_areas
         self._entries = _entries(self.group)
+        own = _attribute(self.group, "radii", None)
+        unknown = own is None or radii is not None or self._rings is not None
+        self._radius = None if unknown else np.asarray(own, dtype=np.float64)
         if self.trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
             raise InputError(
                 f"{_source(self.trajectory)} is a GSD file: give jamlab.universe(path), or jamlab.read_all"
@@ -163,7 +166,7 @@ class UniverseFrames:
             types=self._types,
             rings=self._rings,
             wrapped=not self._entries,  # polygons of `jamlab.universe` are whole
-            radius=self._radius(step),
+            radius=self._radius,
             a0=self._a0,
             entries=self._entries,
             rounding=max(error, self._entries.get("rounding", 0.0)),
@@ -175,15 +178,6 @@ class UniverseFrames:
         except InputError as failure:
             raise type(failure)(f"frame {step.frame}: {failure}") from failure
         return relax(packing) if self._relaxed else packing
-
-    def _radius(self, step: Any) -> Array | None:
-        if self._rings is not None or self._given[0] is not None:
-            return None
-        if "radius" in step.data and len(step.data["radius"]) == len(self.group.universe.atoms):
-            of_frame: Array = np.asarray(step.data["radius"], dtype=np.float64)[self.group.indices]
-            return of_frame
-        radii = _attribute(self.group, "radii", None)
-        return None if radii is None else np.asarray(radii, dtype=np.float64)
 
 
 @checked
