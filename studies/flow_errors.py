@@ -16,7 +16,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors, mean_overlap
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, STOKES, Flow, FlowErrors, mean_overlap
 from jamlab.estimates.ways import read_table
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
@@ -42,8 +42,6 @@ class Part(StrEnum):
     CALIBRATE = "calibrate"  # a few at every condition of a grid
     MANY = "many"  # under linear drag, at strains at which few rearrange
     CHECK = "check"  # others at random conditions, which promises are held against
-    SLIDING = "sliding"  # at random conditions where sliding is damped less and more than approach
-    SLIDING_CHECK = "sliding check"  # others, which promises at such beta are held against
 
 
 def read_runs(path: Path | None = None) -> pd.DataFrame:
@@ -104,46 +102,27 @@ def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[f
 def reduce_runs(rows: pd.DataFrame) -> FlowErrors:
     """Errors that the runs promise, with what the checks of them say."""
     errors = FlowErrors({"grids": _grids(rows)})
-    errors.content["factor"] = {kind: _factor(errors, rows, kind) for kind in KINDS}
-    ends = [1.0, *SLIDING_BETAS, None]
-    errors.content["kept"] = {
-        kind: {"ends" if end is None else f"{end:g}": checks_kept(errors, rows, kind, end) for end in ends}
-        for kind in KINDS
-    }
-    scatter = rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)].groupby("beta")["scatter"].mean()
-    errors.content["scatter"] = {f"{beta:g}": float(mean) for beta, mean in scatter.items()}
+    errors.content["kept"] = {kind: checks_kept(errors, rows[rows["kind"] == kind]) for kind in KINDS}
+    scatter = rows.loc[(rows["kind"] == "flow") & (rows["n"] == SIZE), "scatter"]
+    errors.content["scatter"] = float(scatter.mean())
     parts = {kind: rows[rows["kind"] == kind] for kind in KINDS}
     errors.content["measured"] = {kind: _ranges(part) for kind, part in parts.items() if len(part)}
     return errors
 
 
-def checks_kept(errors: FlowErrors, rows: pd.DataFrame, kind: str | None, beta: float | None) -> tuple[int, int]:
+def checks_kept(errors: FlowErrors, rows: pd.DataFrame) -> tuple[int, int]:
     """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
-    which one was; None: of both kinds, of all beta but 1."""
-    checks = rows[rows["part"] == (Part.CHECK if beta == 1.0 else Part.SLIDING_CHECK)]
-    for name, only in (("kind", kind), ("beta", beta)):
-        checks = checks if only is None else checks[checks[name] == only]
+    which one was."""
+    checks = rows[rows["part"] == Part.CHECK]
     promised = promises(errors, checks)
     known = np.isfinite(promised)
     return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
 
 
-def promises(errors: FlowErrors, rows: pd.DataFrame, *, at_one: bool = False) -> Array:
-    """(m,) what is promised for some runs; as if all had beta = 1, if that is asked for."""
+def promises(errors: FlowErrors, rows: pd.DataFrame) -> Array:
+    """(m,) what is promised for some runs."""
     flows = [Flow(*row) for row in rows[["kind", *_CONDITION, "beta"]].itertuples(index=False)]
-    return np.array([errors.promise_at_one(flow) if at_one else errors.promise(flow) for flow in flows])
-
-
-def _factor(errors: FlowErrors, rows: pd.DataFrame, kind: str) -> float | None:
-    """95 % of the runs at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both where
-    one has too few; None if there are too few runs."""
-    rows = rows[(rows["part"] == Part.SLIDING) & (rows["kind"] == kind)]
-    ratio = rows["error"] / promises(errors, rows, at_one=True)
-    ratio = ratio[ratio > 0]  # where nothing is promised it is 0
-    each = [exceeded_by_few(part.to_numpy()) for _, part in ratio.groupby(rows["beta"])]
-    enough = bool(each) and np.isfinite(each).all()
-    factor = max([1.0, *(each if enough else [exceeded_by_few(ratio.to_numpy())])])
-    return factor if np.isfinite(factor) else None
+    return np.array([errors.promise(flow) for flow in flows])
 
 
 def _grids(rows: pd.DataFrame) -> dict[str, Any]:

@@ -49,8 +49,8 @@ def choose_flow(
     Give `omega` (with `amplitude`, unless the strain is infinitesimal) or `rate`. No simulation is run: the choice uses
     linear response of the packing and a table of errors (`python -m studies tables flow-errors`).
 
-    The table was measured for 64 disks at pressures from 0.003 to 0.01 of the stiffness, contact damping with beta from
-    0.1 to 10 and alpha from 0.5 to 1, steady flow at (tau_1 rate)^alpha from 0.01 to 0.1, and a background drag of 0.01
+    The table was measured for 64 disks at pressures from 0.003 to 0.01 of the stiffness, contact damping with beta = 1
+    and alpha from 0.5 to 1, steady flow at (tau_1 rate)^alpha from 0.01 to 0.1, and a background drag of 0.01
     for steady flow. Outside this range a simulation is chosen for oscillations, and `outside` gives the reason;
     steady flow is refused.
 
@@ -152,7 +152,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     models = {"flow": RUN_ERROR}
     if flow.alpha != 1.0:
         models = {"linear flow": table.promise(flow)} | models
-    scatter = table.scatter_of_flow(flow.beta) * np.sqrt(SIZE / packing.n)
+    scatter = table.scatter_of_flow * np.sqrt(SIZE / packing.n)
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
@@ -177,12 +177,7 @@ def _options(errors: dict[str, float], strains: dict[str, float], tolerance: flo
             return Why.UNKNOWN
         return Why.LARGE if error > tolerance else None
 
-    rows = [
-        {"way": name, "error": error, "strain": strains[name], "order": k, "why": why(error)}
-        for k, (name, error) in enumerate(errors.items())
-    ]
-    options, row = judge(rows, "order")
-    return options.drop(columns="order"), row
+    return judge([{"way": k, "error": e, "strain": strains[k], "why": why(e)} for k, e in errors.items()])
 
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:

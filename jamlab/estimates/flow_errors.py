@@ -21,7 +21,6 @@ from jamlab.rheology.damping import Damping
 
 SIZE = 64  # disks of the packings that were measured
 STOKES = 0.0  # in the place of alpha
-SLIDING_BETAS = (0.1, 10.0)
 BACKGROUND = 1e-2  # drag against the affine flow in all steady flow that was measured, k tau_1; power laws take ten
 # times longer without
 LEAST_ERROR = 0.01  # that a promise can be: the runs are as good as that
@@ -66,8 +65,7 @@ class FlowErrors:
 
     Attributes:
         content: `grids`, for each kind and drag law the error that is promised (null: nothing) over alpha, drag and
-            amplitude; `factor`, by which promises are wider at other beta; `scatter` of a
-            mean stress over beta; `measured`, ranges of the conditions.
+            amplitude; `scatter` of a mean stress; `measured`, ranges of the conditions.
     """
 
     content: dict[str, Any]
@@ -77,58 +75,8 @@ class FlowErrors:
 
         Between conditions it lies on lines; where drag or strain are less than in the grid, and errors tend to a
         limit, it is that of the least. One packing in twenty rearranges early, which a few do not show: no G* is
-        promised better than that under linear drag, of which there are many. At another beta all of this is wider, see
-        `sliding_factor`.
+        promised better than that under linear drag, of which there are many.
         """
-        factor = self.sliding_factor(flow.kind, flow.beta)
-        return factor * self.promise_at_one(flow) if np.isfinite(factor) else np.inf
-
-    def sliding_factor(self, kind: str, beta: float) -> float:
-        """Factor by which promises are wider where sliding is not damped as approach is, at least 1; infinite beyond
-        `SLIDING_BETAS`, or if there are too few runs."""
-        if beta == 1.0:
-            return 1.0
-        factor = self.content["factor"][kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else None
-        return np.inf if factor is None else float(factor)
-
-    def scatter_of_flow(self, beta: float = 1.0) -> float:
-        """Standard error of a mean stress over that stress, of 64 disks at unit strain. For another beta than 1 the one
-        at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of 64 disks remembers more strain than
-        blocks of a short run are long: what was measured is raised by as much."""
-        means = self.content["scatter"]
-        usual = float(means["1"])
-        end = float(means.get(f"{SLIDING_BETAS[0] if beta < 1 else SLIDING_BETAS[1]:g}", usual))
-        return _SHORT_BLOCKS * (usual if beta == 1.0 else max(usual, end))
-
-    def outside(self, packing: Packing, flow: Flow) -> tuple[str, ...]:
-        """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
-        measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
-        found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
-        if flow.kind == "flow" and flow.alpha == STOKES:
-            found += ["drag = Stokes, measured contact damping alone"]
-        exponent = float(packing.params.get("exponent", _SPRINGS))
-        given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
-        if (d := packing.diameters) is not None:
-            given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
-            given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
-        given += [("particles", packing.n, measured["n"], np.inf)]
-        given += [("pressure over stiffness", mean_overlap(packing), *measured["pressure"])]
-        given += [("beta", flow.beta, *SLIDING_BETAS)]
-        if flow.alpha != STOKES:
-            given += [("alpha", flow.alpha, *measured["alpha"])]
-        if flow.kind == "flow":
-            given += [("linear rate (tau rate)^alpha", flow.drag, *measured["drag"])]
-        else:
-            given += [("drag over elasticity", flow.drag, 0.0 if linear else measured["power_drag"], np.inf)]
-            largest = measured["linear_amplitude" if linear else "power_amplitude"]
-            given += [("strain over overlap", flow.amplitude, 0.0, largest)]
-        for name, value, low, high in given:
-            if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
-                found.append(f"{name} = {value:.2g}, measured {low:.2g} to {high:.2g}")
-        return tuple(found)
-
-    def promise_at_one(self, flow: Flow) -> float:
-        """What `promise` would be at beta = 1."""
         grid = self._grids.get(f"{flow.kind}, {'stokes' if flow.alpha == STOKES else 'contact'}")
         if grid is None:
             return np.inf
@@ -146,7 +94,40 @@ class FlowErrors:
         promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)  # linear in 1 - alpha
         if flow.kind == "flow" or alpha == 1.0:
             return promised
-        return max(promised, self.promise_at_one(flow._replace(alpha=1.0)))
+        return max(promised, self.promise(flow._replace(alpha=1.0)))
+
+    @property
+    def scatter_of_flow(self) -> float:
+        """Standard error of a mean stress over that stress, of 64 disks at unit strain. Stress of 64 disks remembers
+        more strain than blocks of a short run are long: what was measured is raised by as much."""
+        return _SHORT_BLOCKS * float(self.content["scatter"])
+
+    def outside(self, packing: Packing, flow: Flow) -> tuple[str, ...]:
+        """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
+        measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
+        found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
+        if flow.kind == "flow" and flow.alpha == STOKES:
+            found += ["drag = Stokes, measured contact damping alone"]
+        exponent = float(packing.params.get("exponent", _SPRINGS))
+        given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
+        if (d := packing.diameters) is not None:
+            given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
+            given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
+        given += [("particles", packing.n, measured["n"], np.inf)]
+        given += [("pressure over stiffness", mean_overlap(packing), *measured["pressure"])]
+        given += [("beta", flow.beta, 1.0, 1.0)]
+        if flow.alpha != STOKES:
+            given += [("alpha", flow.alpha, *measured["alpha"])]
+        if flow.kind == "flow":
+            given += [("linear rate (tau rate)^alpha", flow.drag, *measured["drag"])]
+        else:
+            given += [("drag over elasticity", flow.drag, 0.0 if linear else measured["power_drag"], np.inf)]
+            largest = measured["linear_amplitude" if linear else "power_amplitude"]
+            given += [("strain over overlap", flow.amplitude, 0.0, largest)]
+        for name, value, low, high in given:
+            if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
+                found.append(f"{name} = {value:.2g}, measured {low:.2g} to {high:.2g}")
+        return tuple(found)
 
     @cached_property
     def _grids(self) -> dict[str, tuple[Array, ...]]:

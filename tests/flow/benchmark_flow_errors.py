@@ -36,4 +36,4 @@ def test_stress_of_the_call_lies_within_its_error():
         bound = choice.bound["stress"]
         print(f"seed {seed}: {found / run.stress[0] - 1:+.3f} of {bound:.3f}, {choice.call}")
         assert abs(found - run.stress[0]) <= bound * run.stress[0]
-    assert np.mean(scatters) == pytest.approx(shipped_errors().scatter_of_flow(), rel=0.25)
+    assert np.mean(scatters) == pytest.approx(shipped_errors().scatter_of_flow, rel=0.25)
