@@ -18,7 +18,7 @@ from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.kernels.library import installed, installed_file
 from jamlab.packing.lammps_files import MAX_TYPES, types
 from jamlab.packing.packing import Packing
-from jamlab.processes.dying_program import dying_line
+from jamlab.processes.child import dying_line
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
 _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)

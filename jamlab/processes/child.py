@@ -1,11 +1,13 @@
-"""Run calls that a parent sends: `python -P -m jamlab.processes.child DESCRIPTOR PARENT_PID`, see `side_by_side.py`.
+"""Run calls that a parent sends through a pipe, see `side_by_side.py`, or a program.
 
-This process ends when its parent dies, so that no orphan survives, whatever killed the parent: a thread looks
-ten times a second, as soon as what is computed lets Python run.
+`python -P -m jamlab.processes.child PARENT_PID` is followed by the descriptor of the pipe, or by a command line. This
+process ends when its parent dies, so that no orphan survives, whatever killed the parent: a thread looks ten times a
+second, as soon as what is computed lets Python run.
 """
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -48,7 +50,34 @@ def serve(connection: Connection) -> None:
         return
 
 
+def dying_line(line: list[str]) -> list[str]:
+    """Command line that runs another one so that it ends with this process; needs `child_environment`."""
+    return [sys.executable, "-P", "-m", "jamlab.processes.child", str(os.getpid()), *line]
+
+
+def run_program(parent: int, line: list[str]) -> int:
+    """Run a program and return its exit code; it gets SIGTERM, at which mpiexec ends its ranks."""
+    started: list[subprocess.Popen[bytes]] = []
+    ended: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        ended.append(number)
+        for program in started:
+            program.terminate()
+
+    signal.signal(signal.SIGTERM, end)
+    with subprocess.Popen(line) as program:
+        started.append(program)
+        if ended:  # while the program was started
+            program.terminate()
+        die_with(parent, signal.SIGTERM)
+        return program.wait()
+
+
 if __name__ == "__main__":
-    die_with(int(sys.argv[2]))
-    with cores_given(1), Connection(int(sys.argv[1])) as channel:
+    parent, *words = sys.argv[1:]
+    if not words[0].isdecimal():
+        sys.exit(run_program(int(parent), words))
+    die_with(int(parent))
+    with cores_given(1), Connection(int(words[0])) as channel:
         serve(channel)

@@ -5,10 +5,8 @@ of a user, without `if __name__ == "__main__":`, once more in every process. A p
 of the others alone, and all processes end with the one that started them.
 """
 
-import os
 import signal
 import subprocess
-import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -17,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, Self, TypeVar
 
 from jamlab.errors import EngineError
-from jamlab.processes.child import child_environment
+from jamlab.processes.child import child_environment, dying_line
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -122,15 +120,15 @@ class Children:
     def _start(self) -> None:
         ours, theirs = Pipe()
         with theirs:  # closed here, so that a process that dies ends its connection
-            self._started.append(start_child(theirs.fileno()))
+            self._started.append(_start_child(theirs.fileno()))
         self._idle.append((ours, self._started[-1]))
         with suppress(ConnectionError):
             ours.send(self._function)
 
 
-def start_child(descriptor: int) -> subprocess.Popen[bytes]:
+def _start_child(descriptor: int) -> subprocess.Popen[bytes]:
     """Start a process that answers calls through this end of a pipe."""
-    line = [sys.executable, "-P", "-m", "jamlab.processes.child", str(descriptor), str(os.getpid())]
+    line = dying_line([str(descriptor)])
     # Ctrl-C reaches the whole process group; a child inherits this mask, and its parent ends it
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

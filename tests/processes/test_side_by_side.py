@@ -113,7 +113,7 @@ def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
 def test_a_program_ends_with_the_process_that_started_it():
     """And it hands on exit codes and the signal of the end."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    code = "import subprocess, sys; from jamlab.processes.dying_program import dying_line\n"
+    code = "import subprocess, sys; from jamlab.processes.child import dying_line\n"
     code += "sys.exit(subprocess.run(dying_line(sys.argv[1:])).returncode)"
     line = [sys.executable, "-c", code, "/bin/sh", "-c"]
     assert subprocess.run([*line, "exit 7"], env=environment, check=False).returncode == 7
