@@ -8,7 +8,6 @@ states = campaign.table("states")
 from __future__ import annotations
 
 import os
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -21,18 +20,17 @@ from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, share_names, wanted_batches
-from jamlab.campaign.states import StoredStates
+from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.tables import aggregate, table
-from jamlab.campaign.tasks import Batch, batches, task_names
-from jamlab.campaign.workers import FAILED, FINISHED, Crew, Outcome, count_workers, drive
-from jamlab.checks import check_choice, checked
-from jamlab.errors import InputError, JamlabWarning
+from jamlab.campaign.tasks import Batch, batches, states_name, task_names, tasks_named
+from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, drive
+from jamlab.checks import checked
+from jamlab.errors import InputError
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
-from jamlab.storage.atomic_file import check_parquet, check_target, make_folder, write_table
+from jamlab.storage.atomic_file import check_target, make_folder, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,7 +44,7 @@ class CampaignRun:
         finished: number of tasks.
         failed: number of tasks; the reasons are in the folder.
         repaired: task whose file was damaged -> what was wrong, and where that file is now.
-        left: number of tasks of the chosen sweeps neither finished nor failed: of other shares, and seeds of `until`.
+        left: number of tasks of the chosen sweeps neither finished nor failed: those of other shares.
     """
 
     finished: int
@@ -85,19 +83,18 @@ class Campaign:
 
     @checked
     def status(self, *, verify: bool = False) -> Status:
-        """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
+        """Count finished, failed and remaining tasks by the names of files.
 
         Args:
             verify: also read every finished file: check its checksum, and list the states that it lacks.
 
         Raises:
-            InputError: the folder cannot be read, or a column of `until` does not exist.
-            StorageError: a file of a sweep with `until` is damaged.
+            InputError: the folder cannot be read.
         """
-        return count_tasks(batches(self.content), self.folder, verify)
+        return status(batches(self.content), self.folder, verify)
 
     @checked
-    def plan(self, only: Iterable[str] | None = None) -> list[SweepPlan]:
+    def plan(self, only: Iterable[str] | None = None) -> list[SweepStatus]:
         """Count the tasks of each sweep, model and n, without running anything.
 
         Time and disk space follow from the finished tasks of the same kind; `run` with `pilot` does one of each.
@@ -108,7 +105,7 @@ class Campaign:
         Raises:
             InputError: the campaign has no sweep of a name in `only`.
         """
-        return plan(batches(self.content, only), self.folder, batches(self.content))
+        return plan(batches(self.content, only), self.folder)
 
     @checked
     def run(
@@ -123,10 +120,10 @@ class Campaign:
         progress: Progress | None = None,
         done: Callable[[Outcome], None] | None = None,
     ) -> CampaignRun:
-        """Run all tasks that are neither finished nor failed; with `until`, until the standard errors are met.
+        """Run all tasks that are neither finished nor failed.
 
         Args:
-            workers: number of processes on this machine, by default one per core, or per `ranks` cores.
+            workers: number of processes on this machine, by default one per core, or per so many as most `ranks`.
             share: (k, n): run every n-th task only, from the k-th on, so that n processes on any machines that share
                 the folder, such as jobs of an array, run all of them.
             only: names of sweeps; by default all.
@@ -146,24 +143,20 @@ class Campaign:
             raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
         if workers is not None and workers < 1:
             raise InputError(f"workers = {workers}: must be 1 or more")
-        if self.content.slurm is not None:
-            said = "submit a job array of `jamlab campaign run FILE --share K/N`"
-            warnings.warn(f"{self.file}: the table [slurm] has no effect: {said}", JamlabWarning, stacklevel=3)
         chosen = longest_first(batches(self.content, only))
         if pilot:
             known = self.folder.finished()
             chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
         mine = task_names(chosen) & share_names(batches(self.content), share)
         self.folder.prepare()
-        with self.folder.lock(self.text, share):
+        with self.folder.lock(share):
             self.folder.keep_copy(self.text)
-            self.folder.sweep_up()
             damages = self.folder.damages(self.folder.finished() & mine) if verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & mine)
             counts = self._drive(chosen, mine, workers, progress or no_progress, done or (lambda outcome: None))
-            left = len(task_names(wanted_batches(chosen, self.folder)) - self._ended())
+            left = len(task_names(chosen) - self._ended())
         return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left)
 
     def _drive(
@@ -174,30 +167,27 @@ class Campaign:
         progress: Progress,
         done: Callable[[Outcome], None],
     ) -> Counter[str]:
-        """Run the tasks `mine` of the batches of each number of ranks by workers that hold as many cores each, most
-        ranks first; count the outcomes."""
+        """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks; count the
+        outcomes."""
         counts: Counter[str] = Counter()
-        place = self.file.parent.resolve()
-        before, most = len(mine & self._ended()), len(mine & task_names(wanted_batches(chosen, self.folder)))
-        modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
+        before = len(mine & self._ended())
 
         def tell(outcome: Outcome) -> None:
             counts[outcome.state] += 1
             done(outcome)
-            ended = before + counts.total()
-            progress(ended / max(ended, most), outcome.line)  # `until` may add seeds
+            progress((before + counts.total()) / len(mine), outcome.line)
 
-        stored: StoredStates | None = None
-        for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
-            part = [batch for batch in chosen if batch.ranks == ranks]
-            if mine & task_names(wanted_batches(part, self.folder)) <= self._ended():
-                continue
-            if stored is None:
-                for function in sorted({name for batch in chosen for name in batch.parameters.own}):
-                    load_function(function, modules)  # what cannot be imported is named before any work begins
-                stored = StoredStates(self.folder, batches(self.content))
-            with Crew(count_workers(workers, ranks)) as crew:
-                drive(crew, self.folder, part, mine, stored, modules, tell)
+        if before == len(mine):
+            return counts
+        place = self.file.parent.resolve()
+        modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
+        for function in sorted({name for batch in chosen for name in batch.parameters.own}):
+            load_function(function, modules)  # what cannot be imported is named before any work begins
+        stored: dict[str, list[str]] = {}
+        for name in self.folder.finished():
+            stored.setdefault(states_name(name), []).append(name)
+        count = count_workers(workers, max(batch.ranks for batch in chosen))
+        drive(self.folder, tasks_named(chosen, mine - self._ended()), count, stored, modules, tell)
         return counts
 
     def _ended(self) -> set[str]:
@@ -208,9 +198,9 @@ class Campaign:
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
-                "oscillation" or "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states"
-                also has the columns of your own observables.
+            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "flow" or
+                "oscillation"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has the
+                columns of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:
@@ -242,24 +232,19 @@ class Campaign:
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
             along: a further column, cut into bins.
-            bins: edges of these bins, ascending; by default one for each value of few, or twelve that span them.
+            bins: edges of these bins, ascending.
             confidence: level of the intervals.
 
         Raises:
             InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
-        frame = self._rows(table, sweep, converged)
-        return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
-
-    def _rows(self, table: str, sweep: str | None, converged: bool) -> pd.DataFrame:
-        """A table with distances from onset, by default without rows that did not converge."""
         frame = self.table(table, sweep)
         if table == "states":
             frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
-        if converged and "converged" in frame.columns:
+        if converged and "converged" in frame:
             frame = frame[frame["converged"].astype(bool)]
-        return frame
+        return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
 
     @checked
     def finished(self, sweep: str | None = None) -> list[str]:
@@ -308,25 +293,13 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
     return Campaign(given, text, content, CampaignFolder(place))
 
 
-FORMATS = ("csv", "parquet")
-
-
 def export(
-    campaign: Campaign,
-    out: Path,
-    form: str = "csv",
-    tables: Sequence[str] = (),
-    sweep: str | None = None,
-    *,
-    replace: bool = True,
+    campaign: Campaign, out: Path, tables: Sequence[str] = (), sweep: str | None = None, *, replace: bool = True
 ) -> list[Path]:
-    """Write tables, by default all with rows, as "csv" or "parquet"; returns their paths. Where one is there and
-    `replace` is False, none is written."""
-    check_choice("format", form, FORMATS)
-    if form == "parquet":
-        check_parquet()
+    """Write tables, by default all with rows, as CSV; returns their paths. Where one is there and `replace` is False,
+    none is written."""
     frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # before a folder is made
-    written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
+    written = {out / f"{name}.csv": frame for name, frame in frames.items() if len(frame) or tables}
     if written:
         make_folder(out)
     for path in written:

@@ -32,7 +32,7 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Positive, Tolerances, distinct
+from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES, check_choice, name_meant
 from jamlab.engine.deck_defaults import defaults
@@ -111,8 +111,6 @@ class Sweep(FileTable):
     model: OneOrMore[Annotated[str, AfterValidator(_check_model)]]
     n: Annotated[OneOrMore[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]], Field(max_length=MOST_SIZES)]
     seeds: list[Annotated[int, Field(ge=0)]] | range
-    # column -> standard error of the mean over packings, at the last state of each; `plan.py` says how many seeds run
-    until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
     # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
     pressures: OneOrMore[float] | None = None  # of disks, in units of k; see `pack`
@@ -166,7 +164,6 @@ class Sweep(FileTable):
         if len(protocols) != 1:
             said = " and ".join(protocols) or "none of them"
             raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
-        self._check_until()
         if self.phi is not None and self.ensemble != "fixed-box":
             raise ValueError("phi = [...] needs ensemble = 'fixed-box': a quench does not change the box")
         if self.decompress and len(self.pressures or ()) < 2:
@@ -210,7 +207,7 @@ class Sweep(FileTable):
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
-            for key in observable.required():
+            for key in (key for key, field in observable.model_fields.items() if field.is_required()):
                 given = getattr(self, key) is not None
                 if given and name not in self.observables:
                     raise ValueError(f"{key} is given, but observable {name!r} is not: add it or leave {key} out")
@@ -221,13 +218,6 @@ class Sweep(FileTable):
         laws = [defaults(each) | self.force_law for each in self.model]
         for wanted in self.measured:
             wanted.check(max(site_count(n, law) for n in self.n for law in laws))
-
-    def _check_until(self) -> None:
-        from jamlab.packing.quantities import COLUMNS
-
-        for column in self.until or ():
-            if column not in COLUMNS and not any(":" in observable for observable in self.observables):
-                raise ValueError(f"until.{column}: table states has no such column: use one of {', '.join(COLUMNS)}")
 
 
 def site_count(n: int, force_law: Mapping[str, Any]) -> float:
@@ -255,7 +245,6 @@ class CampaignTable(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the campaign, and of its folder
     sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]  # one or more sweeps
-    slurm: Any = None  # of earlier versions, without effect: `Campaign.run` says so
 
     @field_validator("sweep")
     @classmethod

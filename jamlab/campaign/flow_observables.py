@@ -1,4 +1,4 @@
-"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation, creep; a row a run.
+"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation; a row a run.
 
 A run that has no answer, such as one whose drag is too weak to be resolved, has nan and is not converged.
 """
@@ -9,27 +9,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jamlab.campaign.observable import (
-    FLAG,
-    LAW,
-    STATE,
-    Driven,
-    FileTable,
-    Grid,
-    Row,
-    Schema,
-    Tolerances,
-    floats,
-)
+from jamlab.campaign.observable import LAW, STATE, Driven, FileTable, Grid, Row
 from jamlab.errors import ConvergenceError
-from jamlab.flow.creep import LARGEST_STRESS, LONGEST, check_creeping, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
 from jamlab.flow.oscillate import FASTEST, LARGEST_AMPLITUDE, MOST_CYCLES, SLOWEST, oscillate
 from jamlab.flow.overdamped_session import (
     LARGEST_BACKGROUND,
     LARGEST_TOLERANCE,
     LEAST_STRAIN,
-    LEAST_TIME,
     LEAST_TOLERANCE,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
@@ -71,7 +58,6 @@ class Flow(_Driving):
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
     background: Background | None = None
     tolerance: FlowTolerance = TOLERANCE
-    last: bool = False  # true: only of the last state of each packing
 
 
 class Oscillating(_Driving):
@@ -82,21 +68,11 @@ class Oscillating(_Driving):
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
 
 
-class Creeping(_Driving):
-    """Arguments of `jamlab.creep`, for every state, damping law and stress."""
-
-    # beside the residual one, in the packing's unit
-    stresses: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_STRESS)]]
-    duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # time, tau_1
-    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
-
-
 class _Run(Driven):
     """An observable with a row for each state, damping law and point of its table of the campaign file."""
 
-    before = ("phi", "rho", "background", "tolerance")
-    _FLOW: ClassVar = {**STATE, **LAW, **floats("alpha")}
-    _ENDED: ClassVar = {**floats("unsettled"), "converged": FLAG}  # contact changes, as in `FlowRun`
+    _FLOW: ClassVar = ("phi", "rho", "background", "tolerance", *STATE, *LAW, "alpha")
+    _ENDED: ClassVar = ("unsettled", "converged")  # contact changes, as in `FlowRun`
 
     @property
     def how(self) -> Any:
@@ -111,10 +87,7 @@ class _Run(Driven):
     def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
         """Run once by the law and the point that stand in a row, and return the columns of this run."""
 
-    def chosen(self, count: int) -> range:
-        return range(count - 1 if getattr(self.how, "last", False) else 0, count)
-
-    def laws(self) -> list[tuple[Damping, dict[str, float]]]:
+    def laws(self) -> list[tuple[Damping, Row]]:
         return self.damping.with_columns(self.how.alpha)
 
     def check_law(self, law: Damping) -> None:
@@ -122,35 +95,28 @@ class _Run(Driven):
         check_flowing(law, self.how.tolerance, background or 0.0)
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
-        points = self.points()
+        background = np.nan if self.how.background is None else self.how.background
+        settings = {"background": background, "tolerance": self.how.tolerance}
+        points = [settings | point for point in self.points()]
         return [({"law": law, "row": columns | p}, columns | p) for law, columns in self.laws() for p in points]
 
-    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+    def one(self, packing: Packing, **how: Any) -> list[Row]:
         return [self.drive(packing, **how)]
 
     def refused(self) -> list[Row]:
         return [{}]
 
-    def accuracy(self, row: Row) -> Row:
-        """Tolerance of a run, and its background drag: Stokes drag is itself one."""
-        return {"tolerance": self.how.tolerance, "background_drag": 0.0 if row["stokes"] else self.how.background}
-
-    def constants(self) -> Row:
-        how = self.how
-        background = np.nan if how.background is None else how.background
-        return {"background": background, "tolerance": how.tolerance}
-
 
 class SteadyFlow(_Run):
     """Steady shear and its start-up at each rate; rate 0 is quasi-static shear, in which there is no drag."""
 
-    name, defined_by, needs = "flow", ("flow",), "a table with rates"
+    name, needs = "flow", "a table with rates"
     _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
         *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
         *("normal_stress_difference_error", "dissipation", "plastic_events", "z_all", "z_all_error"),
     )
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
-    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), **_Run._ENDED}
+    columns = (*_Run._FLOW, "rate", *_STEADY, *_OTHERS, *_Run._ENDED)
 
     flow: Flow
 
@@ -161,7 +127,7 @@ class SteadyFlow(_Run):
         how = self.flow
         strain = how.strain + how.discard
         if rate := row["rate"]:
-            background = None if row["stokes"] else how.background  # Stokes drag is itself one
+            background = how.background if law.at_contacts else None  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
             run: ShearRun = shear(
                 packing, rate, strain, law, n_rows=rows, tolerance=how.tolerance, background_drag=background
@@ -175,7 +141,7 @@ class SteadyFlow(_Run):
             "flow_pressure_error": mean["pressure_stderr"],
             "peak_stress": peak.stress if peak else np.nan,
             "peak_strain": peak.strain if peak else np.nan,
-            "unsettled": run.ambiguous_contacts,
+            "unsettled": float(run.ambiguous_contacts),
             "converged": run.steady(discard=how.discard).steady,
         }
 
@@ -183,10 +149,10 @@ class SteadyFlow(_Run):
 class Oscillation(_Run):
     """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
 
-    name, defined_by, needs = "oscillation", ("oscillation",), "a table with omega and amplitudes"
+    name, needs = "oscillation", "a table with omega and amplitudes"
     _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # error: relative change of the last cycle
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
-    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), **_Run._ENDED}
+    columns = (*_Run._FLOW, "omega", "amplitude", *_OF_RUN, *_EQUIVALENT, *_Run._ENDED)
 
     oscillation: Oscillating
 
@@ -196,11 +162,13 @@ class Oscillation(_Run):
 
     def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
         how = self.oscillation
-        run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
+        background = how.background if law.at_contacts else 0.0  # Stokes drag is itself one
+        accuracy: Any = {"cycles": how.cycles, "tolerance": how.tolerance, "background_drag": background}
+        run = oscillate(packing, row["omega"], row["amplitude"], law, **accuracy)
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
         found: Row = (
             {name: getattr(run, name) for name in self._OF_RUN[:-1]}
-            | {"unsettled": run.ambiguous_contacts}
+            | {"unsettled": float(run.ambiguous_contacts)}
             | {"error": run.change}
         )
         return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
@@ -214,33 +182,3 @@ class Oscillation(_Run):
         except ConvergenceError:  # not jammed, or unstable in a fixed box
             return {}
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))
-
-
-class Creep(_Run):
-    """Strain under each stress beside the residual one: where it ends, and whether the packing rests or flows."""
-
-    name, defined_by, needs = "creep", ("creep",), "a table with stresses and duration"
-    _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope")
-    stored: ClassVar[Schema] = {
-        **{**_Run._FLOW, **floats("stress", *_OF_RUN)},
-        **{"flows": FLAG, "rests": FLAG, **_Run._ENDED},
-    }
-
-    creep: Creeping
-
-    def check_law(self, law: Damping) -> None:
-        super().check_law(law)
-        check_creeping(law)
-
-    def points(self) -> list[dict[str, float]]:
-        return [{"stress": stress} for stress in self.creep.stresses]
-
-    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
-        how = self.creep
-        run = creep(packing, row["stress"], how.duration, law, largest_strain=how.largest_strain, **self.accuracy(row))
-        return {
-            **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
-            **{"final_time": run.time[-1], "final_strain": run.strain[-1]},
-            **{"flows": run.state == "flows", "rests": run.state == "rests"},
-            **{"unsettled": run.ambiguous_contacts, "converged": True},
-        }

@@ -6,23 +6,22 @@
 | tasks/<task>.h5       | a finished task, renamed to this name after its content was flushed to disk        |
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
 | damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
-| lock, lock.<k>-of-<n> | held by flock while share k of n runs here; the kernel frees them when it dies     |
+| lock.<k>-of-<n>       | held by flock while share k of n runs here; the kernel frees it when it dies       |
 
 A task has an HDF5 file: frames and observables as in `jamlab.packing.hdf5`, and tables.
 
-Beside the layout of `jamlab.packing.hdf5`, version 2 of the campaign schema adds
+Beside the layout of `jamlab.packing.hdf5`, version 3 of the campaign schema adds
 
 | name                      | type           | content                                                               |
 |---------------------------|----------------|-----------------------------------------------------------------------|
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
-| /campaign jamlab_campaign | int            | 2                                                                     |
+| /campaign jamlab_campaign | int            | 3                                                                     |
 | /campaign missing         | str            | JSON list: states that could not be made, and the reasons             |
-| /campaign seconds, host   | float, str     | wall time and machine: content that may differ between runs           |
-| /campaign cpu_seconds     | float          | CPU time of all its ranks, too                                        |
+| /campaign seconds         | float          | wall time: content that may differ between runs                       |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
-| /tables/<table>/<column>  | (rows,)        | `stored` of observables.py; `state` is the frame                     |
+| /tables/<table>/<column>  | (rows,)        | `columns` of observables.py; `state` is the frame                     |
 | /tables/<module:function> | (F,) float64   | columns of a user's own observable, one row per frame                 |
 
 The checksum at the start of the file (`jamlab.storage.verified_file`) carries the name of the task.
@@ -30,14 +29,12 @@ The checksum at the start of the file (`jamlab.storage.verified_file`) carries t
 
 import errno
 import fcntl
-import hashlib
 import json
 import os
-import time
 import traceback
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
@@ -50,10 +47,8 @@ from jamlab.campaign.observable import Columns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import file_image
-from jamlab.storage.atomic_file import atomic_file, check_target, make_folder, remove_abandoned, system_said
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder, system_said
 from jamlab.storage.verified_file import add_checksum, checksum, opened
-
-_ONSET = ("rho_J", "phi_J")
 
 
 @dataclass(frozen=True)
@@ -67,11 +62,7 @@ class TaskFile:
     tables: dict[str, Columns]  # table -> column -> (rows,)
     converged: NDArray[np.bool_]  # (frames,)
     target_pressure: NDArray[np.float64]  # (frames,)
-    wall_time: NDArray[np.float64]  # (frames,) seconds each state took
-    # seconds, cpu_seconds: wall and CPU time of the whole task
-    seconds: float
-    cpu_seconds: float
-    onset: tuple[float, float]  # rho_J and phi_J; nan for packings that were not compressed from onset
+    seconds: float  # wall time of the whole task
     missing: list[dict[str, str]]  # `state` and `reason` of each state that could not be made
 
     @property
@@ -88,7 +79,6 @@ def write_task_file(
     measured: Mapping[str, NDArray[np.float64]],
     tables: Mapping[str, Columns],
     seconds: float,
-    cpu_seconds: float,
 ) -> None:
     """Write a finished task; the file is written completely or not at all."""
 
@@ -96,13 +86,13 @@ def write_task_file(
         group = file.create_group("campaign")
         group.attrs.update(task=task.name, parameters=task.parameters.model_dump_json())
         group.attrs.update(jamlab_campaign=TASK_VERSION, missing=json.dumps(states.missing))
-        group.attrs.update(seconds=seconds, cpu_seconds=cpu_seconds, host=os.uname().nodename)
+        group.attrs["seconds"] = seconds
         group["converged"] = np.array(states.converged)
         group["target_pressure"] = np.array(states.target_pressures)
         for name, columns in tables.items():
             table = file.create_group(f"tables/{name}")
             for column, values in columns.items():
-                table[column] = values
+                table[column] = values.astype("S") if values.dtype.kind == "U" else values
 
     content = add_checksum(file_image(states.packings, measured, extend), f"task {task.name}")
     with atomic_file(path) as temporary:
@@ -120,67 +110,46 @@ def damage(path: Path, task: str) -> str | None:
         raise StorageError(f"cannot read {path}: {system_said(error, 'check its permissions')}") from error
     if found is None:
         return "empty" if empty else "not a task file of this jamlab"
-    if found.label != f"task {task}":
-        return f"holds {found.label}"
-    return None if found.matches else "its checksum does not match: truncated or changed"
+    label, matches = found
+    if label != f"task {task}":
+        return f"holds {label}"
+    return None if matches else "its checksum does not match: truncated or changed"
 
 
 def read_task_file(path: Path, table: str | None = None) -> TaskFile:
     """Read everything except the positions; with `table`, that table alone, or none if there is no such table: columns
     of the user's own observables are of "states"."""
-    with _campaign(path) as (file, parameters):
-        group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
-        onset = [float(file[f"tables/onset/{name}"][0]) if "tables/onset" in file else np.nan for name in _ONSET]
+    with opened(path) as file:
+        if "campaign" not in file:
+            raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
+        group = file["campaign"]
+        try:
+            parameters = Parameters.model_validate_json(group.attrs["parameters"])
+        except ValidationError as error:
+            raise StorageError(f"{path} has parameters of another version of jamlab: {error!s:.200}") from error
         return TaskFile(
             task=group.attrs["task"],
             parameters=parameters,
             units=file["parameters"].attrs["units"],
             observables={name: element["value"][()] for name, element in file["observables"].items()},
             tables={
-                name: {column: values[()] for column, values in stored.items()}
+                name: {column: _column(values[()]) for column, values in stored.items()}
                 for name, stored in file.get("tables", {}).items()
                 if table in (None, "states" if ":" in name else name)
             },
             converged=group["converged"][()],
             target_pressure=group["target_pressure"][()],
-            wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
-            cpu_seconds=float(group.attrs["cpu_seconds"]),
-            onset=(onset[0], onset[1]),
             missing=json.loads(group.attrs["missing"]),
         )
 
 
-def read_parameters(path: Path) -> Parameters:
-    """Read the parameters alone. Errors as in `read_task_file`."""
-    with _campaign(path) as (_, parameters):
-        return parameters
-
-
-def read_last_state(path: Path) -> dict[str, float]:
-    """Read the row of table "states" of the last frame: observables and `converged`. Errors as in `read_task_file`."""
-    file = read_task_file(path, "states")
-    columns = {**file.observables, "converged": file.converged}
-    for own in file.tables.values():
-        columns |= own
-    return {name: float(values[-1]) for name, values in columns.items()}
-
-
-@contextmanager
-def _campaign(path: Path) -> Iterator[tuple[Any, Parameters]]:
-    with opened(path) as file:
-        if "campaign" not in file:
-            raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
-        try:
-            parameters = Parameters.model_validate_json(file["campaign"].attrs["parameters"])
-        except ValidationError as error:
-            raise StorageError(f"{path} has parameters of another version of jamlab: {error!s:.200}") from error
-        yield file, parameters
+def _column(values: NDArray[Any]) -> NDArray[Any]:
+    return values.astype(str) if values.dtype.kind == "S" else values
 
 
 COPY = "campaign.toml"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of file systems that lock nothing
-_PATIENCE = 10.0  # s in which another process has said which shares run here
 
 Share = tuple[int, int]  # (k, n): every n-th task from the k-th on, k from 1 to n
 WHOLE: Share = (1, 1)
@@ -261,47 +230,30 @@ class CampaignFolder:
         for part in ("tasks", "failed"):
             make_folder(self.path / part)
 
-    def sweep_up(self) -> None:
-        """Remove the half-written files of killed workers; those of workers that run stay."""
-        for part in ("tasks", "failed"):
-            remove_abandoned(self.path / part)
-
     @contextmanager
-    def lock(self, text: str, share: Share = WHOLE) -> Iterator[None]:
-        """Keep other processes out that would run the same tasks, until the block ends: the same share, shares of
-        another number, and shares of another campaign file than this text. The lock of a process that dies is
-        released."""
-        k, n = share
-        asked = f"{n} shares of a campaign file with SHA-256 {hashlib.sha256(text.encode()).hexdigest()}"
-        with _lock_file(self.path / f"lock.{k}-of-{n}") as own, _lock_file(self.path / "lock") as common:
-            with _changing(self.path):
+    def lock(self, share: Share = WHOLE) -> Iterator[None]:
+        """Keep other processes out that would run the same tasks, until the block ends: the same share, and shares of
+        another number. The lock of a process that dies is released."""
+        own = self.path / "lock.{}-of-{}".format(*share)
+        with ExitStack() as stack:
+            with _changing(own):
+                file = stack.enter_context(open(own, "a+"))
+                others = [p for p in self.path.glob("lock.*-of-*") if p.suffix.rpartition("-")[2] != str(share[1])]
                 try:
-                    free = _flock(own, fcntl.LOCK_EX)
+                    busy = [] if _flock(file) else [own]
+                    for other in others:
+                        with open(other, "a+") as opened_too:
+                            busy += [] if _flock(opened_too) else [other]
                 except OSError as error:
                     if error.errno not in _NO_LOCKS:
                         raise
                     said = f"{self.path}: {os.strerror(error.errno)}"
                     warnings.warn(f"{said}: nothing keeps a second run out, so run each share once", stacklevel=4)
-                else:
-                    if not free:
-                        raise StorageError(f"{_read(own) or 'another process'} runs in {self.path}: wait for it")
-                    _write(own, f"share {k} of {n} by process {os.getpid()} on {os.uname().nodename}")
-                    self._agree(common, asked)
+                    busy = []
+            if busy:
+                said = f"another process runs in {self.path} and holds {busy[0].name}"
+                raise StorageError(f"{said}: wait for it, or run another of its shares")
             yield
-
-    def _agree(self, common: TextIO, asked: str) -> None:
-        """Share the lock of all shares: the first one writes what they run, the others must ask for the same."""
-        end = time.monotonic() + _PATIENCE
-        while True:
-            if _flock(common, fcntl.LOCK_EX):
-                _write(common, asked)
-            shared = _flock(common, fcntl.LOCK_SH)
-            if shared and _read(common) == asked:
-                return
-            if shared or time.monotonic() > end:
-                said = _read(common) or "another process"
-                raise StorageError(f"{said} runs in {self.path}, not {asked}: wait for the end, or stop it")
-            time.sleep(0.05)
 
     def keep_copy(self, text: str) -> None:
         """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
@@ -334,30 +286,10 @@ def _changing(path: Path) -> Iterator[None]:
         raise StorageError(f"cannot change {path}: {system_said(error, 'check its permissions')}") from error
 
 
-@contextmanager
-def _lock_file(path: Path) -> Iterator[TextIO]:
-    """Open a file to be locked."""
-    with _changing(path):
-        file = open(path, "a+", encoding="utf-8", errors="replace")
-    with file:
-        yield file
-
-
-def _flock(file: TextIO, how: int) -> bool:
-    """Lock a file, or change its lock; whether no other process has it."""
+def _flock(file: TextIO) -> bool:
+    """Lock a file; whether no other process has it."""
     try:
-        fcntl.flock(file, how | fcntl.LOCK_NB)
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     return True
-
-
-def _write(file: TextIO, text: str) -> None:
-    file.truncate(0)
-    file.write(text)
-    file.flush()
-
-
-def _read(file: TextIO) -> str:
-    file.seek(0)
-    return file.read().strip()

@@ -1,14 +1,13 @@
 """What an observable of a campaign is: one class with all that files, names of tasks, tables and plots need.
 
-A subclass says which keys a sweep gives for it (its fields), which columns a task file holds (`stored`) and a table
-shows (`columns`), how a state is measured in one of several ways (`one`, `cases`), on what the result depends
-(`depends_on`). `observables.py` lists all of them. Observables of the user's own
+A subclass says which keys a sweep gives for it (its fields), which columns its table has (`columns`) and how a state
+is measured in one of several ways (`one`, `cases`). `observables.py` lists all of them. Observables of the user's own
 are functions `module:function` that take a packing and return numbers.
 """
 
 import importlib
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
 
@@ -16,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import LARGEST_TOLERANCE
@@ -27,6 +25,8 @@ MOST_FREQUENCIES = 10_000  # of a spectrum
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
 
 T = TypeVar("T")
+Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
+Columns = dict[str, NDArray[Any]]
 
 
 class FileTable(BaseModel):
@@ -91,42 +91,26 @@ class DampingLaws(FileTable):
     contact: Annotated[list[NotNegative], AfterValidator(ascending)] = []
     stokes: Annotated[list[NotNegative], AfterValidator(ascending)] = []
 
-    @property
-    def count(self) -> int:
-        """Number of laws."""
-        return len(self.contact) + len(self.stokes)
-
-    def with_columns(self, alpha: float = 1.0) -> list[tuple[Damping, dict[str, float]]]:
+    def with_columns(self, alpha: float = 1.0) -> list[tuple[Damping, Row]]:
         """List the laws, contact damping with this power of the velocity, each with its columns in a table."""
-        laws: list[tuple[Damping, dict[str, float]]] = []
+        laws: list[tuple[Damping, Row]] = []
         for beta in self.contact:
-            columns = {"stokes": False, "beta": beta, "eta_f": np.nan, "alpha": alpha}
+            columns = {"law": "contact", "beta": beta, "eta_f": np.nan, "alpha": alpha}
             laws.append((ContactDamping(beta, alpha=alpha), columns))
         for eta_f in self.stokes:
-            laws.append((StokesDrag(eta_f), {"stokes": True, "beta": np.nan, "eta_f": eta_f, "alpha": np.nan}))
+            laws.append((StokesDrag(eta_f), {"law": "stokes", "beta": np.nan, "eta_f": eta_f, "alpha": np.nan}))
         return laws
 
 
 class Tolerances(FileTable):
-    """How well states are minimised, and from which error on results are marked as not converged."""
+    """How well states are minimised."""
 
     max_force: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None  # `tolerance` of `jam`
     step_error: Annotated[float, Field(gt=0, le=1)] | None = None  # `error` of `jamlab.compress`
-    spectrum_error: Positive = 1e-3  # estimated relative error of G*
 
 
-Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
-Columns = dict[str, NDArray[Any]]
-Schema = dict[str, np.dtype[Any]]
-
-FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_)
-STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}  # the frame of a row, and its pressure at rest
-LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT}
-
-
-def floats(*names: str) -> Schema:
-    """Columns of floating-point numbers."""
-    return dict.fromkeys(names, FLOAT)
+# columns of the state of a row: the frame, its pressure at rest, and the one aimed at; of its damping law
+STATE, LAW = ("state", "pressure", "target_pressure"), ("law", "beta", "eta_f")
 
 
 @dataclass(frozen=True)
@@ -143,68 +127,40 @@ class Observable(FileTable):
     """What a sweep asks to measure, with the values of its keys; a table of this name."""
 
     name: ClassVar[str]  # in `observables` of a sweep, and of its table
-    # columns in a file of a task, with their types; `state` is the frame that a row belongs to
-    stored: ClassVar[Schema]
-    # of the table that users see; what a file does not hold is taken from its task or its states
-    columns: ClassVar[tuple[str, ...]]
-    before: ClassVar[tuple[str, ...]] = ()  # columns of the table that a file does not hold
-    defined_by: ClassVar[tuple[str, ...]]  # definitions that its table depends on, by their names in `versions.py`
+    columns: ClassVar[tuple[str, ...]]  # of its table
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
     only: ClassVar[str] = ""  # the one model that it is for; "" for both
     refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
 
-    @classmethod
-    def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        if "columns" not in cls.__dict__ and hasattr(cls, "stored"):
-            cls.columns = (*cls.before, *("law" if name == "stokes" else name for name in cls.stored))
-
-    @classmethod
-    def required(cls) -> list[str]:
-        """Keys that a sweep must give."""
-        return [key for key, field in cls.model_fields.items() if field.is_required()]
-
     def check(self, sites: float) -> None:
         """Raise ValueError for packings of so many sites that cannot be measured."""
 
-    def measure(self, states: TaskStates, pressure: Array, tolerances: Tolerances) -> list[Row]:
-        """Measure the states of a task, whose pressures at rest are known, row by row."""
-        rows = []
-        for k in self.chosen(len(states.packings)):
-            state = {"state": k, "pressure": pressure[k], "target_pressure": states.target_pressures[k]}
+    def measure(self, states: TaskStates, known: Mapping[str, NDArray[Any]]) -> Columns:
+        """Measure the states of a task, row by row; of every state some columns are known."""
+        rows: list[Row] = []
+        for k, packing in enumerate(states.packings):
+            state = {name: values[k] for name, values in known.items()}
             for how, columns in self.cases():
                 try:
-                    found = self.one(states.packings[k], tolerances, **how)
+                    found = self.one(packing, **how)
                 except self.refusal:
                     found = self.refused()
                 for row in found:
-                    if "converged" in row:
-                        row["converged"] = states.converged[k] & row["converged"]
-                    rows.append(state | columns | row)
-        return rows
-
-    def chosen(self, count: int) -> range:
-        """Numbers of the states to measure, of so many."""
-        return range(count)
+                    good = states.converged[k] & row.get("converged", False)
+                    rows.append(state | columns | row | {"converged": good})
+        return stack(self.columns, rows)
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         """Ways in which each state is measured: arguments of `one`, and columns that tell them apart."""
         return [({}, {})]
 
-    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+    def one(self, packing: Packing, **how: Any) -> list[Row]:
         """Measure a state in one way; its rows without the columns of state and way."""
         raise NotImplementedError
 
     def refused(self) -> list[Row]:
         """Rows of a state that `one` refuses; what they lack is nan, and not converged."""
         return []
-
-    def depends_on(self, tolerances: Tolerances) -> Any:
-        """On what the rows of given states depend: two that are equal have the same table."""
-        return self
-
-    def constants(self) -> Row:
-        """Columns with one value for all rows of a table, where its file does not hold them."""
-        return {}
 
 
 class Driven(Observable):
@@ -213,12 +169,12 @@ class Driven(Observable):
     damping: DampingLaws = DampingLaws(contact=[1.0])
 
     def check(self, sites: float) -> None:
-        if not self.damping.count:
+        if not self.laws():
             raise ValueError(f"observable {self.name!r} needs a damping law: add contact or stokes to damping")
         for law, _ in self.laws():  # which refuse what they cannot have
             self.check_law(law)
 
-    def laws(self) -> list[tuple[Damping, dict[str, float]]]:
+    def laws(self) -> list[tuple[Damping, Row]]:
         """Damping laws, each with its columns."""
         return self.damping.with_columns()
 
@@ -229,14 +185,13 @@ class Driven(Observable):
         return [({"law": law}, columns) for law, columns in self.laws()]
 
 
-def stack(schema: Schema, rows: list[Row]) -> Columns:
+def stack(names: Iterable[str], rows: list[Row]) -> Columns:
     """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays, and missing ones nan."""
     lengths = [max(np.size(value) for value in row.values()) for row in rows]
     columns: Columns = {}
-    for name, kind in schema.items():
-        blank = np.nan if kind == FLOAT else False
-        parts = [np.broadcast_to(row.get(name, blank), length) for row, length in zip(rows, lengths, strict=True)]
-        columns[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
+    for name in names:
+        parts = [np.broadcast_to(row.get(name, np.nan), length) for row, length in zip(rows, lengths, strict=True)]
+        columns[name] = np.concatenate(parts) if parts else np.empty(0)
     return columns
 
 

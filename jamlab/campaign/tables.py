@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
-from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
-from jamlab.campaign.tasks import as_column
+from jamlab.campaign.observable import Columns
+from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.packing.quantities import COLUMNS
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 
 _RESAMPLES = 1000  # the ends of a 95 % interval to a tenth of its width
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
-_MOST_BINS = 12  # a column with no more values than that is not binned
-_WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
@@ -38,9 +35,9 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
         *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
-        *(*_LAW["dp"], *_LAW["sp"], "contact", "wall_time"),
+        *(*_LAW["dp"], *_LAW["sp"], "contact"),
     ),
-    "onset": (*_WHO, *Onset.columns),
+    "onset": (*_WHO, "rho_J", "phi_J", "z_J", "rattlers", "converged"),
     **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
 }
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
@@ -56,12 +53,14 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     own: dict[str, str] = {}
     for task in names:
         file = read_task_file(folder.task_file(task), name)
-        columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
-        if columns:
-            p = file.parameters
-            who: dict[str, Any] = {"task": task, **{key: getattr(p, key) for key in _WHO[1:5]}}
-            who |= {"protocol": as_column(p.protocol_names, p.protocol)}
-            who |= {"definitions": as_column(p.definition_names(name), p.definitions)}
+        if name == "states":
+            columns = _states(file) | _own(file, own)
+        elif name == "onset":
+            columns = _onset(file)
+        else:
+            columns = file.tables.get(name, {})
+        if any(map(len, columns.values())):
+            who = {"task": task, **{key: getattr(file.parameters, key) for key in _WHO[1:]}}
             parts.append(pd.DataFrame(who | columns))
     wanted = [*TABLE_COLUMNS[name], *sorted(own)]
     if not parts:
@@ -70,42 +69,28 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     return rows[wanted]
 
 
-def _columns(file: TaskFile, name: str) -> dict[str, Any]:
-    """Columns of the table of one task; what the file does not hold comes from the task and its states."""
-    stored = file.tables.get(name)
-    if stored is None:
+def _onset(file: TaskFile) -> Columns:
+    """The packing at onset, of every task that begins there."""
+    if not file.parameters.from_onset:
         return {}
-    observable = next(o for o in file.parameters.tables if o.name == name)
-    known = observable.constants()
-    found: dict[str, Any] = {}
-    for column in observable.columns:
-        if column in stored:
-            found[column] = stored[column]
-        elif column == "law":
-            found[column] = np.where(stored["stokes"], "stokes", "contact")
-        elif column == "seconds":
-            found[column] = file.seconds
-        elif column == "onset":
-            found[column] = file.onset[0]
-        else:
-            found[column] = known[column] if column in known else file.observables[column][stored["state"]]
-    return found
+    names = {"rho_J": "rho", "phi_J": "phi", "z_J": "z", "rattlers": "rattlers"}
+    first = {column: file.observables[name][:1] for column, name in names.items()}
+    return first | {"converged": file.converged[:1]}
 
 
 def _states(file: TaskFile) -> dict[str, Any]:
     model, law = file.parameters.model, file.parameters.force_law
-    rho_j, phi_j = file.onset
+    onset = _onset(file)
     return {
         "units": file.units,
         "state": np.arange(len(file.converged)),
-        "onset": rho_j,
-        "onset_phi": phi_j,
+        "onset": onset.get("rho_J", [np.nan])[0],
+        "onset_phi": onset.get("phi_J", [np.nan])[0],
         "target_pressure": file.target_pressure,
         "converged": file.converged,
-        **{name: file.observables.get(name, np.nan) for name in COLUMNS},  # of an earlier version: measured less
+        **{name: file.observables[name] for name in COLUMNS},
         **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
         "contact": str(law.get("contact", "")) if model == "dp" else "",
-        "wall_time": file.wall_time,
     }
 
 
@@ -122,24 +107,6 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
-def choose_bins(values: Array) -> Array:
-    """Edges of bins for a column. A column of a few values, such as target pressures, gets a bin for each of them.
-    Others get twelve bins, equal in ratio where the positive values span more than a factor of 30; what lies at zero or
-    below is then outside."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return np.array([0.0, 1.0])
-    kinds = np.unique([float(f"{value:.5g}") for value in finite])  # a pressure is met to 1e-6
-    if len(kinds) <= _MOST_BINS:
-        return np.concatenate([[-np.inf], 0.5 * (kinds[1:] + kinds[:-1]), [np.inf]])
-    up = kinds[kinds > 0]
-    if len(up) > 1 and up[-1] > _WIDE * up[0]:
-        return np.geomspace(up[0] * (1 - 1e-4), up[-1] * (1 + 1e-4), _MOST_BINS + 1)
-    edges = np.linspace(finite.min(), finite.max(), _MOST_BINS + 1)
-    edges[-1] = np.nextafter(edges[-1], np.inf)
-    return edges
-
-
 def aggregate(
     frame: pd.DataFrame,
     values: Sequence[str],
@@ -154,11 +121,13 @@ def aggregate(
     packing are nan; `<value>_packings` counts those with a finite value."""
     import pandas as pd
 
-    _require_columns(frame, [*values, *by, *([along] if along else [])])
-    if along is None and bins is not None:
-        raise InputError(f"bins = {bins!r}: give the column to divide into bins, along = ...")
-    edges = None if bins is None else np.asarray(bins, dtype=np.float64)
-    if edges is not None and (edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0)):
+    for name in [*values, *by, *([along] if along else [])]:
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if (along is None) != (bins is None):
+        raise InputError(f"along = {along!r}, bins = {bins!r}: give both, a column and the edges of its bins")
+    edges = np.array([0.0, 1.0]) if bins is None else np.asarray(bins, dtype=np.float64)
+    if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
         raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
@@ -167,9 +136,7 @@ def aggregate(
         if key.dtype.kind == "f":
             keys[name] = key.map(lambda value: float(f"{value:.{_DIGITS}g}"))
     if along is not None:
-        numbers = frame[along].to_numpy(np.float64)
-        edges = choose_bins(numbers) if edges is None else edges
-        place = np.digitize(numbers, edges) - 1
+        place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
         keys["bin"] = pd.Series(place[inside], index=frame.index)
@@ -199,9 +166,3 @@ def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:
         mean = bootstrap([packings], lambda g: np.mean(g[0]), resamples=_RESAMPLES, level=confidence)
         ends = (float(mean.value), float(mean.low), float(mean.high))
     return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_packings"), (*ends, len(packings)), strict=True))
-
-
-def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
-    for name in names:
-        if name not in frame.columns:
-            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")

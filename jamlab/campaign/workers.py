@@ -6,25 +6,22 @@ connected by pipes, so that nobody else can reach them, and end when the driver 
 
 import errno
 import itertools
-import os
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder, write_task_file
-from jamlab.campaign.observable import load_function, measure_own, stack
-from jamlab.campaign.plan import wanted_batches
-from jamlab.campaign.states import StoredStates, make_states, read_stored, shared_tables
+from jamlab.campaign.observable import Columns, load_function, measure_own
+from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
-from jamlab.campaign.tasks import Batch, Task
+from jamlab.campaign.tasks import Task, states_name
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.measure import measure
-from jamlab.packing.quantities import COLUMNS
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children
 from jamlab.storage.atomic_file import check_target
@@ -40,51 +37,6 @@ def count_workers(wanted: int | None, ranks: int) -> int:
     if ranks > (cores := available_cores()):
         raise InputError(f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or give --workers")
     return cores // ranks
-
-
-class Crew:
-    """Workers; one that dies is replaced, and its task runs again."""
-
-    def __init__(self, count: int) -> None:
-        self.width = count
-        self._children = Children(_carry, count)
-        self._begun: set[str] = set()
-        self._deaths: Counter[str] = Counter()
-        self._early = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._children.__exit__(*error)
-
-    def submit(self, name: str, arguments: tuple[Any, ...]) -> None:
-        """Have a task run by the next worker that is free, with these arguments of `run_task`."""
-        self._children.submit(name, arguments)
-
-    def wait(self) -> "tuple[str, Outcome | None]":
-        """Wait for the next task that ends; its name and outcome, None if its workers died again and again."""
-        while True:
-            name, kind, content = self._children.wait()
-            if kind == "result":
-                return name, content
-            if kind == "error":
-                raise EngineError(f"workers cannot run a task: {content}") from content
-            if kind == "report":
-                self._begun.add(name)
-                self._early = 0
-                continue
-            arguments, code = content
-            if name in self._begun:
-                self._deaths[name] += 1
-                if self._deaths[name] > _MOST_DEATHS:
-                    return name, None
-            else:
-                self._early += 1
-                if self._early > _EARLY_DEATHS * self.width:
-                    raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
-            self._begun.discard(name)
-            self._children.submit(name, arguments, first=True)
 
 
 def _carry(arguments: tuple[Any, ...], report: Callable[..., None]) -> "Outcome":
@@ -108,10 +60,10 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
-    """Run a task unless its file exists, with the states of a finished task `source`; `modules` are folders with
-    modules of the user's own observables."""
-    began, used = time.perf_counter(), cpu_seconds()
+def run_task(folder: str, task: Task, stored: Sequence[str] = (), modules: Sequence[str] = ()) -> Outcome:
+    """Run a task unless its file exists, with the packings of one of the finished tasks `stored`; `modules` are folders
+    with modules of the user's own observables."""
+    began = time.perf_counter()
 
     def end(state: str, line: str) -> Outcome:
         return Outcome(state, line, time.perf_counter() - began)
@@ -122,7 +74,7 @@ def run_task(folder: str, task: Task, source: str | None = None, modules: Sequen
         if not file.exists():
             check_target(file)  # before the work, not after
             with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
-                _make_file(place, task, (began, used), source, modules)
+                _make_file(place, task, began, stored, modules)
         return end(FINISHED, label)
     except StorageError as error:
         return end(FULL, str(error))
@@ -136,86 +88,79 @@ def run_task(folder: str, task: Task, source: str | None = None, modules: Sequen
         return end(FAILED, f"{label}: {error}")
 
 
-def cpu_seconds() -> float:
-    """CPU time of this process and of the ranks it waited for."""
-    return sum(os.times()[:4])
-
-
-def _make_file(
-    folder: CampaignFolder, task: Task, began: tuple[float, float], source: str | None, modules: Sequence[str]
-) -> None:
-    functions = {name: load_function(name, modules) for name in task.parameters.own}
-    stored = read_stored(folder, source) if source is not None else None
-    if stored is None:
-        states, known, before = make_states(task.parameters, task.ranks), {}, (0.0, 0.0)
-        measured = measure(states.packings)
+def _make_file(folder: CampaignFolder, task: Task, began: float, stored: Sequence[str], modules: Sequence[str]) -> None:
+    parameters = task.parameters
+    functions = {name: load_function(name, modules) for name in parameters.own}
+    measured, tables, before = {}, {}, 0.0
+    if found := read_stored(folder, stored, parameters):
+        file, states = found
+        measured, tables, before = file.observables, file.tables, file.seconds
     else:
-        file, states = stored
-        shared = shared_tables(task.parameters, file.parameters)
-        known = {name: columns for name, columns in file.tables.items() if name in shared}
-        before = file.seconds, file.cpu_seconds
-        whole = STATES in shared and file.observables.keys() >= set(COLUMNS)  # else a jamlab before measured less
-        measured = file.observables if whole else measure(states.packings)
-    tables = dict(known)
-    for wanted in task.parameters.tables:
-        if wanted.name not in known:
-            rows = wanted.measure(states, measured["pressure"], task.parameters.tolerances)
-            tables[wanted.name] = stack(wanted.stored, rows)
-    taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
-    for name in sorted(functions.keys() - known.keys()):
-        tables[name] = measure_own(name, functions[name], states.packings, taken)
-        taken |= tables[name].keys()
-    wall, cpu = before[0] + time.perf_counter() - began[0], before[1] + cpu_seconds() - began[1]
-    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=wall, cpu_seconds=cpu)
-
-
-def remaining_tasks(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
-    """Yield the tasks whose names are not in `skip`, each once."""
-    seen = set(skip)
-    for batch in batches:
-        for task in batch.tasks():
-            if task.name not in seen:
-                seen.add(task.name)
-                yield task
+        states = make_states(parameters, task.ranks)
+    measured = measured or measure(states.packings)
+    count = len(states.packings)
+    known: Columns = {name: measured[name] for name in ("rho", "phi", "pressure")}
+    known |= {"state": np.arange(count), "target_pressure": np.array(states.target_pressures)}
+    known["onset"] = np.full(count, measured["rho"][0] if parameters.from_onset else np.nan)
+    for name, wanted in parameters.observables.items():
+        if name not in tables:
+            tables[name] = wanted.measure(states, known)
+    taken = {*STATE_COLUMNS, *(column for name in functions if name in tables for column in tables[name])}
+    for name in functions:
+        if name not in tables:
+            tables[name] = measure_own(name, functions[name], states.packings, taken)
+            taken |= tables[name].keys()
+    seconds = before + time.perf_counter() - began
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds)
 
 
 def drive(
-    crew: Crew,
     folder: CampaignFolder,
-    chosen: list[Batch],
-    mine: Collection[str],
-    stored: StoredStates,
+    tasks: Iterator[Task],
+    count: int,
+    stored: dict[str, list[str]],
     modules: Sequence[str],
     tell: Callable[[Outcome], None],
 ) -> None:
-    """Run the remaining tasks of some batches that this process has to run, `mine`, then the seeds that `until` adds,
-    and tell each outcome; the folder is locked."""
+    """Run tasks in so many workers, and tell each outcome; the folder is locked. `stored`: finished tasks by what their
+    names share. A worker that dies is replaced, and its task runs again."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
+    begun: set[str] = set()
+    deaths: Counter[str] = Counter()  # "": of workers that had not begun anything, in a row
+    with Children(_carry, count) as children:
 
-    def fill(tasks: Iterator[Task]) -> None:
-        for task in itertools.islice(tasks, max(0, _PER_WORKER * crew.width - len(under_way))):
-            under_way[task.name] = task
-            source = stored.source(task.parameters)
-            crew.submit(task.name, (place, task, source and source.name, modules))
+        def fill() -> None:
+            for task in itertools.islice(tasks, max(0, _PER_WORKER * count - len(under_way))):
+                under_way[task.name] = task
+                children.submit(task.name, (place, task, stored.get(states_name(task.name), ()), modules))
 
-    before: list[Batch] = []
-    while (wanted := wanted_batches(chosen, folder)) != before:
-        before, ended = wanted, folder.finished() | folder.failed()
-        tasks = (task for task in remaining_tasks(wanted, ended) if task.name in mine)
-        fill(tasks)
+        fill()
         while under_way:
-            name, outcome = crew.wait()
-            task = under_way.pop(name)
-            if outcome is None:
-                reason = EngineError(
-                    f"{task.parameters.label}: its workers died again and again: killed, or out of memory"
-                )
-                folder.record_failure(task, reason)
-                outcome = Outcome(FAILED, str(reason), float("nan"))
+            name, kind, content = children.wait()
+            if kind == "report":
+                begun.add(name)
+                deaths[""] = 0
+                continue
+            if kind == "error":
+                raise EngineError(f"workers cannot run a task: {content}") from content
+            task, outcome = under_way[name], content
+            if kind == "death":
+                arguments, code = content
+                deaths[name if name in begun else ""] += 1
+                begun.discard(name)
+                if deaths[""] > _EARLY_DEATHS * count:
+                    raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
+                if deaths[name] <= _MOST_DEATHS:
+                    children.submit(name, arguments, first=True)
+                    continue
+                said = f"{task.parameters.label}: its workers died again and again: killed, or out of memory"
+                folder.record_failure(task, EngineError(said))
+                outcome = Outcome(FAILED, said, float("nan"))
             if outcome.state == FULL:
                 raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs the remaining tasks")
             if outcome.state == FINISHED:
-                stored.add(task)
+                stored.setdefault(states_name(name), []).append(name)
+            del under_way[name]
             tell(outcome)
-            fill(tasks)
+            fill()

@@ -89,11 +89,8 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         print_json({**totals, "tasks": left, "sweeps": [vars(line) for line in lines]})
         return
     names = ("sweep", "model", "n", "tasks", "left", "stored", "ranks")
-    cells = []
-    for line in lines:
-        until = ", ".join(f"{column} {error:g}" for column, error in line.until.items())
-        cells.append([*_texts(line, names), until, _format_time(line.seconds), _format_size(line.bytes)])
-    print_table(f"campaign {campaign.name}", [*names, "until", "core time", "size"], cells)
+    cells = [[*_texts(line, names), _format_time(line.seconds), _format_size(line.bytes)] for line in lines]
+    print_table(f"campaign {campaign.name}", [*names, "core time", "size"], cells)
     print_line(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
     if seconds is None:
         print_line(
@@ -160,7 +157,7 @@ def run(
     else:
         print_note(f"nothing left to run: {_describe(campaign, only)}")
     if ran.left and not pilot and not as_json:
-        print_line(f"{ran.left} tasks are left to other shares, or to another run of all shares")
+        print_line(f"{ran.left} tasks are left to other shares")
     raise typer.Exit(1 if ran.failed else 0)
 
 
@@ -182,16 +179,14 @@ def _print_failure(outcome: "Outcome") -> None:
 
 
 def _describe(campaign: "Campaign", only: list[str] | None) -> str:
-    """How many tasks are finished, of at most how many if `until` decides."""
+    """How many tasks are finished."""
     from jamlab.campaign.tasks import batches, task_names
 
-    chosen = batches(campaign.content, only)
-    names = task_names(chosen)
-    most = "at most " if any(batch.until for batch in chosen) else ""
+    names = task_names(batches(campaign.content, only))
     failed = len(names & campaign.folder.failed())
     again = f", {failed} failed (--retry-failed runs them again)" if failed else ""
     finished = len(names & campaign.folder.finished())
-    return f"{finished} of {most}{len(names)} tasks are finished in {campaign.folder.path}{again}"
+    return f"{finished} of {len(names)} tasks are finished in {campaign.folder.path}{again}"
 
 
 @app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
@@ -211,21 +206,12 @@ def status(
     found = campaign.status(verify=verify)
     counts = ("tasks", "finished", "failed", "left")
     if as_json:
-        sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
-        totals = {key: getattr(found, key) for key in (*counts, "foreign")}
-        more = {"damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
-        print_json({**totals, **more})
+        print_json(vars(found) | {"sweeps": [vars(sweep) for sweep in found.sweeps]})
         return
     headings = ("sweep", "model", "n", *counts)
     lines = [[*_texts(sweep, headings)] for sweep in found.sweeps]
     lines.append(["total", "", "", *_texts(found, counts)])
     print_table(f"campaign {campaign.name}", headings, lines)
-    for s in found.sweeps:
-        for column, wanted in s.until.items():
-            state = "met" if s.errors[column] <= wanted else "not met"
-            seeds = f"{s.finished} of at most {s.most} seeds finished"
-            error = f"error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
-            print_line(f"{s.sweep} {s.model} n={s.n}: {error}; {seeds}")
     said = [f"failed: {record['label']}: {record['reason']}" for record in found.failures.values()]
     said += [f"damaged: {campaign.folder.task_file(t)}: {why}" for t, why in (found.damaged or {}).items()]
     said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
@@ -237,11 +223,10 @@ def status(
         print_line(line)
 
 
-@app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --format csv --table states")
+@app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --table states")
 def export(
     file: Where,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("tables"),
-    form: Annotated[str, typer.Option("--format", metavar="{csv,parquet}", help="Format of the tables.")] = "csv",
     table: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Name of a table; repeatable (default: all).")
     ] = None,
@@ -250,12 +235,12 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write tables."""
+    """Write tables as CSV."""
     from jamlab.campaign import campaign as run_of
 
     expect_output(to)
     campaign = run_of.open_campaign(file, out)
-    written = [str(path) for path in run_of.export(campaign, to, form, table or (), sweep, replace=force)]
+    written = [str(path) for path in run_of.export(campaign, to, table or (), sweep, replace=force)]
     if as_json:
         print_json({"written": written})
     else:

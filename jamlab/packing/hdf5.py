@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import metadata
 from typing import Any
 
 import h5py
@@ -30,7 +31,6 @@ from jamlab.storage.verified_file import (
     FilePath,
     add_checksum,
     dataset,
-    jamlab_version,
     opened,
 )
 
@@ -117,7 +117,7 @@ def _write_header(file: Any) -> None:
     h5md = file.create_group("h5md")
     h5md.attrs["version"] = np.array([1, 1])
     h5md.create_group("author").attrs["name"] = "jamlab"
-    h5md.create_group("creator").attrs.update(name="jamlab", version=jamlab_version())
+    h5md.create_group("creator").attrs.update(name="jamlab", version=metadata.version("jamlab"))
 
 
 def _write_parameters(group: Any, first: Packing, onsets: list[float], histories: list[str]) -> None:

@@ -4,14 +4,12 @@ Readers see the old file or the whole new one, never a part of it.
 """
 
 import errno
-import hashlib
 import os
 import re
 import stat
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,55 +19,28 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-_ABANDONED = 86_400.0  # s since its last change after which a temporary file of another machine has no writer
-_TEMPORARY = re.compile(r"\.jamlab-([0-9a-f]{8})-([0-9]+)-[0-9a-f]{8}\.tmp")
+_ABANDONED = 86_400.0  # s since its last change after which a temporary file has no writer
 _looked_after: set[Path] = set()  # folders in which this process has removed what others left behind
 
 
-@cache
-def _machine() -> str:
-    """Name of what process ids belong to: the machine, or the container on it."""
-    try:
-        container = os.readlink("/proc/self/ns/pid")
-    except OSError:  # no Linux
-        container = ""
-    return hashlib.sha256(f"{os.uname().nodename} {container}".encode()).hexdigest()[:8]
-
-
-def remove_abandoned(folder: Path) -> None:
-    """Remove the temporary files of writers that were killed: of this machine those whose process is gone; of others,
-    which may share the folder, and of earlier versions those that nobody has changed for a day."""
+def _remove_abandoned(folder: Path) -> None:
+    """Remove the temporary files of writers that were killed: those that nobody has changed for a day."""
     with suppress(OSError):
         for file in folder.glob(".jamlab-*.tmp"):
-            name = _TEMPORARY.fullmatch(file.name)
-            if name is not None and name[1] == _machine():
-                gone = not _is_alive(int(name[2]))
-            else:
-                gone = time.time() - file.stat().st_mtime > _ABANDONED
-            if gone:
+            if time.time() - file.stat().st_mtime > _ABANDONED:
                 file.unlink(missing_ok=True)
-
-
-def _is_alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # it is of another user, or no number of a process
-        return True
-    return True
 
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary path `.jamlab-*.tmp` in the same folder, where a rename is atomic; it takes the place of `path`,
     or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
-    stays as it was; what a killed process leaves behind, the next one that writes into the folder removes."""
+    stays as it was; what a killed process leaves behind, one that writes into the folder a day later removes."""
     target = check_target(path)
     if target.parent not in _looked_after:
         _looked_after.add(target.parent)
-        remove_abandoned(target.parent)
-    temporary = target.with_name(f".jamlab-{_machine()}-{os.getpid()}-{os.urandom(4).hex()}.tmp")
+        _remove_abandoned(target.parent)
+    temporary = target.with_name(f".jamlab-{os.urandom(8).hex()}.tmp")
     try:
         try:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
@@ -177,14 +148,8 @@ FORMATS: dict[str, tuple[str, ...]] = {  # endings of what jamlab writes, the us
     "png": (".png",),
     "table": (".csv",),
     "tabs": (".tsv",),
-    "parquet": (".parquet",),
 }
-_OF_ONE_KIND = {
-    **dict.fromkeys(("packings", "data", "dump", "xyz"), "jamlab.write"),
-    **{"vtp": "jamlab.write_contacts", "movie": "jamlab.write_movie", "page": "jamlab.write_page"},
-    "campaign": "jamlab campaign new",
-}
-_WRITERS = {ending: writer for kind, writer in _OF_ONE_KIND.items() for ending in FORMATS[kind]}
+_ENDINGS = {ending for endings in FORMATS.values() for ending in endings}
 _OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
 
 
@@ -200,28 +165,12 @@ def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") ->
     name = os.fspath(path)
     ending = Path(name).suffix.lower()
     allowed = [known for kind in kinds for known in FORMATS[kind]]
-    if ending in ("", *allowed) or (begins_as(path) in kinds and ending not in _WRITERS):
-        return
-    hint = f"; {_WRITERS[ending]} writes {ending}" if ending in _WRITERS else ""
-    raise InputError(f"{option} {name}: name a file that ends in {', '.join(allowed)}{hint}".lstrip())
+    if ending not in ("", *allowed) and not (begins_as(path) in kinds and ending not in _ENDINGS):
+        raise InputError(f"{option} {name}: name a file that ends in {', '.join(allowed)}".lstrip())
 
 
 def write_table(frame: "pd.DataFrame", path: Path) -> None:
     """Write a table without its index; numbers come back to the last bit."""
-    check_ending(path, "table", "tabs", "parquet")
-    ending = path.suffix.lower()
-    if ending == ".parquet":
-        check_parquet()
+    check_ending(path, "table", "tabs")
     with atomic_file(path) as temporary:
-        if ending == ".parquet":
-            frame.to_parquet(temporary, index=False, engine="pyarrow")
-        else:
-            frame.to_csv(temporary, index=False, sep="\t" if ending == ".tsv" else ",")
-
-
-def check_parquet() -> None:
-    """Check that Parquet can be written."""
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise InputError("Parquet needs pyarrow: pip install 'jamlab[parquet]', or export csv") from None
+        frame.to_csv(temporary, index=False, sep="\t" if path.suffix.lower() == ".tsv" else ",")

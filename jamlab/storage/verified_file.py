@@ -13,7 +13,6 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from typing import Any
@@ -39,28 +38,20 @@ _DEFLATE = 1032  # zlib cannot compress further, and jamlab itself does not comp
 _DAMAGE = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
 
 
-@dataclass(frozen=True)
-class Checksum:
-    """Header of a file, compared with its content."""
-
-    label: str  # "packings", or "task" and the name of the task
-    matches: bool  # whether the content is that of the digest
-
-
 def add_checksum(image: bytes, label: str = PACKINGS) -> bytes:
     """Put the user block in front of the bytes of an HDF5 file."""
     header = f"jamlab {label} sha256 {hashlib.sha256(image).hexdigest()}\n".encode()
     return header.ljust(USER_BLOCK, b"\0") + image
 
 
-def checksum(path: str | os.PathLike[str]) -> Checksum | None:
-    """Read a file through and compare; None if it has no such header, e.g. because jamlab 0.1.0 wrote it."""
+def checksum(path: str | os.PathLike[str]) -> tuple[str, bool] | None:
+    """Read a file through: its label, and whether its content is that of the digest; None without such a header."""
     with open(path, "rb") as file:
         header = _HEADER.fullmatch(file.read(USER_BLOCK))
         if header is None:
             return None
         digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return Checksum(header[1].decode(), digest == header[2].decode())
+    return header[1].decode(), digest == header[2].decode()
 
 
 def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
@@ -99,13 +90,6 @@ def versions() -> dict[str, str]:
     return found | {"blas_kernels": _blas_kernels()}
 
 
-def read_hdf5(path: FilePath) -> Any:
-    """Open an h5py.File for reading, without a lock: file systems may have none, and files are replaced as a whole."""
-    import h5py
-
-    return h5py.File(path, "r", locking=False)
-
-
 def is_hdf5(path: FilePath) -> bool:
     """Whether a file is there and is an HDF5 file.
 
@@ -123,19 +107,24 @@ def is_hdf5(path: FilePath) -> bool:
 @contextmanager
 def opened(path: FilePath) -> Iterator[Any]:
     """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
+    import h5py
+
     try:
-        _check_source(path)
+        mode = os.stat(path).st_mode
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # what has no end, or may never begin
+            raise StorageError(f"cannot read {path}: it is a device, a pipe or a socket; give a file that jamlab wrote")
         found = checksum(path)
     except (OSError, ValueError) as error:
         if isinstance(error, JamlabError):
             raise
         raise StorageError(f"cannot read {path}: {system_said(error, _CHECK)}") from error
-    if found is not None and not found.matches:
+    if found is not None and not found[1]:
         raise StorageError(f"{path} is damaged or truncated (its checksum does not match): {REMEDY}")
     try:
         if not is_hdf5(path):
             raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
-        with read_hdf5(path) as file:
+        # without a lock: file systems may have none, and files are replaced as a whole
+        with h5py.File(path, "r", locking=False) as file:
             _check_schema(path, file)
             if found is None and file.userblock_size:
                 raise StorageError(f"{path} is damaged (the line with its checksum is unreadable): {REMEDY}")
@@ -148,13 +137,6 @@ def opened(path: FilePath) -> Iterator[Any]:
         raise StorageError(f"{path} is damaged or truncated ({error}): {REMEDY}") from error
 
 
-def _check_source(path: FilePath) -> None:
-    """Refuse what has no end (a device) or may never begin (a pipe)."""
-    mode = os.stat(path).st_mode
-    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-        raise StorageError(f"cannot read {path}: it is a device, a pipe or a socket; give a file that jamlab wrote")
-
-
 def _check_schema(path: FilePath, file: Any) -> None:
     schema = file.attrs.get("schema")
     if not isinstance(schema, str) or schema != SCHEMA:
@@ -165,11 +147,3 @@ def _check_schema(path: FilePath, file: Any) -> None:
     if version > SCHEMA_VERSION:
         needed = file["h5md/creator"].attrs["version"]
         raise StorageError(f"{path} has schema {version}, this jamlab reads {SCHEMA_VERSION}: install jamlab {needed}")
-
-
-def jamlab_version() -> str:
-    """Version of the installed package."""
-    try:
-        return metadata.version("jamlab")
-    except metadata.PackageNotFoundError:
-        return "unknown"

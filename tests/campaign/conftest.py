@@ -9,9 +9,7 @@ from jamlab.campaign.workers import run_task
 
 
 class Here(contextlib.nullcontext):
-    width = 1
-
-    def __init__(self, count):
+    def __init__(self, function, count):
         super().__init__(self)
         self.tasks = deque()
 
@@ -20,10 +18,10 @@ class Here(contextlib.nullcontext):
 
     def wait(self):
         name, arguments = self.tasks.popleft()
-        return name, run_task(*arguments)
+        return name, "result", run_task(*arguments)
 
 
 @pytest.fixture
 def here(monkeypatch):
     """Run tasks in this process."""
-    monkeypatch.setattr("jamlab.campaign.campaign.Crew", Here)
+    monkeypatch.setattr("jamlab.campaign.workers.Children", Here)

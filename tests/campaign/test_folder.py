@@ -18,9 +18,9 @@ from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import total_time
-from jamlab.campaign.tasks import Parameters, batches, task_name
+from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_task
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read_all
 from jamlab.protocols.target_pressure import decompress
 
@@ -86,7 +86,7 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     (record,) = status.failures.values()
     assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
     assert campaign.run(1) == type(campaign.run(1))(0, 0, {}, 0)  # nothing is left: no worker starts
-    kept = campaign.folder.failure_file(task_name(Parameters.model_validate_json(record["parameters"])))
+    kept = campaign.folder.failure_file(*task_names(batches(campaign.content)))
     first = kept.stat().st_mtime_ns
     done = campaign.run(1, retry_failed=True)
     assert (done.finished, done.failed) == (0, 1)
@@ -169,16 +169,16 @@ def test_a_file_that_is_edited_after_it_was_opened_does_not_change_the_run(tmp_p
 def test_two_drivers_do_not_share_a_folder(tmp_path):
     folder, campaign = CampaignFolder(tmp_path), jamlab.open_campaign(written(tmp_path / "c.toml"), tmp_path)
     folder.prepare()
-    with folder.lock(campaign.text):
+    with folder.lock():
         with pytest.raises(StorageError) as caught:
             campaign.run(1)
-        assert f"process {os.getpid()} on" in str(caught.value) and str(tmp_path) in str(caught.value)
-    with folder.lock(campaign.text):  # free again
+        assert "lock.1-of-1" in str(caught.value) and str(tmp_path) in str(caught.value)
+    with folder.lock():  # free again
         pass
     code = "import sys, os, pathlib; from jamlab.campaign.folder import CampaignFolder\n"
-    code += "CampaignFolder(pathlib.Path(sys.argv[1])).lock('').__enter__(); os.kill(os.getpid(), 9)"
+    code += "CampaignFolder(pathlib.Path(sys.argv[1])).lock().__enter__(); os.kill(os.getpid(), 9)"
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
-    with folder.lock(campaign.text):  # the lock of a dead driver is none
+    with folder.lock():  # the lock of a dead driver is none
         pass
 
 
@@ -199,22 +199,10 @@ def test_a_campaign_runs_where_there_are_no_locks(tmp_path, monkeypatch, number)
 
 def test_export(full, tmp_path):
     files = export(full, tmp_path / "csv")
-    others = {"flow", "oscillation", "creep", "modes", "order"}  # which it does not measure
+    others = {"flow", "oscillation", "modes"}  # which it does not measure
     assert sorted(file.stem for file in files) == sorted(set(TABLES) - others)
     back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
     np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])
-    pytest.importorskip("pyarrow")
-    export(full, tmp_path / "parquet", "parquet", ["spectra"])
-    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "parquet" / "spectra.parquet"), full.table("spectra"))
-    with pytest.raises(InputError):
-        export(full, tmp_path, "xls")
-
-
-def test_parquet_without_pyarrow_says_what_to_install(full, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(InputError) as caught:
-        export(full, tmp_path / "out", "parquet")
-    assert "jamlab[parquet]" in str(caught.value) and not (tmp_path / "out").exists()
 
 
 def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
@@ -245,8 +233,8 @@ def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
 @pytest.mark.parametrize(
     "harm",
     [
-        lambda folder: (folder / "lock").mkdir(),
-        lambda folder: os.mkfifo(folder / "lock"),
+        lambda folder: (folder / "lock.1-of-1").mkdir(),
+        lambda folder: os.mkfifo(folder / "lock.1-of-2"),
         lambda folder: (folder / "campaign.toml").mkdir(),
         lambda folder: (folder / "tasks").write_text(""),
     ],

@@ -7,7 +7,6 @@ import time
 
 import psutil
 import pytest
-from campaigns import written
 from commands import call
 
 import jamlab
@@ -99,16 +98,6 @@ def test_shares_are_disjoint_even_and_of_the_file_alone(campaign, here):
     assert share_names(everything, (9, 9)) == set()  # more shares than tasks
 
 
-def test_until_asks_for_another_run_of_the_shares(tmp_path, here):
-    """A share runs the seeds that are wanted when it looks; together they end with those of one run."""
-    path = written(tmp_path / "c.toml", n=8, compress=None, onset=True, seeds=10, until={"rho": 0.005})
-    whole, shared = (jamlab.open_campaign(path, tmp_path / name) for name in ("whole", "shared"))
-    whole.run(1)
-    runs = [shared.run(1, share=(k, 2)).left for _ in range(9) for k in (1, 2)]
-    assert runs[-1] == 0 and any(runs[1::2]) and shared.finished() == whole.finished()
-    assert jamlab.open_campaign(path, tmp_path / "whole").run(1, share=(1, 2)).left == 0
-
-
 def test_shares_run_at_once_in_one_folder(tmp_path):
     """Three processes, one of them killed in the middle; each task is run once, and the rest by the same line again."""
     (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 15"))
@@ -131,26 +120,18 @@ def test_shares_run_at_once_in_one_folder(tmp_path):
     assert 1 <= left <= 4 and not campaign.folder.damages(campaign.folder.finished())
     again = start(3)
     assert json.loads(again.communicate(timeout=120)[0]) == {"finished": left, "failed": 0, "repaired": {}, "left": 0}
-    assert not [*campaign.folder.path.rglob("*.tmp")]
 
 
-def test_runs_that_would_have_tasks_in_common_are_refused(campaign, monkeypatch):
-    """The same share, another number of shares, another campaign file, a run of all; not another share."""
-    folder, text = campaign.folder, campaign.text
+def test_runs_that_would_have_tasks_in_common_are_refused(campaign):
+    """The same share, another number of shares, a run of all; not another share."""
+    folder = campaign.folder
     folder.prepare()
-    monkeypatch.setattr("jamlab.campaign.folder._PATIENCE", 0.1)
-    with folder.lock(text, (1, 4)):
-        with folder.lock(text, (2, 4)):
+    with folder.lock((1, 4)):
+        with folder.lock((2, 4)):
             pass
-        for other in ((text, (1, 4)), (text, (2, 3)), (text + " ", (2, 4)), (text, (1, 1))):
-            with pytest.raises(StorageError) as caught, folder.lock(*other):
+        for other in ((1, 4), (2, 3), (1, 1)):
+            with pytest.raises(StorageError) as caught, folder.lock(other):
                 pass
-            assert str(folder.path) in str(caught.value)
-    with folder.lock(text + " ", (1, 3)):  # the first again
+            assert str(folder.path) in str(caught.value) and "lock.1-of-4" in str(caught.value)
+    with folder.lock((1, 3)):  # the first again
         pass
-
-
-def test_a_file_of_an_earlier_version_runs_and_is_told_that_its_slurm_table_is_not_read(campaign, here):
-    campaign.file.write_text(FILE + '[slurm]\nqueue = "short"\n')
-    with pytest.warns(jamlab.JamlabWarning):
-        assert jamlab.open_campaign(campaign.file).run(1).finished == 4

@@ -117,7 +117,7 @@ def test_offsets_that_lead_nowhere(tmp_path, offsets):
 
 def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
     packing = read(path)
-    assert checksum(path).label == "packings" and checksum(path).matches
+    assert checksum(path) == ("packings", True)
     assert "checksum" not in call(path.parent, "analyze", path.name).stderr
     path.write_bytes(path.read_bytes()[USER_BLOCK:])
     assert checksum(path) is None

@@ -6,10 +6,8 @@ import pandas as pd
 
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import wanted_batches
-from jamlab.campaign.states import StoredStates
-from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import remaining_tasks, run_task
+from jamlab.campaign.tasks import batches, states_name, task_names, tasks_named
+from jamlab.campaign.workers import run_task
 
 
 def read_campaign_file(path) -> CampaignTable:
@@ -74,12 +72,10 @@ def run_here(campaign):
     """All tasks in this process."""
     campaign.folder.prepare()
     campaign.folder.keep_copy(campaign.text)
-    stored, outcomes = StoredStates(campaign.folder, batches(campaign.content)), []
-    wanted = wanted_batches(batches(campaign.content), campaign.folder)
-    for task in remaining_tasks(wanted, campaign.folder.finished() | campaign.folder.failed()):
-        source = stored.source(task.parameters)
-        more = (source and source.name, [str(campaign.file.parent)])
-        outcomes.append(run_task(str(campaign.folder.path), task, *more))
+    chosen, outcomes = batches(campaign.content), []
+    for task in tasks_named(chosen, task_names(chosen) - campaign.folder.finished() - campaign.folder.failed()):
+        stored = [name for name in campaign.folder.finished() if states_name(name) == states_name(task.name)]
+        outcomes.append(run_task(str(campaign.folder.path), task, stored, [str(campaign.file.parent)]))
     return outcomes
 
 
@@ -87,7 +83,7 @@ def assert_same(one, other, tables=TABLES):
     """Two finished campaigns hold the same packings and tables, bit by bit, but for times."""
     assert one.finished() == other.finished()
     for name in tables:
-        first, second = (c.table(name).drop(columns=["wall_time", "seconds"], errors="ignore") for c in (one, other))
+        first, second = (c.table(name).drop(columns=["seconds"], errors="ignore") for c in (one, other))
         pd.testing.assert_frame_equal(first, second, check_exact=True)
     for name in one.finished():
         for p, q in zip(one.packings(name), other.packings(name), strict=True):
