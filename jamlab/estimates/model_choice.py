@@ -8,7 +8,7 @@ that, and the distance from it that few packings exceed, is its expected error. 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -70,7 +70,7 @@ def choose(
         shares = [max(option[f"error_{name}"] / limit for name, limit in tolerance.items()) for option in rows]
         best = rows[int(np.argmin(shares))]
         asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
-        nearest = f"; {best['way']} comes nearest with {write_bounds(_errors(best, tolerance))}"
+        nearest = f"; {best['way']} comes nearest with {write_bounds({k: best[f'error_{k}'] for k in tolerance})}"
         close = nearest if min(shares) < np.inf else ""
         raise InputError(f"no entry of the reference table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
@@ -78,7 +78,7 @@ def choose(
     for name in ("z", "a", "void_sides") if records[row] is not reference else ():
         means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
         correction[name] = -between(records[row].levels, means, rho)
-    bound, seconds = _errors(best, tolerance), best["seconds"]
+    bound, seconds = {name: best[f"error_{name}"] for name in tolerance}, best["seconds"]
     return Choice(way=best["way"], bound=bound, options=options, seconds=seconds, packings=1, correction=correction)
 
 
@@ -142,10 +142,6 @@ def _option(
     seconds = between(record.levels, record.seconds.mean(axis=0), rho) * n / N
     columns = {f"error_{name}": value for name, value in error.items()}
     return {"way": replace(record.way, n=n), **columns, "seconds": seconds, "why": why}
-
-
-def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-    return {name: option[f"error_{name}"] for name in names}
 
 
 @checked

@@ -102,7 +102,6 @@ class CreepRun(FlowRun):
         self._draw(axes, self.time[1:], self.compliance[1:], name, quantity, **style)
 
 
-CREEP_DEFINITION = 1  # version, see jamlab.campaign.tasks
 LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, as in the papers
 
 

@@ -16,8 +16,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 
-ORDER_DEFINITION = 1  # version, see jamlab.campaign.tasks
-
 
 @dataclass(frozen=True)
 class HexaticOrder(Result):

@@ -119,20 +119,15 @@ class Children:
 
     def _start(self) -> None:
         ours, theirs = Pipe()
-        with theirs:  # closed here, so that a process that dies ends its connection
-            self._started.append(_start_child(theirs.fileno()))
+        # Ctrl-C reaches the whole process group; a child inherits this mask, and its parent ends it
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        nothing, descriptor = subprocess.DEVNULL, theirs.fileno()
+        how: Any = {"env": child_environment(), "pass_fds": (descriptor,), "stdin": nothing, "stdout": nothing}
+        try:
+            self._started.append(subprocess.Popen(dying_line([str(descriptor)]), **how))
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            theirs.close()  # so that a process that dies ends its connection
         self._idle.append((ours, self._started[-1]))
         with suppress(ConnectionError):
             ours.send(self._function)
-
-
-def _start_child(descriptor: int) -> subprocess.Popen[bytes]:
-    """Start a process that answers calls through this end of a pipe."""
-    line = dying_line([str(descriptor)])
-    # Ctrl-C reaches the whole process group; a child inherits this mask, and its parent ends it
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        nothing = subprocess.DEVNULL
-        return subprocess.Popen(line, env=child_environment(), pass_fds=(descriptor,), stdin=nothing, stdout=nothing)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
