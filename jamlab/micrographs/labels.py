@@ -29,25 +29,13 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
-from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets, highest, roundness
+from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets
 
-ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
-TRIED = 256  # pixels along a side on which a mask and its inverse are compared
 FLAT, FEW_REGIONS = 0.5, 4  # share of pixels as those above and beside; regions to a level: of a picture of labels
-LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
 
-@dataclass(frozen=True)
-class Labelled:
-    """Labelled droplets."""
-
-    labels: Indices  # (h, w) int64, from 1 without gaps; 0 is the ground
-    areas: Array  # (n,) pixels
-    notes: tuple[Note, ...] = ()  # what was found in labels of another program and changed
-
-
-def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
-    """Read labels.
+def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> tuple[Indices, list[Note]]:
+    """Read labels. Returns (h, w) labels from 1 without gaps, 0 on the ground, and what was found.
 
     Args:
         source: (h, w) whole numbers, or a file: TIFF, PNG or BMP of 8, 16 or 32 bit, or NPY. Black and white, with two
@@ -66,18 +54,17 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
     if len(kinds) == 1:
         raise InputError(f"every pixel has the label {kinds[0]:g}: there is no background, or no droplet")
     if len(kinds) == 2:
-        values, notes = part_mask(_upright(values == kinds[1]))
+        values, notes = part_mask(values == kinds[1])
     values, found = sort_objects(values.astype(np.int64))
-    return labelled(values, tuple(notes + found))
+    return values, notes + found
 
 
 def looks_labelled(values: NDArray[Any]) -> bool:
     """Whether a picture looks like a mask or like labels: flat, with few regions to a level. `values`: (h, w) or (h, w,
     colours)."""
-    values = values if values.dtype.kind in "iub" else np.where(values == np.rint(values), values, np.nan)
-    if values.ndim == 3 and values.dtype.kind == "u":
-        values = values[..., :3].astype(np.int64) @ np.array([1, 1 << 16, 1 << 32])[: min(values.shape[2], 3)]
-    if values.ndim != 2 or not values.size or np.isnan(values.astype(np.float64)).any():
+    if values.ndim == 3:
+        values = values[..., :3] @ np.array([1, 1 << 16, 1 << 32])[: min(values.shape[2], 3)]
+    if values.ndim != 2 or not values.size or not (values == np.rint(values)).all():
         return False
     levels, levelled = np.unique(values, return_inverse=True)
     if levels.size == 2:  # of floats a drawn picture of black and white
@@ -89,63 +76,28 @@ def looks_labelled(values: NDArray[Any]) -> bool:
     return bool(regions <= FEW_REGIONS * levels.size)
 
 
-def _upright(mask: Mask) -> Mask:
-    """The same mask, refused if what it leaves out is rounder than what it holds."""
-    step = max(1, max(mask.shape) // TRIED)
-    few = mask[::step, ::step]
-    held, left = (roundness(find_droplets(part.astype(np.float64)), False) for part in (~few, few))
-    if left > held:
-        raise InputError(
-            f"the mask seems inverted: discs fill {left:.0%} of its zeros, but only {held:.0%} of its ones; invert it"
-        )
-    return mask
-
-
 def _numbers(source: str | Path | ArrayLike | Mask) -> NDArray[Any]:
     """(h, w) numbers of a file or an array."""
-    values = _read(Path(source)) if isinstance(source, str | Path) else np.asarray(source)
-    if values.ndim == 3:
-        if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
-            raise InputError(f"labels are colours, {values.shape}: save the label image with one integer per pixel")
+    values = read_values(Path(source), numbers=True) if isinstance(source, str | Path) else np.asarray(source)
+    if values.ndim == 3 and (values[..., :3] == values[..., :1]).all():
         values = values[..., 0]
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
-        raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
+        raise InputError(f"labels must be (h, w) whole numbers, one for each pixel, got {values.shape} {values.dtype}")
     check_pixels(values.shape)
     return values
 
 
-def _read(path: Path) -> NDArray[Any]:
-    """Numbers of a file, by its ending."""
-    if path.suffix.lower() != ".npy":
-        return read_values(path, numbers=True)
-    try:
-        return np.asarray(np.load(path, allow_pickle=False))
-    except (OSError, ValueError, EOFError) as error:
-        lines = str(error).splitlines() or [type(error).__name__]
-        raise InputError(f"{path} cannot be read as labels ({lines[0]}): save them as TIFF, PNG or NPY") from None
-
-
-def labelled(values: Indices, notes: tuple[Note, ...] = ()) -> Labelled:
-    """Renumber labels without gaps. `values`: (h, w) labels, 0 for the background."""
-    kept, short = np.unique(values, return_inverse=True)
-    labels = short.reshape(values.shape).astype(np.int64) + (kept[0] > 0)
-    return Labelled(labels, np.bincount(labels.ravel())[1:].astype(np.float64), notes)
-
-
-def label_darkness(found: Labelled) -> Darkness:
-    """Labels as a picture without its background, noise or blur: droplets are 0, the ground is 1."""
-    dark = (found.labels == 0).astype(np.float64)
-    return Darkness(dark, dark, 0.0, 0.0, 1.0, 0, 0.0)
-
-
-def label_segments(found: Labelled) -> Segments:
-    """Labels as droplets and their cells: a pixel belongs to the nearest label."""
-    nearest = ndimage.distance_transform_edt(found.labels == 0, return_distances=False, return_indices=True)
-    cells = found.labels[tuple(nearest)] - 1
-    wall = (found.labels == 0) | borders(cells)
-    depth = np.minimum(distance_inside(~wall), float(max(wall.shape)))
-    inner, middle = highest(depth, cells)
-    return Segments(cells, found.labels > 0, inner, middle, _radius(found.areas, 0.5), _radius(found.areas, 0.08))
+def labelled_picture(labels: Indices) -> tuple[Darkness, Segments]:
+    """Labels (h, w) as a picture without its background, noise or blur, droplets 0 and the ground 1, and as droplets
+    with their cells: a pixel belongs to the nearest label."""
+    dark, areas = (labels == 0).astype(np.float64), np.bincount(labels.ravel())[1:].astype(np.float64)
+    nearest = ndimage.distance_transform_edt(labels == 0, return_distances=False, return_indices=True)
+    cells = labels[tuple(nearest)] - 1
+    depth = np.minimum(distance_inside((labels > 0) & ~borders(cells)), float(max(dark.shape)))
+    names = np.arange(len(areas))
+    inner, middle = ndimage.maximum(depth, cells, names), np.array(ndimage.maximum_position(depth, cells, names))
+    segments = Segments(cells, labels > 0, inner, middle, _radius(areas, 0.5), _radius(areas, 0.08))
+    return Darkness(dark, dark, 0.0, 0.0, 1.0, 0, 0.0), segments
 
 
 def _radius(areas: Array, share: float) -> float:
@@ -176,13 +128,13 @@ def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
         notes.append(Note(f"label {ground[-1]} is on all sides of the picture: it is taken for the ground"))
         names = np.where(names == ground[-1], 0, names)
     objects = scikit_image().measure.label(names, connectivity=2).astype(np.int64)
-    pieces = _in_pieces(names, objects)
     objects = _filled(_without_specks(objects, notes), notes)
-    torn = _in_pieces(names, objects)
-    if torn or pieces:
-        text = f"{pieces} labels lie in several pieces; of {torn} of them each piece counts as a droplet"
-        notes.append(Note(text, torn))
-    return objects, notes
+    both = (names > 0) & (objects > 0)
+    own, _ = np.unique(np.stack([names[both], objects[both]]), axis=1)
+    torn = int((np.unique(own, return_counts=True)[1] > 1).sum())
+    if torn:
+        notes.append(Note(f"{torn} labels lie in several pieces: each piece counts as a droplet", torn))
+    return scikit_image().segmentation.relabel_sequential(objects)[0], notes
 
 
 def part_mask(mask: Mask) -> tuple[Indices, list[Note]]:
@@ -227,9 +179,3 @@ def _filled(objects: Indices, notes: list[Note]) -> Indices:
         text = f"{holed} labels have holes, {share:.2g} of the area of all: they are filled"
         notes.append(Note(text + (f", with {enclosed} labels in them" if enclosed else ""), enclosed))
     return found
-
-
-def _in_pieces(names: Indices, objects: Indices) -> int:
-    """Number of labels that lie in several objects."""
-    own = np.unique(np.stack([names.ravel(), objects.ravel()])[:, (names > 0).ravel() & (objects > 0).ravel()], axis=1)
-    return int((np.unique(own[0], return_counts=True)[1] > 1).sum())

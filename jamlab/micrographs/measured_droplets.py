@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 DPI = 150  # of an overlay
 INCHES = 9.0  # longer side of the picture in an overlay
 FONT = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is larger
-LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ class Micrograph:
     touching: Array = field(repr=False)
 
     def __repr__(self) -> str:
-        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"), ("area", "area", ".4g"))
+        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
         numbers = ", ".join(f"{name} = {self.numbers[key].text(form)}" for name, key, form in shown)
         return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.quality})"
 
@@ -201,9 +200,8 @@ class Micrograph:
         (height, width), pixel, sides = self.picture.shape, self.pixel or 1.0, self.voids.sides.tolist()
         radius = float(np.sqrt(np.median(self.areas) / np.pi)) / pixel
         points = 72 * axes.figure.get_size_inches().min() * radius / min(height, width)  # radius of a droplet as drawn
-        step = max(1, int(np.ceil(max(height, width) / LARGEST_SIDE)))
         extent = (-0.5, width - 0.5, height - 0.5, -0.5)
-        axes.imshow(self.picture[::step, ::step], cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
+        axes.imshow(self.picture, cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
         for rings, colours, line in (
             (self.outlines, [RATTLER if loose else ORANGE for loose in self.rattlers], 1.4),
             (self.cut_outlines, OUTLINE, 1.0),

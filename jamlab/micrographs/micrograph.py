@@ -22,17 +22,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.checks import check_choice, checked
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
-from jamlab.micrographs.labels import looks_labelled, read_labels
+from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, share_of
 from jamlab.micrographs.quality import Checks, doubt_few, find_doubts
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
-from jamlab.micrographs.walls import DropletSource, GreyDroplets, LabelledDroplets, shape_factor
+from jamlab.micrographs.walls import Droplets, shape_factor
 
 CONTRASTS = ("auto", "dark", "bright")
 TRIED = 256  # pixels along a side on which bright and dark are tried
@@ -82,8 +82,8 @@ def micrograph(
         (2, 'labels')
     """
     for name, value in (("pixel", pixel), ("film", film)):
-        if value is not None and not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
-            raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
+        if value is not None:
+            check_number(name, value, LARGEST, 1 / LARGEST)  # beyond, areas are 0 or infinite
     if contrast == "ring":
         raise InputError(
             'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give labels='
@@ -98,9 +98,9 @@ def micrograph(
     if labels is not None:
         if contrast != CONTRASTS[0]:
             raise InputError("`contrast` does not apply to labels: leave it out")
-        found = read_labels(labels, None if grey is None else grey.shape)
-        shown = (found.labels > 0).astype(np.float64) if grey is None else grey
-        return _measured(shown, LabelledDroplets(found, film), pixel)
+        named, notes = read_labels(labels, None if grey is None else grey.shape)
+        droplets = Droplets("labels", *labelled_picture(named), film, tuple(notes))
+        return _measured((named > 0).astype(np.float64) if grey is None else grey, droplets, pixel)
     assert grey is not None and picture is not None
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
@@ -111,7 +111,7 @@ def micrograph(
     segments = None if darkness is None else find_droplets(darkness.smooth, darkness.noise)
     if darkness is None or segments is None:
         raise InputError(f"no droplet stands out from light and noise: check `contrast` ({contrast}) and the picture")
-    return _measured(grey, GreyDroplets(contrast, darkness, segments, film), pixel)
+    return _measured(grey, Droplets(contrast, darkness, segments, film), pixel)
 
 
 def find_contrast(grey: Array) -> str:
@@ -127,47 +127,46 @@ def _roundness(grey: Array) -> float:
     return roundness(None if darkness is None else find_droplets(darkness.smooth, darkness.noise))
 
 
-def _coordination(droplets: DropletSource, whole: Mask, widest: float) -> tuple[Indices, Mask, Number]:
+def _coordination(droplets: Droplets, widest: float) -> tuple[Indices, Mask, Number]:
     """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
-    pairs = droplets.walls.contacts(widest)
+    whole, pairs = droplets.whole, droplets.walls.pairs[droplets.walls.gap <= widest]
     rattlers, bearing = find_rattlers(pairs, whole)
     contacts = np.bincount(pairs[bearing].ravel(), minlength=len(whole))
     return contacts, rattlers, mean_of(contacts[whole & ~rattlers].astype(np.float64))
 
 
-def _checks(droplets: DropletSource, whole: Mask, unsure: int, rattlers: Mask, z: float) -> Checks:
+def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     """What the quality rests on."""
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
     beyond = walls.widest - walls.film
-    low, high = (_coordination(droplets, whole, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
+    low, high = (_coordination(droplets, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
     return Checks(
-        whole=whole,
-        roundness=np.pi * droplets.segments.inner**2 / droplets.areas(),
+        roundness=np.pi * droplets.segments.inner**2 / droplets.areas,
         rho=1 - float(darkness.values[void].sum()) / void.size,
         rho_by_pixels=1 - float((darkness.smooth[void] > 0.5).sum()) / void.size,
         z=(z, low, high),
         blind=0.5 * beyond / radius,
-        loose=int((rattlers & whole).sum()),
-        unsure=unsure,
+        loose=int((rattlers & droplets.whole).sum()),
         open_edge=float((edge_of(darkness.smooth) > 0.5).mean()),
     )
 
 
-def _measured(grey: Array, droplets: DropletSource, pixel: float | None) -> Micrograph:
+def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograph:
     """Numbers of the droplets that are whole, each with why it may be wrong."""
     walls, darkness, cells, n = droplets.walls, droplets.darkness, droplets.segments.cells, droplets.segments.count
-    whole, unsure = droplets.whole()
+    whole = droplets.whole
     if not whole.any():
         raise InputError(
             f"all {n} droplets are cut by the edge; check `contrast` ({droplets.contrast}) and the size of the picture"
         )
     kept, cut, scale = np.flatnonzero(whole), np.flatnonzero(~whole & (droplets.size > 0)), float(pixel or 1.0)
-    areas, owned = droplets.areas()[kept] * scale**2, np.bincount(cells.ravel(), minlength=n)[kept] * scale**2
+    owned = np.bincount(cells.ravel(), minlength=n)[kept].astype(np.float64) * scale**2
+    areas = droplets.areas[kept] * scale**2
     shape = np.array([shape_factor(droplets.outlines[k]) for k in kept])
-    contacts, rattlers, z = _coordination(droplets, whole, walls.widest)
-    checks = _checks(droplets, whole, unsure, rattlers, z.value)
-    voids = find_voids(walls.void, cells, darkness.values, droplets.outside, droplets.segments.radius, scale)
+    contacts, rattlers, z = _coordination(droplets, walls.widest)
+    checks = _checks(droplets, rattlers, z.value)
+    voids = find_voids(walls.void, cells, darkness.values, droplets.segments.radius, scale)
     numbers = {"count": Number(float(len(kept))), "area": mean_of(areas), "rho": share_of(areas, owned, checks.rho)}
     numbers |= {"z": z, "shape_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
     doubts = find_doubts(droplets, checks) + doubt_few(numbers)

@@ -66,7 +66,10 @@ def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
             try:
-                with Image.open(path) as image:
+                if numbers and path.suffix.lower() == ".npy":
+                    return np.asarray(np.load(path, allow_pickle=False))
+                with Image.open(path) as image:  # reads the size only
+                    check_pixels((image.height, image.width))
                     pages = getattr(image, "n_frames", 1)
                     colours = "RGBA" if image.has_transparency_data else "RGB"
                     values = np.asarray(image if image.mode in plain else image.convert(colours))

@@ -8,8 +8,8 @@ import numpy as np
 from scipy import ndimage
 from scipy.special import stdtrit
 
-from jamlab.arrays import Array, Indices, Mask
-from jamlab.micrographs.segmentation import borders
+from jamlab.arrays import Array, Indices
+from jamlab.micrographs.segmentation import borders, edge_of
 from jamlab.packing.result import Result
 from jamlab.statistics.confidence import CONFIDENCE
 
@@ -53,11 +53,10 @@ class Number:
         return self.value - self.half_width, self.value + self.half_width
 
     def text(self, form: str) -> str:
-        """Value ± standard error, to as many decimals or, in a format "g", two digits; "none" if there is no value."""
+        """Value ± standard error in a format, or "none" if there is no value."""
         if not np.isfinite(self.value):
             return "none"
-        error = f" ± {self.error:{form if form.endswith('f') else '.2g'}}" if np.isfinite(self.error) else ""
-        return f"{self.value:{form}}{error}"
+        return f"{self.value:{form}}" + (f" ± {self.error:{form}}" if np.isfinite(self.error) else "")
 
 
 def mean_of(values: Array) -> Number:
@@ -95,16 +94,13 @@ class PictureVoids(Result):
         return {int(kind): float(count / len(self.sides)) for kind, count in zip(kinds, number, strict=True)}
 
 
-def find_voids(
-    void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float, scale: float
-) -> PictureVoids:
+def find_voids(void: Indices, cells: Indices, darkness: Array, radius: float, scale: float) -> PictureVoids:
     """Measure voids.
 
     Args:
         void: (h, w) void that a pixel belongs to, -1 in none.
         cells: (h, w) droplet that a pixel is nearest to.
         darkness: (h, w), 0 in droplets and 1 on the ground.
-        outside: (h, w) pixels at and beyond the edge of what the picture shows: voids there are cut.
         radius: typical radius, pixels.
         scale: length of a pixel.
     """
@@ -118,7 +114,9 @@ def find_voids(
     width = int(cells.max()) + 1
     rows = np.unique(label[near] * width + cells[y, x][near])
     sides = np.bincount(rows // width, minlength=count)
-    cut = np.zeros(count, dtype=bool)
-    cut[np.unique(void[outside & (void >= 0)])] = True
-    kept = ~cut & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2)) & (sides >= 2)
+    kept = (
+        ~np.isin(np.arange(count), edge_of(void))
+        & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2))
+        & (sides >= 2)
+    )
     return PictureVoids(sides[kept].astype(np.int64), (area[kept] * scale**2).astype(np.float64), centre[kept] * scale)

@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
-from jamlab.arrays import Array, Mask
+from jamlab.arrays import Array
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import meetings
-from jamlab.micrographs.walls import ROUND, THICKEST_FILM, DropletSource, LabelledDroplets
+from jamlab.micrographs.walls import THICKEST_FILM, Droplets
 
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
@@ -29,6 +30,9 @@ OUTLINE = 0.0085  # noise over contrast times blur, of the radius: outlines are 
 BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
 OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
 MEAN_ROUND = 0.8  # of all droplets; a square 0.785
+ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+ROUGH = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
+CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
 ODD = 0.1  # share of droplets that may be less round than that
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
 Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
@@ -36,7 +40,7 @@ BLIND = 0.015  # of a diameter: where gaps so wide pass for contacts, z may chan
 BLIND_Z = 0.25  # in that case
 RHO = LIMITS["rho"]  # difference between rho by mean grey and by dark pixels: the accuracy that "good" promises
 FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
-UNSURE = 2  # droplets of which blur hides whether the edge cuts them
+OPEN_EDGE = 0.65  # share of the edge of the picture that is ground, where droplets end inside it; in wet foams half is
 LOOSE = 0.4  # share of droplets that may rattle
 
 ALL = frozenset(("count", "area", "rho", "z", "shape_rim", "voids"))
@@ -48,14 +52,12 @@ CONTACTS = frozenset(("z", "voids"))
 class Checks:
     """What the checks look at, beside the droplets as they were found."""
 
-    whole: Mask  # (n,) bool, droplets that the picture shows whole
     roundness: Array  # (n,) area of the largest disc inside over area
     rho: float  # packing fraction by mean grey
     rho_by_pixels: float  # the same by counting dark pixels
     z: tuple[float, float, float]  # coordination, with the gap as it is, and 0.7 and 1.4 times as wide
     blind: float  # gap beyond a film that passes for a contact, of a diameter
     loose: int  # whole droplets that rattle
-    unsure: int  # droplets that end so near to the edge that blur hides whether it cuts them
     open_edge: float  # share of the edge of the picture that is ground
 
 
@@ -64,12 +66,9 @@ Rules = list[tuple[bool, str, frozenset[str]]]
 Doubts = list[tuple[str, frozenset[str]]]
 
 
-def find_doubts(droplets: DropletSource, checks: Checks) -> Doubts:
+def find_doubts(droplets: Droplets, checks: Checks) -> Doubts:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
-    if isinstance(droplets, LabelledDroplets):
-        rules = _rules_of_labels(droplets, checks)
-    else:
-        rules = _rules_of_light(droplets, checks)
+    rules = _rules_of_labels(droplets) if droplets.labelled else _rules_of_light(droplets, checks)
     return [(text, numbers) for objects, text, numbers in rules + _rules_of_droplets(droplets, checks) if objects]
 
 
@@ -88,10 +87,10 @@ def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
     return found
 
 
-def _rules_of_labels(droplets: LabelledDroplets, checks: Checks) -> Rules:
-    walls, areas, radius = droplets.walls, droplets.areas()[checks.whole], droplets.segments.radius
-    count, doubted = len(areas), droplets.doubted(checks.whole)
-    share, edge, ground = doubted / count, LABEL_EDGE + 0.5 * walls.film, droplets.found.labels == 0
+def _rules_of_labels(droplets: Droplets) -> Rules:
+    walls, areas, radius = droplets.walls, droplets.areas[droplets.whole], droplets.segments.radius
+    count, doubted = len(areas), _doubted(droplets)
+    share, edge, ground = doubted / count, LABEL_EDGE + 0.5 * walls.film, ~droplets.segments.droplets
     beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
     # beyond a line, up to which labels pass for touching, with the line, over the diameter
     gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * radius)
@@ -111,7 +110,15 @@ def _rules_of_labels(droplets: LabelledDroplets, checks: Checks) -> Rules:
     ]
 
 
-def _rules_of_light(droplets: DropletSource, checks: Checks) -> Rules:
+def _doubted(droplets: Droplets) -> int:
+    """Number of labels that may be no droplet, several or part of one."""
+    drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
+    bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))  # of cut ones, too
+    flat = np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
+    return int((bent | (droplets.whole & flat)).sum()) + sum(note.doubt for note in droplets.notes)
+
+
+def _rules_of_light(droplets: Droplets, checks: Checks) -> Rules:
     darkness, segments, walls = droplets.darkness, droplets.segments, droplets.walls
     radius, spread, noise = segments.radius, float(np.hypot(droplets.blur, darkness.filter)), darkness.noise
     dim, smeared, guessed = noise * np.sqrt(darkness.light), spread > BLUR * radius, darkness.ground < 3
@@ -133,9 +140,9 @@ def _rules_of_light(droplets: DropletSource, checks: Checks) -> Rules:
     ]
 
 
-def _rules_of_droplets(droplets: DropletSource, checks: Checks) -> Rules:
+def _rules_of_droplets(droplets: Droplets, checks: Checks) -> Rules:
     radius, film, labelled = droplets.segments.radius, droplets.walls.film, droplets.labelled
-    share, shape = film / radius, checks.roundness[checks.whole]
+    share, shape = film / radius, checks.roundness[droplets.whole]
     sized = WALLS if labelled else ALL  # labels may be of any size
     small = f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer"
     wide = f"films are {film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
@@ -148,7 +155,6 @@ def _rules_of_droplets(droplets: DropletSource, checks: Checks) -> Rules:
     loose = f"{checks.loose} of {len(shape)} droplets have fewer than three contacts once such droplets are removed "
     loose += "in turn: they are not jammed, films are wide, or walls, which are not looked for, hold them"
     changes = f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact"
-    hidden = f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off"
     ground = f"{checks.open_edge:.0%} of the edge of the picture is ground: a wall that holds droplets is not seen"
     differ = f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels"
     return [
@@ -159,7 +165,6 @@ def _rules_of_droplets(droplets: DropletSource, checks: Checks) -> Rules:
         (labelled and checks.rho == 1, "every pixel is labelled: labels are cells, or droplets without voids", ALL),
         (rattling, loose, CONTACTS if labelled else WALLS),  # a wall that is seen as void is missing in rho
         (not rattling and wavers, changes, CONTACTS),
-        (checks.unsure > UNSURE, hidden, ALL),
-        (checks.open_edge > droplets.open_edge, ground, WALLS),
+        (checks.open_edge > OPEN_EDGE, ground, WALLS),
         (abs(checks.rho - checks.rho_by_pixels) > RHO, differ, ALL),
     ]

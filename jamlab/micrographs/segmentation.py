@@ -12,7 +12,6 @@ Workshop on Image Processing, Rennes (1979), and F. Meyer, Signal Processing 38,
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,32 +50,18 @@ def meetings(values: NDArray[Any]) -> tuple[Indices, Indices]:
 
 
 def granulometry(mask: Mask) -> tuple[float, float]:
-    """Open a mask by discs, only by those between which the wanted shares lie. `mask`: (h, w), True in droplets.
-    Returns two radii in pixels: half of the droplets lies in larger discs, and all but 8 %; 0 without droplets."""
+    """Open a mask by discs. `mask`: (h, w), True in droplets. Returns two radii in pixels: half of the droplets lies in
+    larger discs, and all but 8 %; 0 without droplets."""
     step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
+    step *= max(1, int(_depth(mask[::step, ::step]).max() / COARSEST))
     depth = _depth(mask[::step, ::step])
-    coarser = max(1, int(depth.max() / COARSEST))
-    step *= coarser
-    depth = depth if coarser == 1 else _depth(mask[::step, ::step])
-    widest, total = float(depth.max()), int(np.count_nonzero(mask[::step, ::step]))
-    if widest <= 0.5:
+    if depth.max() <= 0.5:
         return 0.0, 0.0
-    radii, gone = np.geomspace(1.0, max(1.01 * widest, 1.1), RADII), {RADII: 1.0}
-
-    def lost(k: int) -> float:
-        if k not in gone:
-            centres = depth >= radii[k]
-            left = np.count_nonzero(distance_inside(~centres) < radii[k]) if centres.any() else 0
-            gone[k] = 1 - min(left / total, 1.0)
-        return gone[k]
-
-    def radius_at(share: float) -> float:
-        k = bisect_left(range(RADII), share, key=lost)
-        if k == 0 or k == RADII:
-            return float(radii[min(k, RADII - 1)])
-        return float(np.interp(share, [lost(k - 1), lost(k)], radii[k - 1 : k + 1]))
-
-    return step * radius_at(0.5), step * radius_at(SMALLEST_SHARE)
+    radii = np.geomspace(1.0, max(1.01 * depth.max(), 1.1), RADII)
+    left = [np.count_nonzero(distance_inside(depth < radius) < radius) for radius in radii[:-1]] + [0]
+    lost = np.maximum.accumulate(1 - np.array(left) / np.count_nonzero(depth))
+    half, few = step * np.interp((0.5, SMALLEST_SHARE), lost, radii)
+    return float(half), float(few)
 
 
 def _depth(mask: Mask) -> Array:
@@ -91,7 +76,7 @@ class Segments:
     cells: Indices  # (h, w) int64, every pixel belongs to a droplet, from 0
     droplets: Mask  # (h, w) bool, pixels brighter than half-way to the ground
     inner: Array  # (n,) radius of the largest disc inside each droplet, pixels
-    middle: Indices  # (n, 2) row and column of its centre
+    middle: Array  # (n, 2) row and column of its centre
     radius: float  # pixels, typical radius by granulometry
     smallest: float  # pixels, radius of small droplets by granulometry
 
@@ -120,20 +105,19 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     cells = _flood(FILM * seen - even / radius, markers, _thinning(smallest)) - 1
     cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * smallest)
     cells = (np.cumsum(np.bincount(cells.ravel()) > 0) - 1)[cells]
-    inner, middle = highest(depth, cells)[0], highest(even, cells)[1]
+    names = np.arange(cells.max() + 1)
+    inner, middle = ndimage.maximum(depth, cells, names), np.array(ndimage.maximum_position(even, cells, names))
     return Segments(cells, droplets, inner, middle, radius, smallest)
 
 
-def roundness(segments: Segments | None, cells_cut: bool = True) -> float:
-    """Area of the largest discs inside segments off the edge over the area of the segments; 0 without any. `cells_cut`:
-    those are at the edge whose cell is, even if they end before it."""
+def roundness(segments: Segments | None) -> float:
+    """Area of the largest discs inside segments off the edge over the area of the segments; 0 without any."""
     if segments is None:
         return 0.0
     cells = segments.cells
     area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
-    area[edge_of(cells)[edge_of(segments.droplets) | cells_cut]] = 0.0  # cut, or around all others
-    discs = np.minimum(np.pi * segments.inner**2, area)
-    return float(discs.sum() / max(area.sum(), 1.0))
+    area[edge_of(cells)] = 0.0  # cut
+    return float(np.minimum(np.pi * segments.inner**2, area).sum() / max(area.sum(), 1.0))
 
 
 def _thinning(smallest: float) -> int:
@@ -160,20 +144,6 @@ def borders(cells: Indices) -> Mask:
     found = np.zeros(cells.shape, dtype=bool)
     found.flat[meetings(cells)[0]] = True
     return found
-
-
-def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:
-    """(n,) largest value in each cell, and (n, 2) row and column of it.
-
-    Args:
-        values: (h, w).
-        cells: (h, w) from 0.
-    """
-    most, place = np.full(int(cells.max()) + 1, -np.inf), np.zeros(int(cells.max()) + 1, dtype=np.int64)
-    np.maximum.at(most, cells.ravel(), values.ravel())
-    at = np.flatnonzero(values == most[cells])[::-1]
-    place[cells.ravel()[at]] = at  # the first one
-    return most, np.column_stack(np.divmod(place, cells.shape[1]))
 
 
 def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:

@@ -19,13 +19,6 @@ from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 
 FINER = 2  # samples a pixel, in each direction
-RANGES = {  # of the arguments
-    "pixels": (32, 6000),
-    "film": (0.0, 100.0),
-    "blur": (0.0, 100.0),
-    "noise": (0.0, 10.0),
-    "light": (1e-6, 1.0),
-}
 
 
 @checked
@@ -62,10 +55,10 @@ def synthetic_micrograph(
     """
     if packing.box[1, 0] != 0:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
-    given = {"pixels": pixels, "film": film, "blur": blur, "noise": noise, "light": light}
-    for name, (low, high) in RANGES.items():
-        if not low <= given[name] <= high:
-            raise InputError(f"{name} is {given[name]}: must be a number from {low:g} to {high:g}")
+    limits = ("pixels", pixels, 32, 6000), ("film", film, 0, 100), ("blur", blur, 0, 100), ("noise", noise, 0, 10)
+    for name, value, low, high in (*limits, ("light", light, 1e-6, 1)):
+        if not low <= value <= high:
+            raise InputError(f"{name} is {value}: must be a number from {low:g} to {high:g}")
     check_seed(seed)
     covered, nearest, second = _scene(packing, pixels, film)
     width, rims_apart = film * packing.box[0, 0] / pixels, nearest + second - packing.params["delta"]

@@ -138,12 +138,6 @@ def test_edges_cut_droplets(dp_dense):
     assert set(LIMITS) < set(row) and row["quality"] == "doubtful" and "whole droplets only" in row["reasons"]
 
 
-def test_one_droplet_has_no_walls():
-    found = jamlab.micrograph(discs([(40, 40)], 25, shape=(80, 80)), contrast="bright")
-    assert found.count == 1 and found.areas[0] == pytest.approx(np.pi * 25**2, rel=0.02) and found.reasons
-    assert found.blur > 0
-
-
 @pytest.mark.parametrize("name", [pytest.param("page", marks=pytest.mark.slow), "coins", "text", "logo"])
 def test_photographs_of_something_else_are_doubted_or_refused(name):
     """Coins on cloth, print, a drawing with an opacity channel."""
@@ -193,7 +187,7 @@ BAD = {
     "stack of labels": (None, {"labels": np.zeros((3, 50, 50, 4), dtype=int)}),
     "no label file": (None, {"labels": "nowhere.npy"}),
     "rings": (SQUARE, {"contrast": "ring"}),
-    "inverted": (None, {"labels": lattice(4.0) < 0.5}),
+    "one droplet": (discs([(40, 40)], 25, shape=(80, 80)), {}),
     "all cut": (None, {"labels": np.kron([[1, 0, 2], [0, 0, 0], [3, 0, 4]], np.ones((20, 20), dtype=int))}),
     "other size": (np.random.default_rng(1).random((60, 60)), {"labels": np.eye(50, dtype=int)}),
     "both": (None, {"labels": np.eye(50, dtype=int), "contrast": "dark"}),
