@@ -96,14 +96,14 @@ def labelled_picture(labels: Indices) -> tuple[Darkness, Segments]:
     depth = np.minimum(distance_inside((labels > 0) & ~borders(cells)), float(max(dark.shape)))
     names = np.arange(len(areas))
     inner, middle = ndimage.maximum(depth, cells, names), np.array(ndimage.maximum_position(depth, cells, names))
-    segments = Segments(cells, labels > 0, inner, middle, _radius(areas, 0.5), _radius(areas, 0.08))
+    segments = Segments(cells, labels > 0, inner, middle, _radius(areas))
     return Darkness(dark, dark, 0.0, 0.0, 1.0, 0, 0.0), segments
 
 
-def _radius(areas: Array, share: float) -> float:
-    """Radius of the droplet below which that share of the area of all droplets lies."""
+def _radius(areas: Array) -> float:
+    """Radius of the droplet below which half of the area of all droplets lies."""
     order = np.sort(areas)
-    return float(np.sqrt(order[np.searchsorted(np.cumsum(order), share * order.sum())] / np.pi))
+    return float(np.sqrt(order[np.searchsorted(np.cumsum(order), 0.5 * order.sum())] / np.pi))
 
 
 SPECK = 0.25  # of the typical radius: larger objects are no specks
@@ -155,7 +155,7 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
     inner = np.ones(len(areas) + 1, dtype=bool)
     inner[edge_of(objects)] = False
     radii = np.sqrt(areas / np.pi)
-    small = inner[1:] & (radii < min(SPECK * _radius(areas, 0.5), UNRESOLVED))
+    small = inner[1:] & (radii < min(SPECK * _radius(areas), UNRESOLVED))
     if not small.any():
         return objects
     low, high = areas[small].min(), areas[small].max()

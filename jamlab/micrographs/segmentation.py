@@ -78,7 +78,6 @@ class Segments:
     inner: Array  # (n,) radius of the largest disc inside each droplet, pixels
     middle: Array  # (n, 2) row and column of its centre
     radius: float  # pixels, typical radius by granulometry
-    smallest: float  # pixels, radius of small droplets by granulometry
 
     @property
     def count(self) -> int:
@@ -107,7 +106,7 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     cells = (np.cumsum(np.bincount(cells.ravel()) > 0) - 1)[cells]
     names = np.arange(cells.max() + 1)
     inner, middle = ndimage.maximum(depth, cells, names), np.array(ndimage.maximum_position(even, cells, names))
-    return Segments(cells, droplets, inner, middle, radius, smallest)
+    return Segments(cells, droplets, inner, middle, radius)
 
 
 def roundness(segments: Segments | None) -> float:
