@@ -200,6 +200,7 @@ polygon gives area, perimeter, shape and crossings of each. Model: https://doi.o
 and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet, virials are tallied
 per atom, and restart files keep all coefficients.""",
     "lines": """- cmake/CMakeLists.txt: POLYGON in STANDARD_PACKAGES; pkg_depends(POLYGON MOLECULE)
+- cmake/CMakeLists.txt: CMAKE_CXX_STANDARD 17 with PKG_POLYGON, as with PKG_KOKKOS
 - cmake/presets: polygon in all_on, all_off, most and windows
 - src/Makefile: polygon in PACKAGE, after plugin; src/Depend.sh: POLYGON after MOLECULE
 - src/.gitignore: the files of src/POLYGON; .github/CODEOWNERS: src/POLYGON/* @AUTHOR
