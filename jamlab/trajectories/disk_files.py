@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import Columns, damage_named, rounding, rounding_of, text_of
@@ -85,7 +84,7 @@ def read_xyz(path: FilePath) -> Iterator[Sites]:
 
 def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
     lattice = keys.get("Lattice", "").split()
-    box = plane_box("Lattice", _floats(lattice, 9, "Lattice").reshape(3, 3)) if lattice else None
+    box = plane_box("Lattice", np.array(lattice, dtype=np.float64).reshape(3, 3)) if lattice else None
     sides = keys.get("pbc", "T T F").split()
     if any(side.upper()[:1] not in ("T", "1") for side in sides[:2]):
         raise InputError(f"pbc={' '.join(sides)!r}: packings are periodic in x and y")
@@ -109,13 +108,6 @@ def _properties(text: str) -> dict[str, int]:
     if len(fields) % 3:
         raise ValueError(f"Properties={text!r:.60}: name, kind and number of columns expected for each")
     return dict(zip(map(str.lower, fields[::3]), map(int, fields[2::3]), strict=True))
-
-
-def _floats(words: Sequence[str], count: int, what: str) -> Array:
-    values = np.array([float(word) for word in words if word.strip()])
-    if len(values) != count or not np.isfinite(values).all():
-        raise ValueError(f"{what} {' '.join(words)!r:.60}: {count} numbers expected")
-    return values
 
 
 # GSD ------------------------------------------------------------------------------------------------------------------
