@@ -92,7 +92,7 @@ HABITS = {
     **dict.fromkeys(("cell", "volume", "lx", "Lx"), "packing.box, or packing.area"),
     "N": "packing.n",
     "types": "packing.diameters: a particle has a size, no type",
-    "masses": "nothing: motion is overdamped, without masses",
+    "masses": "jamlab.shear(packing, rate): motion is overdamped, without masses",
     "images": "jamlab.contacts(packing).shift, of every contact",
     "test": "the command `jamlab doctor`",
     **dict.fromkeys(("coords", "get_positions", "wrap"), "packing.positions"),
