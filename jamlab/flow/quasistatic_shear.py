@@ -30,10 +30,10 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_relaxation import relax_at_pressure
+from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
-from jamlab.protocols.saddles import record
+from jamlab.protocols.saddles import record, relax_off_saddles
 
 LIMIT = 0.02  # imbalance from which on a result is doubtful
 EVENTS = ("event_strain", "event_drop", "event_released", "event_width")  # fields of `QuasistaticShear`
@@ -291,10 +291,8 @@ class Walk(Run[QuasistaticShear]):
         return self._relax(strain, before)
 
     def _relax(self, strain: float, before: Minimum | None) -> Minimum:
-        if self._pressure is None:
-            found = relax(self._session, self._tolerance, near=True)
-        else:
-            found = relax_at_pressure(self._session, self._pressure / self._scales.stress, self.facts["tolerance"])
+        pressure = None if self._pressure is None else self._pressure / self._scales.stress
+        found = relax_off_saddles(self._session, self._tolerance, near=True, ensemble=Ensemble(pressure=pressure))
         self._steps += 1
         reached, packing = found.evaluation, self._session.packing(ensemble="fixed-box")
         self._now = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)

@@ -3,9 +3,8 @@
 What a state is, and how it is relaxed and judged, is up to the search: packings in LAMMPS, or rigid droplets.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Generic, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from jamlab.errors import ConvergenceError
 
@@ -25,45 +24,24 @@ class Dense(Protocol):
     """What has a packing fraction."""
 
     @property
-    def phi(self) -> float:
-        """Nominal packing fraction."""
+    def phi(self) -> float: ...  # nominal
 
 
 State = TypeVar("State", bound=Dense)
 
 
-class Approach(ABC, Generic[State]):
+class Approach(Protocol[State]):
     """Steps of phi up to a jammed state and down to onset."""
 
     protocol: Mapping[str, float]  # numbers of the section `onset` of decks
 
-    @abstractmethod
-    def settle(self, start: State, phi: float) -> State:
-        """Relax a state at another packing fraction, well enough to tell jammed from loose."""
-
-    @abstractmethod
-    def follow(self, start: State, phi: float) -> State:
-        """Relax a jammed state at another packing fraction to the end, from where linear response leads to."""
-
-    @abstractmethod
-    def jammed(self, state: State) -> bool:
-        """Whether a state bears a load and lies above onset."""
-
-    @abstractmethod
-    def at_end(self, state: State) -> bool:
-        """Whether the contact energy of a state is so small that decompression ends there."""
-
-    @abstractmethod
-    def fallen(self, state: State) -> bool:
-        """Whether a state, not jammed, has lost its contacts."""
-
-    @abstractmethod
-    def root(self, state: State) -> float:
-        """Contact energy to the power that makes it grow as phi - phi_J."""
-
-    @abstractmethod
-    def why_loose(self, state: State) -> str:
-        """What the last minimisation ended at, for the error that no state jams."""
+    def settle(self, start: State, phi: float) -> State: ...  # at another phi, to tell jammed from loose
+    def follow(self, start: State, phi: float) -> State: ...  # a jammed one to the end, from where response leads to
+    def jammed(self, state: State) -> bool: ...  # whether it bears a load and lies above onset
+    def at_end(self, state: State) -> bool: ...  # whether so little contact energy is left that decompression ends
+    def fallen(self, state: State) -> bool: ...  # whether a state that is not jammed has lost its contacts
+    def root(self, state: State) -> float: ...  # contact energy to the power that makes it grow as phi - phi_J
+    def why_loose(self, state: State) -> str: ...  # what the last minimisation ended at, for the error
 
     def bracket(self, low: State, step: float) -> tuple[State, State]:
         """The last state without contacts and the first jammed one, no more than `step_fine` apart."""

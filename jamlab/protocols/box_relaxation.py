@@ -1,22 +1,32 @@
-"""Relax disks and their box together: at a pressure, without shear stress, or both.
+"""Relax packings and their box together: at a pressure, without shear stress, or both.
 
-FIRE takes the strains of the box for coordinates beside those of the disks, so that rearrangements of thousands of
-disks cost only its cheap steps; Newton steps with the same strains in the border end the minimisation.
+Compressed in a fixed square box, a small packing keeps a shear stress and may be unstable against shear: its G can be
+negative. At a minimum over both shears of the box as well, G is positive in every direction.
+
+Disks: FIRE takes the strains of the box for coordinates beside those of the disks, so that rearrangements of thousands
+of disks cost only its cheap steps; Newton steps with the same strains in the border end the minimisation. Droplets:
+Newton steps in the strains alone.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, BoxStrains
+from jamlab.checks import check_choice
+from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.deformation import deformed, shear_gradient
-from jamlab.packing.natural_units import stiffness_scale
+from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.protocols.border_newton import descend_with_box, stress_noise
-from jamlab.protocols.relaxation import Relaxed, load, quench, relax
+from jamlab.protocols.border_newton import LONGEST_STRAIN, Model, descend_with_box, stress_noise
+from jamlab.protocols.newton import REACH
+from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
 _NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
@@ -30,6 +40,92 @@ _AREAS = 40  # of a box at a pressure that are tried at most, behind all this
 _WIDEST = 0.02  # change of the area in one step
 _HELD = 1e-9  # error of a pressure over the load of the packing, at the end
 _MET = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
+# of the shear of the box around droplets
+_STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure at the end
+_SHIFT = 1e-8  # of the Hessian's diagonal: droplets that slide have no stiffness of their own
+# factors of the part of a Newton step that is taken, after one downhill and after one uphill
+_GROW, _REFUSED = 2.5, 0.25
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """What the box of packings does while they are relaxed; called as `relax` is."""
+
+    may_shear: bool = False  # whether the box is sheared until no shear stress is left
+    pressure: float | None = None  # at which the area is free, in a box that does not shear; None: the area stays
+
+    def __call__(
+        self,
+        session: Session,
+        tolerance: float | None = None,
+        *,
+        near: bool = False,
+        least_pressure: float = -np.inf,
+        effort: Effort = USUAL,
+    ) -> Relaxed:
+        """Minimise the energy over positions, and over both shears of the box at fixed area where it shears.
+
+        Disks: FIRE and Newton steps over positions and box at once, see `relax_disks_and_box`. Droplets, whose sites
+        are relaxed for little at a fixed box: Newton steps in both strains alone, each with the response of the sites.
+
+        Args:
+            session: is left in the minimum; a box that shears is left where contacts were lost, if they are.
+            tolerance, near, effort: see `relax`.
+            least_pressure: give up a packing whose pressure falls below this while its box is sheared; the last digits
+                of one that just loses its contacts cost most.
+
+        Returns:
+            The state reached. In a box that shears `converged` also means a residual shear stress below 1e-11 of the
+            pressure or what rounding leaves; droplets: 1e-8, or as low as the forces left allow, largest force over
+            particle size. A packing that unjams has no stress to relax: `converged` then refers to its forces only, and
+            its pressure is rounding.
+        """
+        force = force_tolerance(session.kind.name) if tolerance is None else tolerance
+        if self.pressure is not None:
+            return relax_at_pressure(session, self.pressure, force)
+        if not self.may_shear:
+            return relax(session, force, near=near, effort=effort)
+        border = BoxStrains(SHEARS)
+        if session.kind.deforms:
+            return _shear_droplets(session, border, force, near, max(least_pressure, 0.0), effort)
+        return relax_disks_and_box(session, border, force, near=near, least_pressure=least_pressure)
+
+
+def minimizer(ensemble: str) -> Ensemble:
+    """The ensemble of a name: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no
+    shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
+    check_choice("ensemble", ensemble, ENSEMBLES)
+    return Ensemble(may_shear=ensemble != "fixed-box")
+
+
+def _shear_droplets(
+    session: Session, border: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
+) -> Relaxed:
+    size = mean_size(session.packing())
+    found, solver, part = relax(session, tolerance, near=near, effort=effort), PositiveSolver(), 1.0
+    for _ in range(effort.box):
+        state, packing = found.evaluation, session.packing()
+        balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
+        if not found.converged or state.pressure < least_pressure or border.excess(state.stress) <= balanced:
+            return found
+        gradient = border.gradient(state.stress, packing.area)
+        try:
+            model = Model.of(packing, border, state)
+            whole, _ = model.step(solver, state.forces.ravel(), gradient, _SHIFT)
+        except (InputError, ConvergenceError):  # outlines cross
+            break
+        step, _ = whole.within(REACH * size, LONGEST_STRAIN, part)
+        session.load(border.move(packing, step.u, step.e))
+        trial = relax(session, tolerance, near=True, effort=effort)
+        if trial.evaluation.pressure < least_pressure:
+            return trial
+        work = -0.5 * (gradient + border.gradient(trial.evaluation.stress, packing.area)) @ step.e
+        if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
+            found, part = trial, min(1.0, _GROW * part)
+        else:
+            session.load(packing)
+            part *= _REFUSED
+    return Relaxed(session.evaluate(), tolerance, False)
 
 
 def relax_disks_and_box(

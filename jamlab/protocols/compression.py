@@ -25,10 +25,9 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, descent_of, force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
-from jamlab.protocols.work_done import SweepWork
 
 # versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
 # several modes at a time and ends droplets by other steps
@@ -189,8 +188,7 @@ def _sweep(
     ranks: int,
     progress: Progress | None,
 ) -> Iterator[Packing]:
-    before = _fraction(packing, by)
-    work = SweepWork(before, float(targets[-1]), progress)
+    start = before = _fraction(packing, by)
     with Session(packing, ranks=ranks) as session:
         sweep = _Sweep(session, packing, by, error, force)
         for target in targets:
@@ -210,7 +208,9 @@ def _sweep(
                 **({} if error is None else {"step_error": step_error}),
             ).with_state(on_target=bool(abs(before - target) <= tolerance))
             sweep.last = packing
-            work.reached(before)
+            if progress is not None:  # states far above onset take less time than those near it
+                part = 1.0 if target == targets[-1] else min(0.999, abs((before - start) / (targets[-1] - start)))
+                progress(float(np.sqrt(part)), f"compress {before:.4f}")
             yield packing
             if not found.converged and target != targets[-1]:
                 raise ConvergenceError(

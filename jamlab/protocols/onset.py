@@ -23,15 +23,14 @@ from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
-from jamlab.protocols.onset_search import OnsetSearch
+from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.random_start import place_loose
 from jamlab.protocols.relaxation import check_tolerance, descent_of, force_tolerance
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, sizes_record
-from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "incremental")

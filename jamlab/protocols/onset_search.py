@@ -14,16 +14,18 @@ from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
-from jamlab.protocols.box_shear import Ensemble
+from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.relaxation import Relaxed, relax, settle
 from jamlab.protocols.saddles import leave_saddles
-from jamlab.protocols.work_done import OnsetWork
 
 _SEARCH_TOLERANCE = 1e-6  # on the largest force of droplets: tells a state jammed by step_fine from a loose one
 # the same for droplets near onset: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
 _LOOSE_TOLERANCE = 5e-8
 _LOOSE_ENERGY = 0.01  # contact energy over u_contact that forces left in loose disks may hold
+# packing fractions, and the share of the time to onset spent below them: minimisation slows down as contacts form
+_WAY = {"sp": ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9)), "dp": ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))}
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,26 @@ class SearchState:
             return not contacts(self.packing).unjammed
         except InputError:  # outlines cross: no minimum yet that could be judged
             return True
+
+
+class OnsetWork:
+    """Reports how far a search for jamming onset is. The share of the work that is done is known on the way up, and
+    rises; near onset nobody knows it, and the try is told instead. `model`: "sp" or "dp";
+    `progress`: where to report to."""
+
+    def __init__(self, model: str, progress: Progress | None) -> None:
+        self._model, self._tell = model, progress or no_progress
+        self._highest, self._near = 0.0, False
+        self.attempt = 1  # to come down to onset
+
+    def reached(self, phi: float) -> None:
+        """Report a minimum at a packing fraction."""
+        self._near = self._near or phi <= self._highest
+        self._highest = max(self._highest, phi)
+        if self._near:
+            self._tell(float("nan"), f"near onset, {phi:.4f}, try {self.attempt}")
+        else:
+            self._tell(float(np.interp(phi, *_WAY[self._model])), f"onset {phi:.4f}")
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.protocols.newton import REACH
-
-Forces = Callable[[Array], tuple[float, Array]]
-Solve = Callable[[Array], Array]
-Preconditioner = Callable[[Array, float], Solve]
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.factors import PositiveSolver
+from jamlab.mechanics.stiffness import hessian
+from jamlab.protocols.newton import REACH, factorise
 
 
 @dataclass(frozen=True)
 class LbfgsSettings:
-    """Numbers of the method, in the order of `jamlab/descend`.
+    """Numbers of preconditioned L-BFGS, in the order of `jamlab/descend`.
 
     Measured on 40 states of 64 droplets up to rho = 0.99: `refresh` from 15 to 40 changes the CPU time by 10 % at most;
     with `refresh` = 40, `least_shift` from 1e-4 to 1e-3 and `shift` from 1 to 4 change the steps by 6 % at most.
@@ -49,67 +49,53 @@ FAR = LbfgsSettings()
 NEAR = LbfgsSettings(refresh=10, trials=16, shift=0.0, least_shift=1e-6)
 
 
-def descend_by_lbfgs(
-    forces_at: Forces,
-    start: Array,
-    preconditioner: Preconditioner,
-    *,
-    tolerance: float,
-    steps: int,
-) -> tuple[Array, bool]:
-    """Minimise an energy by its forces.
+def descend_by_lbfgs(session: Session, tolerance: float, steps: int) -> Evaluation:
+    """Minimise the energy of disks at a fixed box down to a largest force, by so many steps at most."""
+    packing, solver = session.packing(), PositiveSolver()
 
-    Args:
-        forces_at: positions (n, 2) -> energy, forces (n, 2).
-        start: (n, 2).
-        preconditioner: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of
-            the Hessian there, with at least that shift on its diagonal.
-        tolerance: on the largest force.
-        steps: at most.
+    def forces_at(x: Array) -> tuple[float, Array]:
+        energy, forces = session.forces_at(x.reshape(-1, 2))
+        return energy, forces.ravel()
 
-    Returns:
-        (n, 2) positions, and whether the tolerance was met.
-    """
-    shape = start.shape
-    x = start.ravel()
-    energy, force = _flat(forces_at, x, shape)
+    x = packing.positions.ravel()
+    energy, force = forces_at(x)
     age, longest = FAR.refresh, FAR.reach
     pairs: list[tuple[Array, Array]] = []
     for _ in range(steps):
         largest = float(np.sqrt((force[::2] ** 2 + force[1::2] ** 2).max()))
         if largest <= tolerance:
-            return x.reshape(shape), True
+            break
         if age == FAR.refresh:
-            solve = preconditioner(x.reshape(shape), max(FAR.shift * largest, FAR.least_shift))
+            try:
+                matrix = hessian(packing.with_state(positions=x.reshape(-1, 2)))
+                factorise(matrix, max(FAR.shift * largest, FAR.least_shift), solver)
+            except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
+                x = packing.positions.ravel()
+                break
             pairs, age = [], 0
         age += 1
-        step = _inverse_times(force, pairs, solve)
+        step = _inverse_times(force, pairs, solver.solve)
         if step @ force <= 0:
-            pairs, step = [], solve(force)
-        found = _search_line(forces_at, x, shape, energy, force, step, longest)
+            pairs, step = [], solver.solve(force)
+        found = _search_line(forces_at, x, energy, force, step, longest)
         if found is None:
             if age == 1:  # even a fresh Hessian gives no direction of descent
                 break
             age = FAR.refresh
             continue
-        moved, new_energy, new_force = found
+        moved, energy, new_force = found
         change, bend = moved - x, force - new_force
         longest = min(FAR.reach, FAR.longer * float(np.abs(change).max()))
-        curvature = float(change @ bend)
-        if curvature > FAR.curved * np.sqrt((change @ change) * (bend @ bend)):
+        if change @ bend > FAR.curved * np.sqrt((change @ change) * (bend @ bend)):
             pairs.append((change, bend))
         elif age > 1:
             age = FAR.refresh  # the model is wrong here: factorise anew
-        x, energy, force = moved, new_energy, new_force
-    return x.reshape(shape), False
+        x, force = moved, new_force
+    session.set_positions(x.reshape(-1, 2))
+    return session.evaluate()
 
 
-def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, Array]:
-    energy, forces = forces_at(x.reshape(shape))
-    return energy, forces.ravel()
-
-
-def _inverse_times(force: Array, pairs: list[tuple[Array, Array]], solve: Solve) -> Array:
+def _inverse_times(force: Array, pairs: list[tuple[Array, Array]], solve: Callable[[Array], Array]) -> Array:
     """Nocedal & Wright, algorithm 7.4: pairs of steps and the changes of the force along them correct an inverse."""
     rest, along = force.copy(), []
     for change, bend in reversed(pairs):
@@ -122,9 +108,8 @@ def _inverse_times(force: Array, pairs: list[tuple[Array, Array]], solve: Solve)
 
 
 def _search_line(
-    forces_at: Forces,
+    forces_at: Callable[[Array], tuple[float, Array]],
     x: Array,
-    shape: tuple[int, ...],
     energy: float,
     force: Array,
     step: Array,
@@ -136,7 +121,7 @@ def _search_line(
     noise = FAR.energy_digits * abs(energy)
     for _ in range(FAR.trials):
         moved = x + length * step
-        new_energy, new_force = _flat(forces_at, moved, shape)
+        new_energy, new_force = forces_at(moved)
         new_slope = float(new_force @ step)
         fall = energy - new_energy
         if abs(fall) <= noise:

@@ -7,7 +7,6 @@ the way; FIRE and Newton steps help where it stalls.
 """
 
 import logging
-from collections.abc import Callable
 from dataclasses import astuple, dataclass, replace
 from typing import Any, Protocol
 
@@ -17,14 +16,12 @@ from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_numbers
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.mechanics.factors import PositiveSolver
+from jamlab.errors import EngineError, InputError
 from jamlab.mechanics.force_network import force_scale
-from jamlab.mechanics.stiffness import hessian
 from jamlab.models.models import MODELS
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.newton import DEFINITE, descend_by_newton, factorise
+from jamlab.protocols.newton import DEFINITE, descend_by_newton
 from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR, LbfgsSettings, descend_by_lbfgs
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
@@ -172,7 +169,7 @@ class DescentOfDisks:
 
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
-            return _descend_along_valley(session, tolerance)
+            return descend_by_lbfgs(session, tolerance, effort.far)
         if self.name(session) == "fire":
             noise = _NEWTON_NOISE * 0.1**round_
             return quench(session, noise, floor=tolerance / noise)
@@ -256,28 +253,6 @@ def quench(
         if state.max_force > target and load(session.packing(), state) > _JUMP * before:
             break
     return state
-
-
-def _descend_along_valley(session: Session, target: float) -> Evaluation:
-    """SP: the method of `descend_droplets` in Python."""
-    packing, solver = session.packing(), PositiveSolver()
-
-    def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
-        factorise(hessian(packing.with_state(positions=positions)), shift, solver)
-        return solver.solve
-
-    try:
-        positions, _ = descend_by_lbfgs(
-            session.forces_at,
-            packing.positions,
-            preconditioner,
-            tolerance=target,
-            steps=USUAL.far,
-        )
-    except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
-        positions = packing.positions
-    session.set_positions(positions)
-    return session.evaluate()
 
 
 def descend_droplets(

@@ -16,7 +16,7 @@ from jamlab.engine.session import Session
 from jamlab.mechanics.elasticity import unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.box_relaxation import Ensemble, minimizer
 from jamlab.protocols.relaxation import Relaxed, load
 
 _SLIDES = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
@@ -37,10 +37,11 @@ def relax_off_saddles(
     *,
     near: bool = False,
     stopped: bool = True,
+    ensemble: Ensemble | None = None,
 ) -> Relaxed:
-    """Relax the packing in a session in its ensemble, to a minimum and not to a saddle; arguments as in `relax`.
-    `stopped`: a state of which rattlers stop all that slides counts, where no other is found."""
-    relax_state = minimizer(session.packing().ensemble)
+    """Relax the packing in a session, to a minimum and not to a saddle; arguments as in `relax`. `stopped`: a state of
+    which rattlers stop all that slides counts, where no other is found. `ensemble`: default that of the packing."""
+    relax_state = ensemble or minimizer(session.packing().ensemble)
     found = relax_state(session, tolerance, near=near)
 
     def again() -> Relaxed:

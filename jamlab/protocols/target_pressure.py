@@ -9,7 +9,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked, is_number
-from jamlab.engine.box_border import COMPRESSION, BoxStrains
+from jamlab.engine.box_border import COMPRESSION, SHEARS, BoxStrains
 from jamlab.engine.deck_defaults import check_ranks, numbers
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
@@ -21,8 +21,7 @@ from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_relaxation import relax_disks_and_box
-from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import (
     QUENCH_PROTOCOL,
@@ -265,7 +264,7 @@ def _check_start(packing: Packing, pressure: float) -> float:
 
 def _strains(ensemble: str) -> Array:
     """Strains that the box of an ensemble may take at a pressure."""
-    return np.concatenate([COMPRESSION, minimizer(ensemble).shears])
+    return np.concatenate([COMPRESSION, SHEARS]) if minimizer(ensemble).may_shear else COMPRESSION
 
 
 def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:

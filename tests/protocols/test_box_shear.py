@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.engine.deck_defaults import defaults
 from jamlab.packing.deformation import deformed
-from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.box_relaxation import minimizer
 
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
 STATES = Path(__file__).with_name("states")

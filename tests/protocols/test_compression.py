@@ -102,7 +102,7 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
 def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start, monkeypatch):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
     monkeypatch.setattr(relaxation, "_CG_STEPS", 1)
-    for stopped in ("descend_by_newton", "_descend_along_valley"):
+    for stopped in ("descend_by_newton", "descend_by_lbfgs"):
         monkeypatch.setattr(relaxation, stopped, lambda session, *_: session.evaluate())
     sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi")
     flagged = next(sweep)

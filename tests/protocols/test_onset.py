@@ -152,11 +152,13 @@ def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     _assert_stable(state)
 
 
-def test_droplets_that_rattlers_stop_are_relaxed_and_compressed():
+def test_droplets_that_rattlers_stop_are_relaxed_compressed_and_sheared():
     """One of 64 droplets is stopped, its Hessian gives way: sweeps ended at such states."""
     packing = jamlab.read(ON_RATTLER)
     (state,) = jamlab.compress(packing, packing.phi + 1e-6, 1e-6, by="phi")
-    for found in (jamlab.relax(packing), state):
+    sheared = jamlab.quasistatic_shear(packing, 1e-6, 1e-6)
+    assert sheared.converged.all()
+    for found in (jamlab.relax(packing), state, sheared.packing):
         assert found.converged and found.on_rattlers and found.max_force <= found.tolerance == 1e-10
         _assert_held(found)
 

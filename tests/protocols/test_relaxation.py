@@ -10,28 +10,13 @@ from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
 from jamlab.protocols import relaxation
 from jamlab.protocols.newton import DEFINITE
-from jamlab.protocols.preconditioned_lbfgs import FAR, descend_by_lbfgs
+from jamlab.protocols.preconditioned_lbfgs import FAR
 from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
 
 
 def idle(session, *_):
     """In place of a minimiser that must not be needed."""
     return session.evaluate()
-
-
-@pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
-def test_descent_in_parabolas(inverse, reach, most):
-    """Stiff and soft ones, 1e4 apart: with the exact inverse in one line; without one, the soft direction is learnt."""
-    calls, end, k = [], np.array([1.0, -1.0]), np.array([1e4, 1.0])
-
-    def valley(x):
-        calls.append(1)
-        return float(0.5 * np.sum(k * (x - end) ** 2)), -k * (x - end)
-
-    start = end + reach * np.random.default_rng(1).uniform(-1, 1, (5, 2))
-    diagonal = np.tile(inverse, 5)
-    found, met = descend_by_lbfgs(valley, start, lambda x, shift: lambda f: diagonal * f, tolerance=1e-9, steps=300)
-    assert met and len(calls) <= most and found == pytest.approx(np.tile(end, (5, 1)), abs=1e-8)
 
 
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):

@@ -11,9 +11,8 @@ from published_packings import read_goodrich, read_leiden
 
 import jamlab
 from jamlab.engine.deck_defaults import defaults
-from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.onset_search import OnsetSearch
-from jamlab.protocols.work_done import OnsetWork
+from jamlab.protocols.box_relaxation import minimizer
+from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 
 PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 LEIDEN, SHEAR = PUBLISHED / "N16~P1e-3~0001.txt", PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt"
