@@ -15,7 +15,7 @@ def test_one_free_power_law_is_recovered(exponent):
     fit = power_law(X, 3.2 * X**exponent)
     assert fit.exponents == pytest.approx([exponent], rel=1e-12)
     assert fit.coefficients == pytest.approx([3.2], rel=1e-12)
-    assert fit.worst < 1e-12
+    assert fit.spread < 1e-12
     assert fit(0.01) == pytest.approx(3.2 * 0.01**exponent)
 
 
@@ -24,10 +24,6 @@ def test_the_two_terms_of_table_1_are_recovered():
     assert power_law(X[:2], y[:2], (0.5, 1.0)).coefficients == pytest.approx([2.6, 4.0])  # as many points as terms
     fixed = power_law(X, y, (0.5, 1.0))
     assert fixed.coefficients == pytest.approx([2.6, 4.0], rel=1e-10)
-    one_free = power_law(X, y, (0.5, None))
-    assert one_free.exponents[1] == pytest.approx(1.0, rel=1e-5)
-    both_free = power_law(X, y, (None, None))
-    assert sorted(both_free.exponents) == pytest.approx([0.5, 1.0], rel=1e-3)
     assert 0.5 < power_law(X, y, low=1e-2).exponents[0] < 1.0  # a single one lies between them
 
 
@@ -40,23 +36,6 @@ def test_units_change_coefficients_only():
     assert b.spread == pytest.approx(a.spread)
 
 
-def test_errors_weight_the_points():
-    y = 2.0 * X**0.5
-    y[:5] *= 3
-    error = np.where(np.arange(len(X)) < 5, 1e3, 1e-3)
-    fit = power_law(X, y, (0.5,), error=error)
-    assert fit.coefficients == pytest.approx([2.0], rel=1e-6)
-    assert power_law(X, y, (0.5,)).coefficients[0] > 2.1
-    weighted = power_law(X, y, error=error)
-    assert weighted.exponents == pytest.approx([0.5], rel=1e-5)
-
-
-def test_with_errors_negative_values_count_without_them_they_cannot():
-    y = np.where(np.arange(len(X)) % 2, 2 * X, -X)
-    assert power_law(X, y, (1.0,), error=np.ones_like(X)).points == len(X)
-    assert power_law(X, y, (1.0,)).points == len(X) // 2
-
-
 def test_points_outside_the_window_and_nan_take_no_part():
     y = X**0.5
     y[X > 0.1] *= 9
@@ -66,31 +45,18 @@ def test_points_outside_the_window_and_nan_take_no_part():
     assert 1e-3 <= fit.low < fit.high <= 0.1
 
 
-@pytest.mark.parametrize(("y", "options"), [(X[:-1], {}), (X, {"exponents": ()}), (X, {"low": 0.29}), (-X, {})])
+@pytest.mark.parametrize(
+    ("y", "options"), [(X[:-1], {}), (X, {"exponents": ()}), (X, {"exponents": (1e3,)}), (X, {"low": 0.29}), (-X, {})]
+)
 def test_impossible_fits_are_refused(y, options):
     with pytest.raises(InputError):
         power_law(X, y, **options)
 
 
-@pytest.mark.parametrize("second", [-2.0, -0.5, -4.0, 2.0])
-def test_two_free_exponents_are_found_whatever_the_sign_of_the_second_term(second):
-    """Eq 11 of Boromand et al. has a negative one; two terms that become one, x^a ln x, are no answer."""
-    x = np.geomspace(1e-4, 0.1, 30)
-    fit = power_law(x, 3 * x**0.5 + second * x, (None, None))
-    assert np.sort(fit.exponents) == pytest.approx([0.5, 1.0], abs=1e-4)
-
-
-def test_two_terms_that_become_one_are_refused():
-    x = np.geomspace(1e-4, 0.1, 30)
-    with pytest.raises(ConvergenceError):
-        power_law(x, -(x**0.7) * np.log(x), (None, None))
-
-
 def test_the_spread_is_the_root_mean_square_of_the_residuals():
     y = 2.0 * X**0.5 * np.where(np.arange(len(X)) % 5, 1.01, 0.9)
-    fit, weighted = power_law(X, y, (0.5,)), power_law(X, y, (0.5,), error=0.1 * X)
+    fit = power_law(X, y, (0.5,))
     assert fit.spread == pytest.approx(np.sqrt(np.mean(((fit(X) - y) / y) ** 2)), rel=1e-9)
-    assert weighted.spread == pytest.approx(np.sqrt(np.mean(((weighted(X) - y) / (0.1 * X)) ** 2)), rel=1e-9)
 
 
 RATES = np.geomspace(1e-4, 1.0, 9)
