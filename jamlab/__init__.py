@@ -11,7 +11,7 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, scaling_collapse
              effective_relaxation_time, dynamical_matrices, displacement_response, displacement_correlation,
              mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
-             plot_pipkin, read_flow; quasistatic_shear: without time
+             read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate

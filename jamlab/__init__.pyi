@@ -26,7 +26,6 @@ from .flow.flow_curve import flow_cost as flow_cost
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.movie import write_movie as write_movie
 from .flow.oscillate import oscillate as oscillate
-from .flow.oscillate import plot_pipkin as plot_pipkin
 from .flow.quasistatic_shear import quasistatic_shear as quasistatic_shear
 from .flow.read_flow import read_flow as read_flow
 from .flow.relax_stress import relax_stress as relax_stress

@@ -9,7 +9,7 @@ from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from jamlab.flow.relax_stress import StoppedFlow as StoppedFlow
 from jamlab.flow.relax_stress import StressRelaxation as StressRelaxation
-from jamlab.flow.shear_run import ShearRun as ShearRun
+from jamlab.flow.shear import ShearRun as ShearRun
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts
 from jamlab.geometry.hexatic_order import HexaticOrder as HexaticOrder

@@ -23,8 +23,7 @@ from jamlab.flow.overdamped_session import (
     check_flowing,
 )
 from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
-from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, shear
-from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus

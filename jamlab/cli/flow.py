@@ -64,7 +64,7 @@ class Job:
     def drive(self, flow: Callable[..., T], name: str, *point: Any, timed: bool = True, **how: Any) -> T:
         """Drive the packing at a point, such as frequency and amplitude, below a bar of this name. `timed`: with drag.
         With `force` a file of another run is replaced; one of the same run is gone on with."""
-        from jamlab.flow.run_file import OtherRunError
+        from jamlab.flow.run import OtherRunError
 
         how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
         while True:

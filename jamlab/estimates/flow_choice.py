@@ -18,8 +18,7 @@ from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
-from jamlab.flow.shear import LARGEST_RATE
-from jamlab.flow.shear_run import TRANSIENT
+from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
@@ -31,13 +31,9 @@ _LEFT = 0.02  # of the stress applied that drag may bear at rest
 _YIELDED = 0.2  # strain below which a packing has not yielded, however fast it creeps
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class CreepRun(FlowRun):
     """Strain in time under a stress; rows and packings as in `FlowRun`.
-
-    >>> k = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0)
-    >>> len(k.time) == len(k.strain) == len(k.compliance)
-    True
 
     Attributes:
         applied: stress beside the residual one.
@@ -45,7 +41,7 @@ class CreepRun(FlowRun):
         duration: time that was asked for.
     """
 
-    derived: ClassVar[tuple[str, ...]] = ("compliance", *FlowRun.derived)
+    columns: ClassVar[tuple[str, ...]] = (*SERIES, "compliance", "z_all", "energy_gap")
 
     applied: float
     residual: float
@@ -134,16 +130,12 @@ def creep(
         duration: simulated time, tau_1.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: strain at which the simulation stops early, default 10.
-        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
-        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
-            `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
-        path: see `shear`.
-        progress: called after each row with (fraction done, text), or True.
+        tolerance, background_drag: see `oscillate`.
+        path, progress: see `shear`.
 
     Raises:
         InputError: no particles touch, the fluid has no viscosity, or a value is out of range.
-        ConvergenceError: the packing is not at rest, or see `shear`.
-        StorageError: `path` cannot be written.
+        ConvergenceError, StorageError: see `oscillate`.
     """
     law = damping or ContactDamping()
     check_creeping(law)

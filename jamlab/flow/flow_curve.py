@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError, Renamed
-from jamlab.flow.flow_run import better_balance, energy_gap, energy_imbalance
+from jamlab.flow.flow_run import FlowResult, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
-from jamlab.flow.report import conclude, report, say_balance
-from jamlab.flow.run_file import RunFile
-from jamlab.flow.shear import TOLERANCE, check_rates, shear
-from jamlab.flow.shear_run import TRANSIENT, ShearRun
+from jamlab.flow.report import say_balance
+from jamlab.flow.run import RunFile
+from jamlab.flow.shear import TOLERANCE, TRANSIENT, ShearRun, check_rates, shear
 from jamlab.packing.packing import Packing
-from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
@@ -35,30 +33,35 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FlowCurve(Result):
-    """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
+_AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference", "z_all")
+_POINTS = (
+    *(*_AVERAGED, *(f"{name}_stderr" for name in _AVERAGED)),
+    *("dissipation", "drift", "plastic_events", "energy_error", "ambiguous_contacts", "seconds"),
+)
 
-    >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[1.0], strain=1.0, discard=0.2)
-    >>> bool(c.stress[0] > c.stress_stderr[0] > 0)
-    True
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class FlowCurve(FlowResult):
+    """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
 
     Attributes:
         rates: (m,) of shear, ascending.
         stress, stress_stderr: (m,) mean shear stress.
         elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._stderr`; z_all as in
-            `FlowRun`, nan where it was not counted.
+            `FlowRun`.
         dissipation: (m,) mean, per time and area, over all steps; stress times rate, less the change of elastic energy.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
         energy_error: (m,) part of the work of the average that is neither stored nor lost.
         ambiguous_contacts: (m,) see `FlowRun`, of start-up and average.
-        failed: rates that found no end, as text, and why; they are in no array.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
+        failed: rates that found no end, as text, and why; they are in no array.
         frames: the packing at the start and the last state of each rate.
         damping, background, tolerance, unit: see `FlowRun`.
     """
+
+    columns: ClassVar[tuple[str, ...]] = ("rates", *_POINTS, "finished")
 
     rates: Array
     stress: Array
@@ -69,27 +72,19 @@ class FlowCurve(Result):
     pressure_stderr: Array
     normal_stress_difference: Array
     normal_stress_difference_stderr: Array
+    z_all: Array
+    z_all_stderr: Array
     dissipation: Array
     drift: Array
     plastic_events: Array
     energy_error: Array
+    ambiguous_contacts: Array
     seconds: Array
     discard: float
     strain: float
-    frames: tuple[Packing, ...] = field(repr=False)
-    damping: Damping
-    background: float
-    tolerance: float
-    unit: str = field(repr=False)
-    ambiguous_contacts: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
-    z_all: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
-    z_all_stderr: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
-    failed: dict[str, str] = field(default_factory=dict, kw_only=True)
+    failed: dict[str, str] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for name, value in {"ambiguous_contacts": 0.0, "z_all": np.nan, "z_all_stderr": np.nan}.items():
-            if not len(getattr(self, name)):  # not counted
-                object.__setattr__(self, name, np.full(len(self.rates), value))
+    stress_error = Renamed("stress_stderr")
 
     @property
     def finished(self) -> NDArray[np.bool_]:
@@ -100,12 +95,6 @@ class FlowCurve(Result):
     def packings(self) -> tuple[Packing, ...]:
         """The last state of each rate."""
         return self.frames[1:]
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """All rates as a pandas DataFrame."""
-        import pandas as pd
-
-        return pd.DataFrame({name: getattr(self, name) for name in ("rates", *_POINTS, "finished")})
 
     @property
     def state(self) -> Literal["steady", "drifting"]:
@@ -123,28 +112,6 @@ class FlowCurve(Result):
             **{f"FAILED at {rate}": why for rate, why in self.failed.items()},
         }
 
-    unsettled = Renamed("ambiguous_contacts")
-    imbalance = Renamed("energy_error")
-    allowed_imbalance = Renamed("energy_tolerance")
-
-    @property
-    def energy_tolerance(self) -> float:
-        """From which on a rate is doubtful: the tolerance."""
-        return self.tolerance
-
-    @property
-    def remedy(self) -> dict[str, float]:
-        """Name and value of the argument to change where energy is not balanced."""
-        return better_balance(self.frames[0], self.damping, self.background, self.tolerance)
-
-    @property
-    def conclusion(self) -> str:
-        """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
-        return conclude(self)
-
-    __repr__ = report
-    stress_error, pressure_error, z_all_error = map(Renamed, ("stress_stderr", "pressure_stderr", "z_all_stderr"))
-
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:
         """Fit yield stress, consistency and exponent.
@@ -159,10 +126,6 @@ class FlowCurve(Result):
             ConvergenceError: no fit is found.
         """
         kept = (self.rates >= lowest) & (self.rates <= highest)
-        if kept.sum() < 3:
-            raise InputError(
-                f"{kept.sum()} rates between {lowest:g} and {highest:g}: a Herschel-Bulkley fit needs three or more"
-            )
         return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_stderr[kept], self.unit)
 
     @drawn("Line2D; `label` names the curve in the legend")
@@ -192,17 +155,6 @@ FLOW_DEFINITION = 1  # version, see jamlab.campaign.tasks
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
-_AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference", "z_all")
-_POINTS = (
-    *_AVERAGED,
-    *(f"{name}_stderr" for name in _AVERAGED),
-    "dissipation",
-    "drift",
-    "plastic_events",
-    "energy_error",
-    "ambiguous_contacts",
-    "seconds",
-)
 
 
 @checked
@@ -244,65 +196,83 @@ def flow_curve(
     law = damping or ContactDamping()
     background_drag = default_background(packing, law, background_drag)
     wanted = check_rates(rates)
-    check_number("strain", strain, 1e4)
-    if strain < 1:
-        raise InputError(f"strain = {strain:g}: must be 1 or more for a meaningful average")
+    check_number("strain", strain, 1e4, 1.0)
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
-    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
-    file = RunFile(path, FlowCurve, packing, law, task)
-    facts = {**task, "damping": law, "unit": packing.unit_names.stress}
-    points = _known_points(file.before)
-    missing = [rate for rate in wanted if rate not in points]
-    done = dict.fromkeys(missing, 0.0)
-    failed: dict[str, str] = {}
-
-    def heard(item: _Item, *step: Any) -> None:
-        """Take what `_measure` says of a rate."""
-        rate = item[1]
-        if isinstance(step[0], str):
-            failed[f"{rate:g}"] = step[0]
-        elif len(step) == 2:
-            points[rate] = step
-            file.save(result, now=True)
-        else:
-            done[rate] = step[0]
-            if progress is not None:
-                progress(sum(done.values()) / len(done), f"rate {rate:g}")
-
-    def result() -> FlowCurve:
-        return _curve(packing, points, {**facts, "failed": failed})
-
+    curve = _Curve(packing, law, strain, discard, tolerance, background_drag, path, progress)
+    missing = [rate for rate in wanted if rate not in curve.points]
+    curve.done = dict.fromkeys(missing, 0.0)
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background_drag) for rate in missing]
     if processes == 1:
         for item in items:
-            _measure(item, partial(heard, item))
+            _measure(item, partial(curve.heard, item))
     else:
-        run_side_by_side(_measure, items, processes, report=heard)
-    if not points:
-        raise ConvergenceError("; ".join(f"rate {rate}: {why}" for rate, why in failed.items()))
-    return file.finish(result)
+        run_side_by_side(_measure, items, processes, report=curve.heard)
+    if not curve.points:
+        raise ConvergenceError("; ".join(f"rate {rate}: {why}" for rate, why in curve.failed.items()))
+    return curve.finish()
 
 
 _Item = tuple[Packing, float, Damping, float, float, float, float]
-_Point = tuple[Any, ...]  # numbers of `_POINTS`, and the last packing
+
+
+class _Curve(RunFile[FlowCurve]):
+    """Rates as they come in. `points`: of each rate its numbers, see `_POINTS`, and its last packing; `done`: shares of
+    the rates that are on their way; `failed`: why a rate found no end."""
+
+    def __init__(
+        self,
+        packing: Packing,
+        law: Damping,
+        strain: float,
+        discard: float,
+        tolerance: float,
+        background: float,
+        path: str | Path | None,
+        progress: Progress | None,
+    ) -> None:
+        task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
+        super().__init__(FlowCurve, packing, law, task, path, progress)
+        self.facts |= task
+        self.points: dict[float, tuple[dict[str, float], Packing]] = {}
+        self.done: dict[float, float] = {}
+        self.failed: dict[str, str] = {}
+        self._packing = packing
+        if known := self.before:
+            for k, rate in enumerate(known.rates.tolist()):
+                self.points[rate] = {name: float(getattr(known, name)[k]) for name in _POINTS}, known.packings[k]
+
+    def heard(self, item: _Item, *step: Any) -> None:
+        """Take what `_measure` says of a rate."""
+        rate = item[1]
+        if isinstance(step[0], str):
+            self.failed[f"{rate:g}"] = step[0]
+        elif len(step) == 2:
+            self.points[rate] = step
+            self.save(self.result())
+        else:
+            self.done[rate] = step[0]
+            if self.progress is not None:
+                self.progress(sum(self.done.values()) / len(self.done), f"rate {rate:g}")
+
+    def result(self) -> FlowCurve:
+        """All rates so far."""
+        rates = sorted(self.points)
+        columns = {name: np.array([self.points[rate][0][name] for rate in rates]) for name in _POINTS}
+        frames = (self._packing, *(self.points[rate][1] for rate in rates))
+        return FlowCurve(**self.facts | columns, rates=np.array(rates), frames=frames, failed=self.failed)
 
 
 def _measure(item: _Item, report: Callable[..., None]) -> None:
     """One rate: reports the share of its strain that is done, and at the end its numbers and its last packing, or why
     it found no end."""
     packing, rate, law, discard, strain, tolerance, background = item
-    rows = int(np.ceil(ROWS * (discard + strain)))
+    how: dict[str, Any] = {"tolerance": tolerance, "background_drag": background}
+    how |= {"n_rows": int(np.ceil(ROWS * (discard + strain))), "progress": lambda share, _: report(share)}
     try:
-        run = shear(
-            *(packing, rate, discard + strain, law),
-            n_rows=rows,
-            tolerance=tolerance,
-            background_drag=background,
-            progress=lambda share, _: report(share),
-        )
+        run = shear(packing, rate, discard + strain, law, **how)
     except ConvergenceError as error:
         report(str(error))
         return
@@ -324,22 +294,6 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
         "ambiguous_contacts": run.ambiguous_contacts,
         "seconds": run.seconds,
     }
-
-
-def _known_points(before: FlowCurve | None) -> dict[float, _Point]:
-    if before is None:
-        return {}
-    return {
-        float(rate): ({name: float(getattr(before, name)[k]) for name in _POINTS}, before.packings[k])
-        for k, rate in enumerate(before.rates)
-    }
-
-
-def _curve(packing: Packing, points: dict[float, _Point], facts: dict[str, Any]) -> FlowCurve:
-    rates = sorted(points)
-    columns = {name: np.array([points[rate][0][name] for rate in rates]) for name in _POINTS}
-    frames = (packing, *(points[rate][1] for rate in rates))
-    return FlowCurve(**facts | columns, rates=np.array(rates), frames=frames)
 
 
 TRIAL = 0.5  # s at each rate
@@ -367,10 +321,8 @@ def flow_cost(
     Args:
         packing: SP or DP.
         rates: of shear, 1/tau_1.
-        damping: see `shear`.
+        damping, tolerance, background_drag: see `shear`.
         strain: strain of each run; for `flow_curve` the sum of its `strain` and `discard`.
-        tolerance: see `shear`.
-        background_drag: see `shear`.
 
     Returns:
         pandas DataFrame with one row per rate, ascending: `rate`, `strain` and `seconds` on one core.
@@ -391,16 +343,12 @@ def flow_cost(
 
 def require_time(cost: pd.DataFrame, given: float) -> None:
     """Refuse rates of `flow_cost` that do not fit into the seconds given."""
-    rates, seconds, strain = (cost[name].to_numpy() for name in ("rate", "seconds", "strain"))
-    total = float(seconds.sum())
-    if total <= given:
-        return
-    fits = rates[np.cumsum(seconds[::-1])[::-1] <= given]
-    rest = f"use only rates from {fits[0]:g}" if len(fits) else "give a smaller strain"
-    raise InputError(
-        f"rate = {rates[0]:g}: strain {strain[0]:g} takes about {seconds[0]:.2g} s, and all rates {total:.2g} s, "
-        f"but {given:g} s are allowed: {rest}, or strain {strain[0] * given / total:.2g} at all of them"
-    )
+    total, (rate, strain, seconds) = float(cost["seconds"].sum()), cost.iloc[0]
+    if total > given:
+        raise InputError(
+            f"rate = {rate:g}: strain {strain:g} takes about {seconds:.2g} s, and all rates {total:.2g} s, "
+            f"but {given:g} s are allowed: give higher rates, or strain {strain * given / total:.2g}"
+        )
 
 
 def _cost(packing: Packing, rate: float, law: Damping, tolerance: float, background: float) -> float:

@@ -1,4 +1,4 @@
-"""What every flow has in common: its rows, the packings on the way, its drag and accuracy, and its energy balance.
+"""What every flow gives: its rows, the packings on the way, its drag and accuracy, and its energy balance.
 
 Work that flow does on a packing is stored or lost. Steps integrate positions, work and dissipation each on their own,
 so the gap between the three measures the errors of the steps.
@@ -37,13 +37,7 @@ FINER = 0.1  # tolerance to try next, over the present one; steps go as its root
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
     """(m,) work less dissipation and stored energy since the first row: 0 except for step errors, and 0 where it is no
-    more than the sum of all energies rounds off.
-
-    Args:
-        work: (m,) done since the start.
-        lost: (m,) energy lost since the start.
-        energy: (m,) elastic.
-    """
+    more than the sum of all energies rounds off."""
     gap = work - lost - energy
     gap = gap - gap[0]
     return np.where(np.abs(gap) > ROUNDING * np.abs(energy).max(), gap, 0.0)
@@ -55,19 +49,55 @@ def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
     return float(np.abs(gap).max()) / scale if scale > 0 else 0.0
 
 
-def better_balance(packing: Packing, damping: Damping | None, background: float, tolerance: float) -> dict[str, float]:
-    """Remedy for a poor energy balance: shorter steps, or a background drag for droplets."""
-    if packing.model == "dp" and damping is not None and damping.at_contacts and background < HELPFUL_BACKGROUND:
-        return {"background_drag": HELPFUL_BACKGROUND}
-    return {"tolerance": FINER * tolerance}
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class FlowResult(Result):
+    """One flow or several: packings, drag and accuracy. The energy balance stands in its `repr` and its pictures."""
+
+    columns: ClassVar[tuple[str, ...]]  # of its table
+
+    # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
+    frames: tuple[Packing, ...]
+    damping: Damping | None  # drag law; None without rate
+    background: float  # drag of every disk against the affine flow beside it, over k tau_1
+    tolerance: float  # relative error of velocities in a step
+    unit: str  # of stress, for labels
+
+    __repr__ = report
+    unsettled = Renamed("ambiguous_contacts")
+    imbalance = Renamed("energy_error")
+    allowed_imbalance = Renamed("energy_tolerance")
+
+    @property
+    def energy_tolerance(self) -> float:
+        """From which on the result is doubtful: the tolerance."""
+        return self.tolerance
+
+    @property
+    def remedy(self) -> dict[str, float]:
+        """Argument to change where energy is not balanced: shorter steps, or a background drag for droplets."""
+        drags = self.damping is not None and self.damping.at_contacts
+        if self.frames[0].model == "dp" and drags and self.background < HELPFUL_BACKGROUND:
+            return {"background_drag": HELPFUL_BACKGROUND}
+        return {"tolerance": FINER * self.tolerance}
+
+    @property
+    def conclusion(self) -> str:
+        """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
+        return conclude(self)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """All rows as a pandas DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame({name: getattr(self, name) for name in self.columns})
 
 
-@dataclass(frozen=True, eq=False)
-class FlowRun(Result):
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class FlowRun(FlowResult):
     """A flow: m rows, in the packing's unit of stress and with times in tau_1."""
 
     series: ClassVar[tuple[str, ...]] = SERIES
-    derived: ClassVar[tuple[str, ...]] = ("z_all", "energy_gap")  # further columns of its table
+    columns: ClassVar[tuple[str, ...]] = (*SERIES, "z_all", "energy_gap")
 
     # time, strain: (m,) since the start
     time: Array
@@ -87,23 +117,15 @@ class FlowRun(Result):
     work: Array
     dissipated: Array
     contacts: Array  # (m,) pairs of particles that press on each other
-    # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
-    frames: tuple[Packing, ...] = field(repr=False)
-    damping: Damping | None  # drag law; None without rate
-    background: float  # drag of every disk against the affine flow beside it, over k tau_1
-    tolerance: float  # relative error of velocities in a step
     # steps, iterations: of time, and of the solver over all of them
     steps: int
     iterations: int
     seconds: float  # wall time
-    unit: str = field(repr=False)  # of stress, for labels
     # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
     # closest were taken
-    ambiguous_contacts: int = field(default=0, kw_only=True)
+    ambiguous_contacts: int = 0
     # (m, 2, 2) shear stress and pressure on the lower and on the upper wall; (0, 2, 2) without walls
-    wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)), kw_only=True)
-
-    __repr__ = report
+    wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
     @property
     def packing(self) -> Packing:
@@ -120,50 +142,15 @@ class FlowRun(Result):
         """(m,) work less dissipation and stored energy since the first row; 0 except for step errors."""
         return energy_gap(self.work, self.dissipated, self.energy)
 
-    unsettled = Renamed("ambiguous_contacts")
-    imbalance = Renamed("energy_error")
-    allowed_imbalance = Renamed("energy_tolerance")
-
     @property
     def energy_error(self) -> float:
         """Largest part of the work that is neither stored nor lost: work less dissipated less change of energy."""
         return energy_imbalance(self.energy_gap, self.work, self.dissipated)
 
     @property
-    def energy_tolerance(self) -> float:
-        """From which on the result is doubtful: the tolerance."""
-        return self.tolerance
-
-    @property
     def balanced(self) -> bool:
         """Whether energy is balanced as well as was asked for."""
         return self.energy_error <= self.energy_tolerance
-
-    @property
-    def remedy(self) -> dict[str, float]:
-        """Name and value of the argument to change where energy is not balanced."""
-        return better_balance(self.packing, self.damping, self.background, self.tolerance)
-
-    @property
-    def state(self) -> str:
-        """What the packing does at the end, in a word; each kind of flow has its own."""
-        raise NotImplementedError
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Numbers to show first, by name; a pair is a number and its standard error."""
-        raise NotImplementedError
-
-    @property
-    def conclusion(self) -> str:
-        """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
-        return conclude(self)
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """All rows as a pandas DataFrame."""
-        import pandas as pd
-
-        return pd.DataFrame({name: getattr(self, name) for name in (*self.series, *self.derived)})
 
     def _draw(self, axes: Any, time: Array, values: Array, name: str, label: str, **style: Any) -> None:
         """Draw values (m,) over time (m,), both logarithmic; the legend counts values that are not positive."""

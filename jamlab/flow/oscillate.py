@@ -1,41 +1,32 @@
-"""Oscillating shear of any amplitude: harmonics, Lissajous figures, Pipkin diagrams; it runs until cycles repeat."""
+"""Oscillating shear of any amplitude: harmonics and Lissajous figures; it runs until cycles repeat."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.errors import InputError, Renamed
+from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.packing.packing import Packing
-from jamlab.plotting.drawable import CURVES, LABEL, LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
 HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the first even where it yields
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Oscillation(FlowRun):
     """Strain amplitude sin(omega t) from rest; rows and packings as in `FlowRun`.
-
-    >>> o = jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1.0, amplitude=0.1, cycles=2)
-    >>> bool(o.harmonics[0] == complex(o.storage, o.loss))
-    True
 
     Stress in a cycle: residual + drift t + amplitude sum_k (G'_k sin k omega t + G''_k cos k omega t).
 
@@ -81,8 +72,6 @@ class Oscillation(FlowRun):
             return float("nan")
         before, last = self.cycle_harmonics[-2:, 0]
         return float(abs(last - before) / abs(last))
-
-    error = Renamed("change")
 
     @property
     def third_over_first(self) -> float:
@@ -181,13 +170,12 @@ def oscillate(
         tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
         background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
             `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
-        path: see `shear`.
-        progress: called after each cycle with (fraction done, text), or True.
+        path, progress: see `shear`.
 
     Raises:
         InputError: no particles touch, or a value is out of range.
         ConvergenceError: the packing is not at rest, or see `shear`.
-        StorageError: `path` cannot be written.
+        StorageError: see `shear`.
     """
     law = damping or ContactDamping()
     if not SLOWEST <= omega <= FASTEST:
@@ -219,58 +207,3 @@ def oscillate(
 def _answer(found: list[Complex], tolerance: float) -> dict[str, Any]:
     repeats = len(found) > 1 and bool(abs(found[-1][0] - found[-2][0]) <= tolerance * abs(found[-1][0]))
     return {"cycle_harmonics": np.array(found), "finished": repeats}
-
-
-@checked
-def plot_pipkin(oscillations: Sequence[Oscillation], ax: Any = None, **style: Any) -> Axes:
-    """Draw a Pipkin diagram: Lissajous figures at their frequencies and amplitudes.
-
-    Colour gives the ratio of the third to the first harmonic.
-
-    >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-    >>> found = [jamlab.oscillate(p, w, a, cycles=2) for w in (1.0, 3.0) for a in (0.01, 0.1)]
-    >>> ax = jamlab.plot_pipkin(found)
-
-    Args:
-        oscillations: one or more.
-        ax: matplotlib Axes (default: a new figure).
-        style: Line2D properties of all loops.
-
-    Raises:
-        InputError: no oscillation, `ax` is not Axes, or an invalid style.
-    """
-    from jamlab.plotting.axes import axes_for
-
-    if not len(oscillations):
-        raise InputError("a Pipkin diagram needs an oscillation: give results of jamlab.oscillate")
-    with axes_for(ax, style, CURVES) as axes:
-        _draw(axes, oscillations, **style)
-    return axes
-
-
-def _draw(axes: Any, oscillations: Sequence[Oscillation], **style: Any) -> None:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    places = np.log10([[each.omega, each.amplitude] for each in oscillations])
-    width, height = (_spacing(values) for values in places.T)
-    shares = [each.third_over_first for each in oscillations]
-    colours = ScalarMappable(Normalize(0.0, max(*shares, 1e-2)), "viridis")
-    for each, share in zip(oscillations, shares, strict=True):
-        rows = each.last_cycle
-        stress = each.stress[rows] - each.stress[rows][1:].mean()
-        x = each.omega * 10 ** (0.4 * width * each.strain[rows] / each.amplitude)
-        y = each.amplitude * 10 ** (0.4 * height * stress / np.abs(stress).max())
-        axes.plot(x, y, **merged_line({"color": colours.to_rgba(np.array(share)), "linewidth": 1.4}, style))
-    label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
-    scale = axes.figure.colorbar(colours, ax=axes)
-    scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
-    say_balance(axes, *oscillations)
-
-
-def _spacing(places: Array) -> float:
-    """Smallest distance of two different places; 1 if there is one only."""
-    steps = np.diff(np.unique(places))
-    return float(steps.min()) if len(steps) else 1.0

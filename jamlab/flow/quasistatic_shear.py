@@ -6,9 +6,9 @@ into another one: stress drops and energy is released at once (Maloney & Lemaitr
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import SERIES, energy_gap
 from jamlab.flow.report import describe_balance
 from jamlab.flow.run import Run
-from jamlab.flow.shear_run import ShearRun, StressDrops
+from jamlab.flow.shear import ShearRun, StressDrops
 from jamlab.geometry.contact_network import count_pressing
 from jamlab.geometry.walls import wall_stress, walled
 from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
@@ -36,7 +36,6 @@ from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 LIMIT = 0.02  # imbalance from which on a result is doubtful
-EVENTS = ("event_strain", "event_drop", "event_released", "event_width")  # fields of `QuasistaticShear`
 
 
 @dataclass(frozen=True)
@@ -52,35 +51,23 @@ class PlasticEvents(Result):
         return len(self.strain)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class QuasistaticShear(ShearRun):
     """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag. There
     is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
     `dissipated` what of it is not stored in `enthalpy`: what events release, and the error of the trapezoidal rule.
     Energies and work are over the area at the start.
-
-    >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3, direction="pure")
-    >>> r.direction, len(r.events) == r.plastic_events
-    ('pure', True)
     """
 
-    series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force", "area")
-    derived: ClassVar[tuple[str, ...]] = (*ShearRun.derived, "enthalpy", "dilation")
+    series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force", "area", "event")
+    columns: ClassVar[tuple[str, ...]] = (*series, "z_all", "energy_gap", "enthalpy", "dilation")
 
-    converged: NDArray[np.bool_]  # (m,) bool, whether the minimisation met its tolerance
+    converged: NDArray[np.bool_]  # (m,) whether the minimisation met its tolerance
     max_force: Array  # (m,) largest force left
-    # event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`
-    event_strain: Array
-    event_drop: Array
-    event_released: Array
-    event_width: Array
-    direction: Direction = field(default="simple", kw_only=True)  # see `quasistatic_shear`
-    area: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)  # (m,) of the cell; by default it stays
-    held_pressure: float | None = field(default=None, kw_only=True)  # at which the area is free; None: the area stays
-
-    def __post_init__(self) -> None:
-        if not self.area.size:
-            object.__setattr__(self, "area", np.full(len(self.strain), self.packing.area))
+    area: Array  # (m,) of the cell
+    event: NDArray[np.bool_]  # (m,) whether the step to this state is a plastic event
+    direction: Direction = "simple"  # see `quasistatic_shear`
+    held_pressure: float | None = None  # at which the area is free; None: the area stays
 
     @property
     def enthalpy(self) -> Array:
@@ -96,16 +83,15 @@ class QuasistaticShear(ShearRun):
     @property
     def events(self) -> PlasticEvents:
         """Plastic events."""
-        return PlasticEvents(self.event_strain, self.event_drop, self.event_released, self.event_width)
+        k = np.flatnonzero(self.event)
+        step, fall, lost = (values[k] - values[k - 1] for values in (self.strain, self.stress, self.dissipated))
+        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step))
 
     @property
     def drops(self) -> StressDrops:
         """Stress drops of the events, at the strain where each begins."""
-        return StressDrops(self.event_strain - np.sign(self.event_strain) * self.event_width, self.event_drop)
-
-    def _ends(self) -> NDArray[np.int64]:
-        """(k,) rows at the ends of the events."""
-        return np.asarray(np.abs(self.strain).searchsorted(np.abs(self.event_strain)))
+        events = self.events
+        return StressDrops(events.strain - np.sign(events.strain) * events.width, events.stress_drop)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -118,8 +104,7 @@ class QuasistaticShear(ShearRun):
     @property
     def energy_gap(self) -> Array:
         """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
-        released = np.zeros(len(self.strain))
-        released[self._ends()] = self.event_released
+        released = np.where(self.event, np.diff(self.dissipated, prepend=0.0), 0.0)
         return energy_gap(self.work, np.cumsum(released), self.enthalpy)
 
     @property
@@ -141,7 +126,7 @@ class QuasistaticShear(ShearRun):
         along = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}°"
         plain = {"color": BLUE, "linewidth": 1.2, "label": f"minima, {along} shear"}
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
-        ends = self._ends()
+        ends = np.flatnonzero(self.event)
         if len(ends):
             label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
             axes.plot(self.strain[ends], self.stress[ends], "v", color=RED, markersize=4, label=label)
@@ -176,6 +161,7 @@ class Minimum(NamedTuple):
     converged: bool
     max_force: float
     area: float
+    event: bool = False
     time: float = 0.0
     rate: float = 0.0
     viscous_stress: float = 0.0
@@ -211,38 +197,28 @@ class Walk(Run[QuasistaticShear]):
         shearing: Shearing,
         tolerance: float | None,
         pressure: str | float | None,
-        shortest: float,
         task: dict[str, Any],
-        out: str | Path | None,
+        path: str | Path | None,
         progress: Progress | None,
     ) -> None:
-        super().__init__(QuasistaticShear, packing, None, task | {"tolerance": tolerance}, out, progress)
-        self._scales, self._shearing = natural_scales(packing), shearing
-        self._tolerance, self._shortest = tolerance, shortest
-        self._events: dict[str, list[float]] = {name: [] for name in EVENTS}
+        super().__init__(QuasistaticShear, packing, None, task | {"tolerance": tolerance}, path, progress)
+        self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, tolerance
         self._on_walls: list[Array] = []
         force = force_tolerance(packing.model) if tolerance is None else tolerance
         self.facts |= {"background": 0.0, "tolerance": force, "iterations": 0, "shear_rate": 0.0}
         self._now = self._scales.to_natural(self._started)
-        self._session = Session(self._now)
+        self.session = Session(self._now)
         self._pressure: float | None = None if isinstance(pressure, str) else pressure
         if self.before:
             self._pressure = self.before.held_pressure
             self.rows = [Minimum(**row) for row in self.rows_before()]
-            self._events = {name: getattr(self.before, name).tolist() for name in EVENTS}
             self._on_walls = list(self.before.wall_stress)
         else:
             if pressure == "constant":
-                found = relax(self._session, tolerance, near=True)
+                found = relax(self.session, tolerance, near=True)
                 self._pressure = self._scales.stress * found.evaluation.pressure
             self.add(self._relax(0.0, None), keep=True)
         self.facts["held_pressure"] = self._pressure
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._session.close()
 
     def packing(self) -> Packing:
         """The packing at the last minimum."""
@@ -250,7 +226,6 @@ class Walk(Run[QuasistaticShear]):
 
     def result(self) -> QuasistaticShear:
         """All states so far."""
-        self.facts |= {name: np.array(values) for name, values in self._events.items()}
         self.facts["wall_stress"] = np.array(self._on_walls).reshape(-1, 2, 2)
         return super().result()
 
@@ -261,23 +236,14 @@ class Walk(Run[QuasistaticShear]):
             self._on_walls.append(wall_stress(self._now) * self._scales.stress)
 
     def go_to(self, strain: float, *, keep: bool = False) -> None:
-        """Take one step, or shorter and shorter ones up to an event on the way and long ones behind it."""
-        before, start = self.rows[-1], self._now
-        step = strain - before.strain
-        after = self._step(strain, step, before)
-        reached = self._now
-        event = _drop(before, after) > 0 and not self._leads_back(before, after)
-        if event and abs(step) > self._shortest * (1 + 1e-9):
-            self._now = start
-            self.go_to(before.strain + 0.5 * step)
-            self.go_to(strain, keep=keep)
-            return
-        self._now = reached
+        """Take one step; it is an event where stress falls, and the step back does not lead back."""
+        before = self.rows[-1]
+        after = self._step(strain, strain - before.strain, before)
+        if _drop(before, after) > 0:
+            reached = self._now
+            after = after._replace(event=not self._leads_back(before, after))
+            self._now = reached
         self.add(after, keep=keep)
-        if event:
-            released = after.dissipated - before.dissipated
-            for name, value in zip(EVENTS, (strain, _drop(before, after), released, abs(step)), strict=True):
-                self._events[name].append(value)
 
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from: stress falls before an instability, too."""
@@ -287,14 +253,14 @@ class Walk(Run[QuasistaticShear]):
     def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
         """Strain the packing by a step, to a strain in all, and relax."""
         gradient = self._shearing.at(before.strain).gradient(step)
-        self._session.load(_flipped(deformed(self._now, gradient)[0]))
+        self.session.load(_flipped(deformed(self._now, gradient)[0]))
         return self._relax(strain, before)
 
     def _relax(self, strain: float, before: Minimum | None) -> Minimum:
         pressure = None if self._pressure is None else self._pressure / self._scales.stress
-        found = relax_off_saddles(self._session, self._tolerance, near=True, ensemble=Ensemble(pressure=pressure))
+        found = relax_off_saddles(self.session, self._tolerance, near=True, ensemble=Ensemble(pressure=pressure))
         self._steps += 1
-        reached, packing = found.evaluation, self._session.packing(ensemble="fixed-box")
+        reached, packing = found.evaluation, self.session.packing(ensemble="fixed-box")
         self._now = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
         unit, direction = self._scales.stress, self._shearing.at(strain)
         along, across = np.einsum("ai,ij,aj->a", direction.axes, reached.stress, direction.axes)
@@ -354,7 +320,6 @@ def quasistatic_shear(
     direction: Direction = "simple",
     walls: bool | None = None,
     pressure: str | float | None = None,
-    resolution: float | None = None,
     every: float | None = None,
     tolerance: float | None = None,
     path: str | Path | None = None,
@@ -381,12 +346,9 @@ def quasistatic_shear(
             False: remove the walls. Default: as in the packing.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. Default: constant area.
-        resolution: at an event, halve the step repeatedly until steps are at most this long:
-            this is the error of the event's strain. By default steps are not refined.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
-        path: HDF5 file of the run, see `jamlab.read_flow`; if it contains a part of the same run, the run resumes.
-        progress: called after each step with (fraction done, text), or True.
+        path, progress: see `shear`.
 
     Returns:
         All states. `converged` is False for states that missed the tolerance; the shear continues from them.
@@ -403,8 +365,6 @@ def quasistatic_shear(
         raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
     check_number("step", step, min(LARGEST_STEP, whole), whole / MOST_STATES)
-    if resolution is not None:
-        check_number("resolution", resolution, step)
     if every is not None:
         check_number("every", every, whole)
         if every < step:
@@ -412,15 +372,14 @@ def quasistatic_shear(
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     _check_pressure(packing, pressure)
     count = int(np.ceil(whole / step - 1e-9))
-    task: dict[str, Any] = {"rate": 0, "step": strain / count, "resolution": resolution}
+    task: dict[str, Any] = {"step": strain / count}
     task |= {} if shearing.along_x else {"direction": direction}
     task |= {} if pressure is None else {"pressure": pressure}
-    shortest = whole / count if resolution is None else resolution
 
     def kept(k: int) -> int:
         return int(whole * k / count / every + 1e-9) if every is not None else 0
 
-    with Walk(packing, shearing, tolerance, pressure, shortest, task, path, progress) as walk:
+    with Walk(packing, shearing, tolerance, pressure, task, path, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}
         for k in range(1, count + 1):
             reached = strain * k / count

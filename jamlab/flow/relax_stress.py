@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeVar, cast
+from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.creep import CreepRun
-from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
@@ -23,7 +22,7 @@ from jamlab.flow.overdamped_session import (
     End,
 )
 from jamlab.flow.run import Accuracy, TimedRun
-from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.shear import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -34,17 +33,12 @@ _NOTHING = 1e-3  # of the largest modulus, below which falls are compared with t
 _ROUNDING = 1e-9  # of the pressure, the same: over _RESTS of it a stress has no digits
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class StoppedFlow(FlowRun):
     """Stress in time at fixed strain; rows and packings as in `FlowRun`.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, n_rows=5)
-    >>> s = jamlab.stop_flow(r, duration=100.0)
-    >>> s.state, len(s.time) == len(s.stress)
-    ('relaxing', True)
-
     Attributes:
-        residual: elastic shear stress at the start.
+        residual: elastic shear stress at the start, before a step of strain.
         duration: time that was asked for.
     """
 
@@ -91,22 +85,16 @@ class StoppedFlow(FlowRun):
         self._draw(axes, self.time, values, label or own, in_unit(name, self.unit), **style)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class StressRelaxation(StoppedFlow):
     """Stress in time after a step of strain; rows and packings as in `FlowRun`, times from the middle of the step.
-
-    >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
-    >>> len(g.time) == len(g.modulus), g.step_strain
-    (True, 1e-06)
 
     Attributes:
         step_strain: of the step.
         step_time: that the step took; the modulus at a time t knows of it by (step_time/t)^2/24 only.
-        residual: elastic shear stress before the step.
-        duration: time that was asked for.
     """
 
-    derived: ClassVar[tuple[str, ...]] = ("modulus", *FlowRun.derived)
+    columns: ClassVar[tuple[str, ...]] = (*SERIES, "modulus", "z_all", "energy_gap")
 
     step_strain: float
     step_time: float
@@ -114,7 +102,7 @@ class StressRelaxation(StoppedFlow):
     @property
     def modulus(self) -> Array:
         """(m,) G(t) = (stress - residual)/strain."""
-        return np.asarray((self.stress - self.residual) / (self.step_strain or np.nan))  # 0: a file of version 0.2
+        return np.asarray((self.stress - self.residual) / self.step_strain)
 
     @property
     def _relaxing(self) -> tuple[Array, float, str]:
@@ -160,24 +148,14 @@ def relax_stress(
         duration: simulated time, tau_1.
         damping: see `shear`.
         step_time: duration of the ramp, tau_1.
-        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
-        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
-            `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
-        path: see `shear`.
-        progress: called after each row with (fraction done, text), or True.
+        tolerance, background_drag: see `oscillate`.
+        path, progress: see `shear`.
 
     Raises:
-        InputError: no particles touch, or a value is out of range.
-        ConvergenceError: the packing is not at rest; or see `shear`.
-        StorageError: `path` cannot be written.
+        InputError, ConvergenceError, StorageError: see `oscillate`.
     """
-    if is_number(strain) and strain == 0:
-        warnings.warn("relax_stress(strain=0) is now stop_flow(packing, duration)", FutureWarning, stacklevel=3)
-        how: dict[str, Any] = {"tolerance": tolerance, "background_drag": background_drag}
-        how |= {"path": path, "progress": progress}
-        return cast(StressRelaxation, stop_flow(packing, duration, damping, **how))
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
-        raise InputError(f"strain = {strain!r}: must be a number of {LEAST_STRAIN:g} to 1 in magnitude")
+        raise InputError(f"strain = {strain!r}: must be {LEAST_STRAIN:g} to 1 in magnitude; or use stop_flow")
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
@@ -216,15 +194,11 @@ def stop_flow(
         flow: result of a flow (its last state is used), or a packing in any state.
         duration: simulated time, tau_1.
         damping: default: the drag law of the flow; for a packing `ContactDamping()`.
-        tolerance: see `relax_stress`.
-        background_drag: see `relax_stress`.
-        path: see `shear`.
-        progress: see `relax_stress`.
+        tolerance, background_drag: see `oscillate`.
+        path, progress: see `shear`.
 
     Raises:
-        InputError: a value out of range.
-        ConvergenceError: see `shear`.
-        StorageError: `path` cannot be written.
+        InputError, ConvergenceError, StorageError: see `shear`.
     """
     check_number("duration", duration, LONGEST, LEAST_TIME)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)

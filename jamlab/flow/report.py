@@ -6,7 +6,7 @@ Results hold numbers. `report` needs of a result its `state`, a word; its `summa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,23 +30,24 @@ def describe(result: Any) -> str:
     words = [] if result.damping is None else [str(result.damping)]
     words += [f"background drag {result.background:g} k τ1"] if result.background else []
     words += [f"tolerance {result.tolerance:g}", describe_balance(result)]
-    ambiguous_contacts = int(np.sum(result.ambiguous_contacts))
-    return ", ".join(words + ([f"{ambiguous_contacts} ambiguous contact changes"] if ambiguous_contacts else []))
+    guessed = int(np.sum(result.ambiguous_contacts))
+    return ", ".join(words + ([f"{guessed} ambiguous contact changes"] if guessed else []))
 
 
 def conclude(result: Any) -> str:
     """Name state and numbers of a result, and what to do if its energy is not balanced."""
     state = result.state if result.state in _SETTLED else result.state.upper()
-    words = [", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])]
-    if not worst_imbalance(result) <= result.energy_tolerance:
-        percent, limit = _percent(worst_imbalance(result)), 100 * result.energy_tolerance
-        words.append(f"ENERGY BALANCE OFF by {percent}, above {limit:g} %: {_advise(result.remedy)}")
-    return "; ".join(words)
+    words = ", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])
+    if worst_imbalance(result) <= result.energy_tolerance:
+        return words
+    remedy = ", or ".join(f"{name} = {value:g}" for name, value in result.remedy.items())
+    limit = 100 * result.energy_tolerance
+    return f"{words}; ENERGY BALANCE OFF by {_percent(result)}, above {limit:g} %: give {remedy}"
 
 
 def describe_balance(result: Any) -> str:
     """Say how well the energy of a result is balanced."""
-    return f"energy balance to {_percent(worst_imbalance(result))}"
+    return f"energy balance to {_percent(result)}"
 
 
 def worst_imbalance(result: Any) -> float:
@@ -54,20 +55,16 @@ def worst_imbalance(result: Any) -> float:
     return float(np.max(result.energy_error, initial=0.0))
 
 
-def say_balance(axes: Any, *results: Any) -> None:
-    """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
-    worst = max(results, key=worst_imbalance)
-    doubtful = any(worst_imbalance(result) > result.energy_tolerance for result in results)
+def say_balance(axes: Any, result: Any) -> None:
+    """Title axes with how well energy is balanced; of several runs, with the last or the last that is doubtful."""
+    doubtful = worst_imbalance(result) > result.energy_tolerance
     if doubtful or not axes.get_title("right"):
-        words = describe_balance(worst) + ": DOUBTFUL" * doubtful
+        words = describe_balance(result) + ": DOUBTFUL" * doubtful
         axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
 
 
-def _advise(remedy: Mapping[str, float]) -> str:
-    return "give " + ", or ".join(f"{name} = {value:g}" for name, value in remedy.items())
-
-
-def _percent(imbalance: float) -> str:
+def _percent(result: Any) -> str:
+    imbalance = worst_imbalance(result)
     return f"{100 * imbalance:.2g} %" if imbalance > LEAST_SHOWN else f"better than {100 * LEAST_SHOWN:g} %"
 
 

@@ -1,30 +1,164 @@
-"""The frame of every flow: rows and packings up to a result, from the start or from what a file holds of the same run.
+"""The frame of every flow: rows and packings up to a result, and the HDF5 file from which a stopped run resumes.
 
-`Run` holds what all flows share. `TimedRun` drives a packing in time; quasi-static shear has a `Run` of its own.
+`RunFile` is a result that grows, with its file; `Run` has rows and packings; `TimedRun` drives a packing in time, and
+quasi-static shear has a `Run` of its own.
+
+The file is one of packings, laid out as in `jamlab.packing.hdf5`: `jamlab.read`, `jamlab explore` and MDAnalysis open
+it, and its frames are the packings of the run. Beside them stands the group /flow: a dataset for each array of the
+result, and as attributes `kind`, the name of its class, `facts`, all else in JSON, `damping`, and `task`, what was
+asked for, by which a run is known again.
 """
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun
+from jamlab.errors import InputError, StorageError
+from jamlab.flow.flow_run import FlowResult, FlowRun
 from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
-from jamlab.flow.run_file import FilePath, RunFile
-from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
 from jamlab.mechanics.force_network import check_at_rest
+from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.damping import Damping, law_of_record
+from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
+from jamlab.storage.verified_file import REMEDY, FilePath, add_checksum, dataset, opened
 
+T = TypeVar("T", bound=FlowResult)
 R = TypeVar("R", bound=FlowRun)
 
+_EVERY = 10.0  # s between two versions of a file
+_NO_DRAG = {"law": "none"}  # of runs without time
+_APART = ("frames", "damping")  # fields of a result that have a place of their own
 REST = "give jamlab.relax(packing), or, to stop a flow, jamlab.stop_flow(packing, duration=...)"
 _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
+
+
+class OtherRunError(StorageError):
+    """The file of a run holds something else."""
+
+
+class RunFile(Generic[T]):
+    """A result as far as it has come, and its file. `kind`: its class; `packing`: where the run starts; `damping`: None
+    for a run without time; `task`: what else makes it this run, in plain numbers and text; `path`: of the file, or
+    None; `progress`: that is told of it. `before`: what the file holds of the same run, or None. `facts`: entries of
+    the result that do not grow; whoever drives the run sets them."""
+
+    def __init__(
+        self,
+        kind: type[T],
+        packing: Packing,
+        damping: Damping | None,
+        task: Mapping[str, Any],
+        path: FilePath | None,
+        progress: Progress | None,
+    ) -> None:
+        self._kind, self._path = kind, None if path is None else Path(path)
+        self._task = json.dumps({**task, **_describe(damping)}, sort_keys=True)
+        self._saved, self.progress = time.monotonic(), progress
+        self.facts: dict[str, Any] = {"damping": damping, "unit": packing.unit_names.stress}
+        self.before: T | None = None
+        if self._path is None:
+            return
+        check_target(self._path)
+        if not self._path.exists():
+            check_ending(self._path, "packings")
+        elif (found := self._read_same(self._path, packing)) is None:
+            raise OtherRunError(
+                f"{path} exists and belongs to another run: choose another name, or remove it (--force)"
+            )
+        else:
+            self.before = found
+
+    def result(self) -> T:
+        """The run so far."""
+        raise NotImplementedError
+
+    def save(self, result: T | None = None) -> None:
+        """Write a result, or the run as it is if the file has not been brought up to date for a while."""
+        if self._path is None or (result is None and time.monotonic() - self._saved <= _EVERY):
+            return
+        write_result(self._path, result or self.result(), self._task)
+        self._saved = time.monotonic()
+
+    def report(self, share: float, words: str) -> None:
+        """Bring the file up to date, and tell the share of the work that is done."""
+        self.save()
+        if self.progress is not None:
+            self.progress(share, words)
+
+    def finish(self) -> T:
+        """Write the run as it ends, and give it."""
+        last = self.result()
+        self.save(last)
+        return last
+
+    def _read_same(self, path: Path, packing: Packing) -> T | None:
+        try:
+            with opened(path) as file:
+                group = file.get("flow")
+                task = None if group is None else json.loads(group.attrs.get("task", "null"))
+            if task != json.loads(self._task):  # 0 is 0.0
+                return None
+            found: T = read_result(path, self._kind)
+        except StorageError:  # damaged, no file of jamlab, or another kind of run
+            return None
+        first = found.frames[0]
+        # LAMMPS wraps positions into its box and back, and has units of its own, which rounds
+        near = 1e-9 * float(np.sqrt(packing.area / packing.n))
+        same = first.difference(packing) is None and np.allclose(first.box, packing.box, rtol=1e-12, atol=near)
+        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=near) else None
+
+
+def write_result(path: FilePath, result: FlowResult, task: str = "{}") -> None:
+    """Write a result to a file, all or nothing. `task`: see `RunFile`."""
+    entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in _APART}
+
+    def add_group(file: Any) -> None:
+        group = file.create_group("flow")
+        rest = {name: value for name, value in entries.items() if not isinstance(value, np.ndarray)}
+        for name in entries.keys() - rest.keys():
+            group[name] = entries[name]
+        group.attrs["kind"] = type(result).__name__
+        group.attrs["contacts"] = CONTACTS_DEFINITION
+        group.attrs["facts"] = json.dumps(rest)
+        group.attrs["damping"] = json.dumps(_describe(result.damping))
+        group.attrs["task"] = task
+
+    marks = {name: [p.provenance.get(name, 0.0) for p in result.frames] for name in ("flow_time", "flow_strain")}
+    content = add_checksum(file_image(result.frames, marks, add_group))
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_result(path: FilePath, *kinds: type[Any]) -> Any:
+    """Read a result of one of the classes."""
+    with opened(path) as file:
+        group = file.get("flow")
+        kind = next((each for each in kinds if group is not None and group.attrs["kind"] == each.__name__), None)
+        if kind is None:
+            raise StorageError(f"{path} contains no {', '.join(each.__name__ for each in kinds)}: give another file")
+        arrays = {name: dataset(group, name, "biufc")[()] for name in group}
+        if "contacts" in arrays and group.attrs.get("contacts") != CONTACTS_DEFINITION:
+            arrays["contacts"] = np.full(len(arrays["contacts"]), np.nan)  # counted by another definition
+        facts, law = (json.loads(group.attrs[name]) for name in ("facts", "damping"))
+    try:
+        damping = None if law == _NO_DRAG else law_of_record(law)
+        return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})
+    except (KeyError, TypeError, ValueError) as error:
+        raise StorageError(f"{path} is damaged (its {kind.__name__} is incomplete: {error}): {REMEDY}") from error
+
+
+def _describe(damping: Damping | None) -> dict[str, Any]:
+    return _NO_DRAG if damping is None else damping.record()
 
 
 class Accuracy(NamedTuple):
@@ -35,10 +169,10 @@ class Accuracy(NamedTuple):
     background: float
 
 
-class Run(Generic[R]):
-    """A flow as far as it has come. `kind`: class of its result; `packing`: where it starts; `damping`: None for a run
-    without time; `task`: what else makes it this run; `out, progress`: see `shear`. `facts` are those entries of the
-    result that rows do not hold; whoever drives the run sets them."""
+class Run(RunFile[R]):
+    """A flow of one packing, see `RunFile`; a context manager, which closes the `session` that it has."""
+
+    session: Any
 
     def __init__(
         self,
@@ -46,17 +180,21 @@ class Run(Generic[R]):
         packing: Packing,
         damping: Damping | None,
         task: Mapping[str, Any],
-        out: FilePath | None,
+        path: FilePath | None,
         progress: Progress | None,
     ) -> None:
-        self._file = RunFile(out, kind, packing, damping, dict(task), progress)
-        self.before = self._file.before
-        self.facts: dict[str, Any] = {"damping": damping, "unit": packing.unit_names.stress}
+        super().__init__(kind, packing, damping, task, path, progress)
         self.rows: list[Any] = []
         self.frames: list[Packing] = list(self.before.frames) if self.before else []
-        self._kind, self._started = kind, self.before.packing if self.before else packing
+        self._started = self.before.packing if self.before else packing
         self._steps = self.before.steps if self.before else 0
         self._began = time.perf_counter() - (self.before.seconds if self.before else 0.0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.session.close()
 
     @property
     def steps(self) -> int:
@@ -87,19 +225,10 @@ class Run(Generic[R]):
         effort = {"steps": self.steps, "seconds": time.perf_counter() - self._began}
         return self._kind(**columns | effort | self.facts, frames=(*self.frames, *last))
 
-    def report(self, share: float, words: str) -> None:
-        """Bring the file up to date if it has not been for a while, and tell the share of the work that is done."""
-        self._file.report(self.result, share, words)
-
-    def finish(self) -> R:
-        """Write the run as it ends, and give it."""
-        return self._file.finish(self.result)
-
 
 class TimedRun(Run[R]):
-    """A flow in time, by one session of LAMMPS; a context manager. `accuracy`: drag, tolerance and background; `end`:
-    of the run, which is given up if it would never come there; `at_rest`: refuse a packing that is not, or in which
-    nothing touches."""
+    """A flow in time, by one session of LAMMPS. `accuracy`: drag, tolerance and background; `end`: of the run, which is
+    given up if it would never come there; `at_rest`: refuse a packing that is not, or in which nothing touches."""
 
     def __init__(
         self,
@@ -108,7 +237,7 @@ class TimedRun(Run[R]):
         accuracy: Accuracy,
         task: Mapping[str, Any],
         end: End,
-        out: FilePath | None,
+        path: FilePath | None,
         progress: Progress | None,
         *,
         at_rest: bool = False,
@@ -122,7 +251,7 @@ class TimedRun(Run[R]):
                 )
         law, tolerance, background = accuracy
         how = {"tolerance": tolerance, "background": background}
-        super().__init__(kind, packing, law, {**task, **how}, out, progress)
+        super().__init__(kind, packing, law, {**task, **how}, path, progress)
         self.facts |= how
         empty = dict.fromkeys(FlowState._fields, 0.0)
         self.rows = [FlowState(**empty | row) for row in self.rows_before()]
@@ -130,17 +259,11 @@ class TimedRun(Run[R]):
             self.rows[-1] = self.rows[-1]._replace(
                 iterations=float(self.before.iterations), ambiguous_contacts=float(self.before.ambiguous_contacts)
             )
-        if self.before and packing.walls:
-            kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
-            self.rows = [row._replace(**dict(zip(ON_WALLS, on_walls, strict=True))) for row, on_walls in kept]
+            if packing.walls:
+                kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
+                self.rows = [row._replace(**dict(zip(ON_WALLS, on_walls, strict=True))) for row, on_walls in kept]
         self._last = self.rows[-1] if self.rows else None
-        self.session = OverdampedSession(self._started, law, tolerance, background, end=end)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.session.close()
+        self.session: OverdampedSession = OverdampedSession(self._started, law, tolerance, background, end=end)
 
     @property
     def steps(self) -> int:

@@ -1,28 +1,198 @@
-"""Shear a packing at a constant rate, from rest through start-up into steady flow."""
+"""Shear at a constant rate, from rest through start-up into steady flow: overshoot, steady state, plastic events."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
+from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, End, default_background
-from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.flow.report import say_balance
 from jamlab.flow.run import Accuracy, TimedRun
-from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.geometry.walls import walled
 from jamlab.packing.packing import Packing
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.statistics.confidence import FEWEST_BLOCKS, BlockAverage, block_average
+
+
+class StressDrops(NamedTuple):
+    """Falls of the stress, one after the other: the `strain` (k,) where each begins, and its `size` (k,), positive."""
+
+    strain: Array
+    size: Array
+
+
+def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrops:
+    """Find the falls of a stress (m,) over strain (m,), each from a local maximum to the next minimum.
+
+    Args:
+        strain: (m,), growing.
+        stress: (m,).
+        least: smallest fall that counts.
+    """
+    falling = np.concatenate([[False], np.diff(stress) < 0, [False]])
+    edges = np.flatnonzero(np.diff(falling.astype(int)))  # of the steps, where falling begins and where it ends
+    begin, end = edges[::2], edges[1::2]
+    size = stress[begin] - stress[end]
+    kept = size > least
+    return StressDrops(strain[begin[kept]], size[kept])
+
+
+LEAST_DROP = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
+TRANSIENT = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
+_OVER = 0.02  # by which a peak must exceed the last stress, to be one
+
+
+class Peak(NamedTuple):
+    """Largest shear stress of a start-up, and where it is."""
+
+    strain: float
+    stress: float
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ShearRun(FlowRun):
+    """Shear at a constant rate; rows and packings as in `FlowRun`.
+
+    Attributes:
+        shear_rate: rate that was asked for, 1/tau_1; 0: see `QuasistaticShear`; of several parts the last one.
+        strain_asked: strain to be sheared by, of all parts; less is reached by a run that was interrupted.
+        parts: (p, 2) rate and strain of each part of a protocol; None: one rate all the way.
+    """
+
+    shear_rate: float
+    strain_asked: float
+    parts: Array | None = None
+
+    @property
+    def velocity_profile(self) -> VelocityProfile:
+        """Mean velocity at each height, between the packings that were kept."""
+        return velocity_profile(self.frames)
+
+    @property
+    def path(self) -> Array:
+        """(m,) strain so far, to and fro counted alike."""
+        return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.strain)))])
+
+    @property
+    def _last_part(self) -> float:
+        """Path at which the last part begins."""
+        return 0.0 if self.parts is None else float(self.parts[:-1, 1].sum())
+
+    @property
+    def peak(self) -> Peak | None:
+        """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None.
+
+        For shear in the negative direction the lowest stress; for several parts the peak of the first.
+        """
+        first = (self.shear_rate or self.strain[-1]) if self.parts is None else self.parts[0, 0]
+        path = self.path
+        rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
+        stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]
+        k = int(np.argmax(stress[path[rows] <= TRANSIENT]))
+        if k == 0 or k == len(stress) - 1 or stress[k] < (1 + _OVER) * stress[k + 1 :].min():
+            return None
+        return Peak(float(strain[k]), float(self.stress[k]))
+
+    @property
+    def drops(self) -> StressDrops:
+        """Falls of the elastic stress along the flow, by more than 1 % of its range."""
+        along = np.cumsum(np.sign(np.diff(self.strain)) * np.diff(self.elastic_stress))
+        return stress_drops(self.strain, np.append(0.0, along), LEAST_DROP * float(np.ptp(self.elastic_stress)))
+
+    @property
+    def plastic_events(self) -> int:
+        """Number of drops. At a finite rate events overlap and small ones are hidden: it counts what is seen."""
+        return len(self.drops.size)
+
+    @checked
+    def steady(self, name: str = "stress", *, discard: float = TRANSIENT) -> BlockAverage:
+        """Average a quantity over the steady flow, with its error from blocks.
+
+        The shear stress is the work done between rows over the strain, so that nothing between them is missed.
+
+        Args:
+            name: of an array of this run, such as "pressure".
+            discard: strain of start-up that is left out; for several parts, of the last one, which is averaged.
+
+        Raises:
+            InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
+        """
+        kept = self.path >= (self._last_part + discard) * (1 - 1e-9)
+        if kept.sum() <= 2 * FEWEST_BLOCKS:
+            raise InputError(
+                f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * FEWEST_BLOCKS + 1} are "
+                f"needed: shear to more than {self.path[-1]:g}, or use a larger n_rows"
+            )
+        values = getattr(self, name, None)
+        if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
+            raise InputError(f"name = {name!r}: a ShearRun has no array of this name; an example is 'stress'")
+        if name == "stress" and self.shear_rate:
+            return block_average(np.diff(self.work[kept]) / np.diff(self.strain[kept]))
+        return block_average(values[kept][1:])
+
+    @property
+    def state(self) -> Literal["interrupted", "start-up", "steady", "drifting"]:
+        """Whether the strain asked for is reached, strain 1 with enough rows for a mean, and whether the stress has one
+        mean in both halves beyond."""
+        if not self.finished:
+            return "interrupted"
+        mean = self._mean
+        return "start-up" if mean is None else "steady" if mean.steady else "drifting"
+
+    @property
+    def _mean(self) -> BlockAverage | None:
+        """Of the stress beyond strain 1; None if it is not reached, or in too few rows."""
+        try:
+            return self.steady()
+        except InputError:
+            return None
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Last strain, overshoot, and mean stress of steady flow with its standard error, of those that there are."""
+        peak, mean = self.peak, self._mean
+        found: dict[str, Any] = {"rate": self.parts[:, 0]} if self.parts is not None else {}
+        found |= {"rate": self.shear_rate} if self.shear_rate and not found else {}
+        found["strain"] = float(self.path[-1])
+        found |= {"peak stress": peak.stress, "at strain": peak.strain} if peak else {}
+        return found | ({"stress": (mean.value, mean.error)} if mean else {})
+
+    @property
+    def finished(self) -> bool:
+        """Whether the strain asked for is reached."""
+        return bool(self.path[-1] >= self.strain_asked * (1 - 1e-9))
+
+    @drawn("Line2D, of both curves; `label` names them in the legend")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the shear stress (solid) and its elastic part (dashed) over strain.
+
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, n_rows=10).plot()
+        """
+        colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
+        name = label or (f"rate {self.shear_rate:g}/$\\tau_1$" if self.shear_rate else "quasi-static")
+        parts = ((self.stress, name, "-", 1.6), (self.elastic_stress, "elastic part", "--", 1.2))
+        for stress, text, line, width in parts:
+            look = {"color": colour, "linestyle": line, "linewidth": width, "label": text}
+            axes.plot(self.strain, stress, **merged_line(look, style))
+        label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
+        axes.legend(fontsize=LEGEND)
+        say_balance(axes, self)
+
 
 TOLERANCE = 1e-2  # relative error of velocities in a step: the stress of steady flow is known to 2 % seldom enough
 ROWS = 200
-STEP = 1e-4  # of strain between two minima
 MOST_ROWS = 1_000_000
 LARGEST_STRAIN = 1e4
 LEAST_RATE, LARGEST_RATE = 1e-12, 1e3  # 1/tau_1; disks pass through each other long before
@@ -35,7 +205,6 @@ def shear(
     strain: float | None = None,
     damping: Damping | None = None,
     *,
-    step: float | None = None,
     n_rows: int = ROWS,
     snapshot_every: float | None = None,
     tolerance: float = TOLERANCE,
@@ -62,7 +231,6 @@ def shear(
             array (p, 2), with positive strains.
         strain: total strain, default 1; not with a protocol.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
-        step: deprecated; see `quasistatic_shear`.
         n_rows: number of rows of the result, at equal strain intervals; more if `snapshot_every` requires it.
         snapshot_every: strain between stored packings; must divide `strain`. Default: only the first and the last.
         tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-2. Errors of stresses are below the
@@ -83,12 +251,6 @@ def shear(
         StorageError: `path` cannot be written, or contains another run.
     """
     packing = walled(packing, walls)
-    if is_number(rate) and rate == 0:
-        warnings.warn("shear(rate=0) is now quasistatic_shear(packing, strain, step)", FutureWarning, stacklevel=3)
-        whole, step = 1.0 if strain is None else strain, STEP if step is None else step
-        return quasistatic_shear(packing, whole, step, every=snapshot_every, path=path, progress=progress)
-    if step is not None:
-        raise InputError(f"step = {step!r}: only quasistatic_shear takes strain steps; leave step out")
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
     if not 1 <= n_rows <= MOST_ROWS:
@@ -131,7 +293,8 @@ def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Arr
     for speed, by in parts:
         if not (is_number(speed) and LEAST_RATE <= abs(speed) <= LARGEST_RATE):
             raise InputError(
-                f"rate = {speed!r}: must be {LEAST_RATE:g} to {LARGEST_RATE:g} in magnitude, in units of 1/tau_1"
+                f"rate = {speed!r}: must be {LEAST_RATE:g} to {LARGEST_RATE:g} in magnitude, in 1/tau_1; at rate 0 "
+                "use quasistatic_shear"
             )
         check_number("strain", by, LARGEST_STRAIN, LEAST_STRAIN)
     return np.array(parts, dtype=np.float64)

@@ -39,25 +39,23 @@ def power_law(
     """Fit a power law, or a sum of several of given exponents, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al.
     eqs 13-14. Residuals are relative, so that every decade counts alike; a free law is a line through ln y. Points from
     `low` to `high` count, unless x or y is nan or not positive."""
-    if exponents is not None:
-        exponents = finite_array("exponents", exponents, (None,))
-        if not (len(exponents) and np.abs(exponents).max() <= _STEEPEST):
-            raise InputError(f"exponents = {exponents}: give one or more, within {_STEEPEST:g} of 0, or None")
-    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    if x.ndim != 1 or x.shape != y.shape:
-        raise InputError(f"x and y have shapes {x.shape} and {y.shape}: need two rows of the same length")
-    kept = (x >= low) & (x <= high) & (x > 0) & (y > 0) & np.isfinite(x + y)
-    x, y = x[kept], y[kept]
-    if len(x) < max(2, 0 if exponents is None else len(exponents)):
-        raise InputError(f"{len(x)} points from {low:g} to {high:g} are too few: widen the window")
-    if exponents is None:
-        slope, height = np.polyfit(np.log(x), np.log(y), 1)
+    powers = None if exponents is None else finite_array("exponents", exponents, (None,))
+    if powers is not None and not (len(powers) and np.abs(powers).max() <= _STEEPEST):
+        raise InputError(f"exponents = {exponents!r}: give one or more, within {_STEEPEST:g} of 0, or None")
+    a, b = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    if a.ndim != 1 or a.shape != b.shape:
+        raise InputError(f"x and y have shapes {a.shape} and {b.shape}: need two rows of the same length")
+    kept = (a >= low) & (a <= high) & (a > 0) & (b > 0) & np.isfinite(a + b)
+    a, b = a[kept], b[kept]
+    if len(a) < (2 if powers is None else max(2, len(powers))):
+        raise InputError(f"{len(a)} points from {low:g} to {high:g} are too few: widen the window")
+    if powers is None:
+        slope, height = np.polyfit(np.log(a), np.log(b), 1)
         powers, coefficients = np.array([slope]), np.exp([height])
     else:
-        powers = np.asarray(exponents)
-        coefficients = np.linalg.lstsq(x[:, None] ** powers / y[:, None], y / y, rcond=None)[0]
-    residual = ((x[:, None] ** powers) @ coefficients - y) / y
-    return PowerLaw(coefficients, powers, float(x.min()), float(x.max()), float(np.sqrt(np.mean(residual**2))))
+        coefficients = np.linalg.lstsq(a[:, None] ** powers / b[:, None], b / b, rcond=None)[0]
+    residual = ((a[:, None] ** powers) @ coefficients - b) / b
+    return PowerLaw(coefficients, powers, float(a.min()), float(a.max()), float(np.sqrt(np.mean(residual**2))))
 
 
 def fit_exponent(x: Array, y: Array) -> float:

@@ -9,8 +9,7 @@ from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
 from jamlab.flow.quasistatic_shear import LIMIT
-from jamlab.flow.shear import TOLERANCE, shear
-from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping

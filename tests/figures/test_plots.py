@@ -3,8 +3,7 @@
 import subprocess
 import sys
 from dataclasses import fields, replace
-from functools import cache, partial
-from types import SimpleNamespace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -67,14 +66,7 @@ def sheared():
     stress = np.array([0, 2, 4, 5, 3, 4, 6, 7, 6, 7, 8]) * 1e-3
     none, good = np.zeros(11), np.arange(11) != 6
     rows = dict.fromkeys((f.name for f in fields(QuasistaticShear) if f.type == "Array"), none)
-    rows |= {"strain": strain, "stress": stress, "converged": good}
-    events = {
-        "strain": strain[[4, 8]],
-        "drop": np.array([2e-3, 1e-3]),
-        "released": np.zeros(2),
-        "width": np.full(2, 0.01),
-    }
-    rows |= {f"event_{name}": values for name, values in events.items()}
+    rows |= {"strain": strain, "stress": stress, "converged": good, "event": np.isin(np.arange(11), (4, 8))}
     rest = {"frames": (state("disks"),), "damping": None, "background": 0.0, "tolerance": 1e-12, "unit": "k"}
     counts = {"steps": 11, "iterations": 0, "seconds": 0.1, "shear_rate": 0.0, "strain_asked": 0.1}
     return QuasistaticShear(**rows, **rest, **counts)
@@ -133,6 +125,7 @@ def flow_curve():
         [
             *("elastic_stress", "elastic_stress_stderr", "pressure", "pressure_stderr", "normal_stress_difference"),
             *("normal_stress_difference_stderr", "dissipation", "plastic_events", "seconds", "energy_error"),
+            *("z_all", "z_all_stderr", "ambiguous_contacts"),
         ],
         np.ones(7),
     )
@@ -166,11 +159,6 @@ def relaxation():
     return jamlab.results.StressRelaxation(**flow_rows(time=time, stress=stress), **answer)
 
 
-def diagram():
-    third = {(0.1, 0.01): 0.001, (0.1, 0.1): 0.1, (1.0, 0.01): 0.0, (1.0, 0.1): 0.05}
-    return SimpleNamespace(plot=partial(jamlab.plot_pipkin, [oscillation(*at, share) for at, share in third.items()]))
-
-
 FLOWS = {
     "start-up": start_up,
     "flow curve": flow_curve,
@@ -178,7 +166,6 @@ FLOWS = {
         flow_curve().rates, flow_curve().stress, flow_curve().stress_stderr, "k"
     ),
     "oscillation": oscillation,
-    "Pipkin": diagram,
     "creep": creep,
     "relaxation": relaxation,
 }

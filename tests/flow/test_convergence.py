@@ -8,7 +8,7 @@ import pytest
 from plain_flow import PlainFlow
 
 import jamlab
-from jamlab.flow.run_file import write_result
+from jamlab.flow.run import write_result
 from jamlab.protocols.random_start import random_disks
 
 LAWS = {  # as PlainFlow and jamlab take them

@@ -72,17 +72,6 @@ def test_a_flow_is_stopped_and_relaxes(packing):
     assert np.array_equal(again.stress, found.stress) and found.plot().get_ylabel()
 
 
-def test_old_names_of_flows_work_and_warn(packing):
-    with pytest.warns(FutureWarning, match="stop_flow"):
-        stopped = jamlab.relax_stress(packing, 0, 5.0)
-    with pytest.warns(FutureWarning, match="quasistatic_shear"):
-        sheared = jamlab.shear(packing, 0.0, 2e-3, step=1e-3)
-    with pytest.raises(jamlab.InputError):
-        jamlab.shear(packing, 0.1, step=1e-3)
-    assert np.array_equal(stopped.stress, jamlab.stop_flow(packing, 5.0).stress)
-    assert np.array_equal(sheared.stress, jamlab.quasistatic_shear(packing, 2e-3, step=1e-3).stress)
-
-
 def test_what_relaxes_to_nothing_has_relaxed(tmp_path):
     """A box without shear stress, and disks that touch nobody."""
     still = jamlab.pack(n=8, pressure=1e-2, seed=8, ensemble="shear-stabilized")
@@ -141,7 +130,7 @@ def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
+        patch.setattr("jamlab.flow.run._EVERY", 0.0)
         run(packing, path=file, progress=stop)
     kept, again, whole = jamlab.read_flow(file), run(packing, path=file), run(packing)
     count = len(getattr(kept, rows))

@@ -99,16 +99,6 @@ def test_drops_begin_at_the_state_before_the_fall(run):
         assert run.stress[k] - run.stress[k + 1] == pytest.approx(size, rel=1e-12)
 
 
-def test_resolution_finds_where_an_event_is(packing, run):
-    """Steps are halved at the first event only, down to the width asked for, and go on from behind it."""
-    first = run.events.strain[0]
-    found = quasistatic_shear(packing, strain=first, step=2e-3, resolution=1e-4)
-    assert np.all(found.events.width <= 1e-4 * (1 + 1e-9))
-    assert first - 2e-3 < found.events.strain[0] <= first + 1e-12
-    assert np.diff(found.strain).max() == pytest.approx(2e-3)
-    assert found.strain[-1] == pytest.approx(first, abs=1e-12)
-
-
 def test_the_box_flips_and_energy_goes_on(packing):
     """The same lattice: a packing that leans too far is one that leans back, of the same energy and stress."""
     found = quasistatic_shear(packing, strain=0.6, step=0.05, every=0.1)
@@ -169,7 +159,7 @@ def test_it_goes_on_from_its_file(packing, tmp_path, how):
         return quasistatic_shear(packing, strain, 2e-3, every=8e-3, **how, **more)
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
+        patch.setattr("jamlab.flow.run._EVERY", 0.0)
         drive(path=file, progress=stop)
     part = jamlab.read_flow(file)
     assert part.state == "interrupted" and part.strain[-1] == pytest.approx(0.016)
@@ -250,7 +240,6 @@ def test_states_that_miss_the_tolerance_say_so(packing):
         ({"strain": 0.1, "direction": "oblique"}, "'oblique'"),
         ({"strain": 0.1, "direction": np.nan}, "nan"),
         ({"strain": 0.5, "step": 0.2}, "step = 0.2"),
-        ({"strain": 0.1, "step": 0.01, "resolution": 0.02}, "resolution = 0.02"),
         ({"strain": 0.1, "step": 0.01, "every": 0.001}, "every = 0.001"),
         ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20"),
     ],

@@ -7,7 +7,7 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import OverdampedSession
-from jamlab.flow.shear_run import stress_drops
+from jamlab.flow.shear import stress_drops
 
 
 @pytest.fixture(scope="module")
