@@ -3,12 +3,12 @@
 from jamlab.engine.session import Evaluation as Evaluation
 from jamlab.estimates.choice import Choice as Choice
 from jamlab.estimates.estimate import Estimate as Estimate
-from jamlab.flow.creep import CreepRun as CreepRun
+from jamlab.flow.creep_and_relaxation import CreepRun as CreepRun
+from jamlab.flow.creep_and_relaxation import StoppedFlow as StoppedFlow
+from jamlab.flow.creep_and_relaxation import StressRelaxation as StressRelaxation
 from jamlab.flow.flow_curve import FlowCurve as FlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
-from jamlab.flow.relax_stress import StoppedFlow as StoppedFlow
-from jamlab.flow.relax_stress import StressRelaxation as StressRelaxation
 from jamlab.flow.shear import ShearRun as ShearRun
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts

@@ -285,8 +285,8 @@ def relax_stress(
     step_time: Annotated[float, typer.Option(help="Duration of the strain step (tau_1).")] = 1e-2,
 ) -> None:
     """Apply a step strain and follow the stress; or stop a flow."""
-    from jamlab.flow.relax_stress import relax_stress as flow
-    from jamlab.flow.relax_stress import stop_flow
+    from jamlab.flow.creep_and_relaxation import relax_stress as flow
+    from jamlab.flow.creep_and_relaxation import stop_flow
 
     found: Any
     if strain == 0:
@@ -307,7 +307,7 @@ def creep(
 
     The packing arrests, creeps or flows.
     """
-    from jamlab.flow.creep import creep as flow
+    from jamlab.flow.creep_and_relaxation import creep as flow
 
     found = job.drive(flow, "creep", stress, duration, largest_strain=largest_strain)
     job.give(found, _IN_TIME, f"residual stress {found.residual:.5g}")

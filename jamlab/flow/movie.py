@@ -58,9 +58,6 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     check_ending(path, "movie")
     check_number("fps", fps, MOST_RATE)
     packings = list(run.frames if isinstance(run, FlowRun) else run)
-    for each in packings:
-        if not isinstance(each, Packing):
-            raise InputError(f"run contains {each!r:.60}: give a flow, or packings")
     if len(packings) < 2:
         kept = "store packings of the flow with snapshot_every=..." if isinstance(run, FlowRun) else "give two or more"
         raise InputError(f"run has {len(packings)} packing(s), but a movie needs two or more: {kept}")

@@ -14,12 +14,12 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
 from jamlab.flow.report import say_balance
-from jamlab.flow.run import Accuracy, TimedRun
+from jamlab.flow.run import TimedRun
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import Damping
 
 HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the first even where it yields
 
@@ -177,7 +177,6 @@ def oscillate(
         ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: see `shear`.
     """
-    law = damping or ContactDamping()
     if not SLOWEST <= omega <= FASTEST:
         raise InputError(f"omega = {omega!r}: must lie between {SLOWEST:g} and {FASTEST:g}, in 1/tau_1")
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
@@ -187,8 +186,8 @@ def oscillate(
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 per cycle")
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
-    accuracy, end = Accuracy(law, tolerance, background_drag), End(4 * np.pi / omega, shorter)
-    with TimedRun(Oscillation, packing, accuracy, how, end, path, progress, at_rest=True) as flow:
+    accuracy, end = (tolerance, background_drag), End(4 * np.pi / omega, shorter)
+    with TimedRun(Oscillation, packing, damping, accuracy, how, end, path, progress, at_rest=True) as flow:
         found = list(flow.before.cycle_harmonics) if flow.before else []
         flow.facts |= how | _answer(found, tolerance)
         flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", 2 * np.pi / omega / points)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,26 +147,8 @@ LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to f
 REVERSIBLE = 0.1  # part of a fall of stress that a step back may miss: noise of minima, or hysteresis within the step
 
 
-class Minimum(NamedTuple):
-    """One state on the way, as a row of `QuasistaticShear`."""
-
-    strain: float
-    stress: float
-    elastic_stress: float
-    pressure: float
-    normal_stress_difference: float
-    energy: float
-    work: float
-    dissipated: float
-    contacts: float
-    converged: bool
-    max_force: float
-    area: float
-    event: bool = False
-    time: float = 0.0
-    rate: float = 0.0
-    viscous_stress: float = 0.0
-    dissipation: float = 0.0
+class Minimum(SimpleNamespace):
+    """One state on the way, a row of `QuasistaticShear`: its `series` by name."""
 
 
 @dataclass(frozen=True)
@@ -241,14 +224,14 @@ class Walk(Run[QuasistaticShear]):
         after = self._step(strain, strain - before.strain, before)
         if _drop(before, after) > 0:
             reached = self._now
-            after = after._replace(event=not self._leads_back(before, after))
+            after.event = not self._leads_back(before, after)
             self._now = reached
         self.add(after, keep=keep)
 
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from: stress falls before an instability, too."""
         back = self._step(before.strain, before.strain - after.strain, after)
-        return abs(back.stress - before.stress) < REVERSIBLE * _drop(before, after)
+        return bool(abs(back.stress - before.stress) < REVERSIBLE * _drop(before, after))
 
     def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
         """Strain the packing by a step, to a strain in all, and relax."""
@@ -273,19 +256,16 @@ class Walk(Run[QuasistaticShear]):
             work = before.work + mean * (strain - before.strain)
             stored = energy - self.rows[0].energy + (self._pressure or 0.0) * (share - 1.0)
             dissipated = work - stored
+        still = dict.fromkeys(("time", "rate", "viscous_stress", "dissipation"), 0.0)
+        moved = {"strain": strain, "work": work, "dissipated": dissipated, "area": area, "event": False}
+        stresses = {"stress": stress, "elastic_stress": stress, "pressure": reached.pressure * unit}
         return Minimum(
-            strain=strain,
-            stress=stress,
-            elastic_stress=stress,
-            pressure=reached.pressure * unit,
+            **still | moved | stresses,
             normal_stress_difference=float(across - along) * unit,
             energy=energy,
-            work=work,
-            dissipated=dissipated,
             contacts=float(count_pressing(packing)),
             converged=self._now.converged,
             max_force=reached.max_force * self._scales.force,
-            area=area,
         )
 
     def _share(self, area: float) -> float:

@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import Damping, law_of_record
+from jamlab.rheology.damping import ContactDamping, Damping, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import REMEDY, FilePath, add_checksum, dataset, opened
 
@@ -161,14 +161,6 @@ def _describe(damping: Damping | None) -> dict[str, Any]:
     return _NO_DRAG if damping is None else damping.record()
 
 
-class Accuracy(NamedTuple):
-    """Drag law, relative error of velocities in a step, and drag beside the law's, over k tau_1."""
-
-    damping: Damping
-    tolerance: float
-    background: float
-
-
 class Run(RunFile[R]):
     """A flow of one packing, see `RunFile`; a context manager, which closes the `session` that it has."""
 
@@ -227,14 +219,16 @@ class Run(RunFile[R]):
 
 
 class TimedRun(Run[R]):
-    """A flow in time, by one session of LAMMPS. `accuracy`: drag, tolerance and background; `end`: of the run, which is
-    given up if it would never come there; `at_rest`: refuse a packing that is not, or in which nothing touches."""
+    """A flow in time, by one session of LAMMPS. `accuracy`: tolerance, and drag beside the law's, over k tau_1; `end`:
+    of the run, which is given up if it would never come there; `at_rest`: refuse a packing that is not, or in which
+    nothing touches."""
 
     def __init__(
         self,
         kind: type[R],
         packing: Packing,
-        accuracy: Accuracy,
+        damping: Damping | None,
+        accuracy: tuple[float, float],
         task: Mapping[str, Any],
         end: End,
         path: FilePath | None,
@@ -249,8 +243,7 @@ class TimedRun(Run[R]):
                     f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}: the packing is unjammed and "
                     "has no elastic stress. Use a jammed packing, or shear it at a finite rate"
                 )
-        law, tolerance, background = accuracy
-        how = {"tolerance": tolerance, "background": background}
+        law, how = damping or ContactDamping(), dict(zip(("tolerance", "background"), accuracy, strict=True))
         super().__init__(kind, packing, law, {**task, **how}, path, progress)
         self.facts |= how
         empty = dict.fromkeys(FlowState._fields, 0.0)
@@ -263,7 +256,7 @@ class TimedRun(Run[R]):
                 kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
                 self.rows = [row._replace(**dict(zip(ON_WALLS, on_walls, strict=True))) for row, on_walls in kept]
         self._last = self.rows[-1] if self.rows else None
-        self.session: OverdampedSession = OverdampedSession(self._started, law, tolerance, background, end=end)
+        self.session: OverdampedSession = OverdampedSession(self._started, law, *accuracy, end=end)
 
     @property
     def steps(self) -> int:

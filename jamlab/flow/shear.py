@@ -15,7 +15,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, End, default_background
 from jamlab.flow.report import say_balance
-from jamlab.flow.run import Accuracy, TimedRun
+from jamlab.flow.run import TimedRun
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.geometry.walls import walled
 from jamlab.packing.packing import Packing
@@ -264,8 +264,8 @@ def shear(
         float((parts[:, 1] / np.abs(parts[:, 0])).sum()),
         f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or use quasistatic_shear",
     )
-    accuracy = Accuracy(law, tolerance, default_background(packing, law, background_drag))
-    with TimedRun(ShearRun, packing, accuracy, task, end, path, progress) as flow:
+    accuracy = tolerance, default_background(packing, law, background_drag)
+    with TimedRun(ShearRun, packing, law, accuracy, task, end, path, progress) as flow:
         flow.facts |= {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if several else None}
         begin = 0.0
         for (speed, by), (count, every) in zip(parts, counts, strict=True):

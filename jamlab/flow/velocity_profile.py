@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.stats import binned_statistic
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
@@ -70,11 +71,9 @@ def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
         middle = 0.5 * (start[:, 1] / before.box[1, 1] + end[:, 1] / after.box[1, 1])
         inside = middle % 1.0
         velocity = (end - start)[:, 0] / (strain * lattice) - (middle - inside)
-        layer = np.clip(np.digitize(inside, edges) - 1, 0, len(edges) - 2)
-        count = np.bincount(layer, minlength=len(edges) - 1)
-        for values, means in ((inside, heights), (velocity, parts)):
-            total, empty = np.bincount(layer, values, len(edges) - 1), np.full(len(count), np.nan)
-            means.append(np.divide(total, count, out=empty, where=count > 0))
+        means = binned_statistic(inside, [inside, velocity], "mean", edges).statistic
+        heights.append(means[0])
+        parts.append(means[1])
     kept = np.isfinite(parts).any(axis=0)
     found = np.array(parts)[:, kept]
     number = np.isfinite(found).sum(axis=0)

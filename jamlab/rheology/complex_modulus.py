@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import check_choice, checked
+from jamlab.checks import check_choice, checked, finite_array
 from jamlab.errors import ConvergenceError, InputError, JamlabWarning, Renamed
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.deformation import Direction
@@ -61,11 +61,6 @@ class ComplexModulus(Result):
         unit: of stress, for labels.
         eta_inf_bound: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
         direction: of shear, see `complex_modulus`.
-
-    Example:
-        >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), np.logspace(-4, 2, 7))
-        >>> s.method, s.storage.shape, s.tau_star == s.eta0 / s.g0
-        ('dense', (7,), True)
     """
 
     omega: Array
@@ -81,7 +76,7 @@ class ComplexModulus(Result):
     eta_inf_bound: float = float("nan")
     direction: Direction = "simple"
 
-    error, eta_inf_error = Renamed("error_bound"), Renamed("eta_inf_bound")
+    error = Renamed("error_bound")
 
     @property
     def tau_star(self) -> float:
@@ -201,20 +196,12 @@ def linear_modulus(
 
 def check_frequencies(omega: ArrayLike) -> Array:
     """(m,) angular frequencies, refused where G* is at its limit for float64."""
-    try:
-        frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise InputError(f"omega = {omega!r}: frequencies must be numbers") from None
-    if frequencies.ndim != 1 or not len(frequencies):
-        raise InputError(f"omega has shape {frequencies.shape}: give one number or one row of frequencies")
-    bad = frequencies[~(np.isfinite(frequencies) & (frequencies > 0))]
-    if len(bad):
-        raise InputError(f"omega = {bad[0]}: frequencies must be positive and finite")
+    frequencies = finite_array("omega", np.atleast_1d(omega), (None,))
     bad = frequencies[(frequencies < _SLOWEST) | (frequencies > _FASTEST)]
-    if len(bad):
+    if len(bad) or not len(frequencies):
         raise InputError(
-            f"omega = {bad[0]:g}: frequencies must lie between {_SLOWEST:g} and {_FASTEST:g}; outside, G* equals "
-            "g0 + i omega eta0 or i omega eta_inf"
+            f"omega = {bad[0] if len(bad) else omega}: give frequencies from {_SLOWEST:g} to {_FASTEST:g}; outside, G* "
+            "equals g0 + i omega eta0 or i omega eta_inf"
         )
     return frequencies
 

@@ -42,21 +42,9 @@ class DragLaw:
         """Whether a flow in which no particle leaves the affine motion costs drag."""
         return True
 
-    def linear(self) -> Damping:
-        """The same law with drag in proportion to the velocity."""
-        raise NotImplementedError
-
-    def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
-        """Damping matrix of a linear law, see `damping_matrix`."""
-        raise NotImplementedError
-
     def gears(self, packing: Packing) -> list[int]:
         """One particle of each group that turns without drag."""
         return []
-
-    def lammps_variables(self) -> dict[str, float | str]:
-        """Variables of `lammps_inputs/parts/flow`."""
-        raise NotImplementedError
 
     def outline_words(self) -> str:
         """Words of `fix overdamped` for drag between droplets."""
@@ -135,7 +123,8 @@ class ContactDamping(DragLaw):
         return replace(self, alpha=1.0)
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
-        """Sum over contacts of what their approach and sliding cost."""
+        """Hessian B of the Rayleigh function in the coordinates of `dynamical_matrices`: a sum over contacts of what
+        their approach and sliding cost. `direction`: of the shear whose rate comes last."""
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
@@ -228,10 +217,11 @@ class StokesDrag(DragLaw):
         return self
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
-        """Drag on every site, and that of the fluid on the shear rate."""
+        """As in `ContactDamping`: drag on every site, and that of the fluid on the shear rate. `whole`: the packing
+        with its rattlers, whose mean size is the unit of drag."""
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
-        diagonal = np.zeros(_size(packing))
+        diagonal = np.zeros(2 * sites + packing.kind.rotations(packing) + 1)
         stiffness = stiffness_scale(whole)
         diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share * ~packing.fixed_sites, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
@@ -259,26 +249,6 @@ def _check_time(tau: float) -> None:
 
 def _name_time(tau: float) -> str:
     return "" if tau == 1 else f", τ1 = {tau:g}"
-
-
-def damping_matrix(
-    packing: Packing, damping: Damping, *, whole: Packing | None = None, direction: Direction = "simple"
-) -> sparse.csc_array:
-    """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
-    Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
-    counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
-    affine flow acts on u alone.
-
-    Args:
-        damping: viscous law.
-        whole: the packing with its rattlers, if they were left out: its mean size is the unit of drag.
-        direction: of the shear whose rate comes last, see `complex_modulus`.
-    """
-    return damping.matrix(packing, whole or packing, direction)
-
-
-def _size(packing: Packing) -> int:
-    return 2 * len(packing.positions) + packing.kind.rotations(packing) + 1
 
 
 def _assemble_contacts(jacobian: ContactJacobian, damping: ContactDamping) -> sparse.csc_array:

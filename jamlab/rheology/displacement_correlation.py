@@ -39,11 +39,6 @@ class DisplacementCorrelation(Result):
         correlation: (m,) C; 1 if two sites move alike.
         pairs: (m,) pairs in each bin.
         unit: of length, for labels.
-
-    Example:
-        >>> c = jamlab.displacement_correlation(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1e-2)
-        >>> bool(c.delta.max() < np.sqrt(jamlab.pack(n=32, pressure=1e-2, seed=1).area) / 2)
-        True
     """
 
     delta: Array

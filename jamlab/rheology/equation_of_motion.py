@@ -20,7 +20,7 @@ from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
+from jamlab.rheology.damping import ContactDamping, Damping
 
 
 @checked
@@ -60,7 +60,7 @@ def _assemble(
     column = np.concatenate([shear.couplings(k.ue), np.zeros(spins)])
     corner = shear.modulus(k.ee, packing.area * stress(packing) if prestress else np.zeros((2, 2)))
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
-    return _bordered(inner, column, corner), damping_matrix(packing, damping, whole=whole, direction=direction)
+    return _bordered(inner, column, corner), damping.matrix(packing, whole, direction)
 
 
 def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:

@@ -18,7 +18,7 @@ from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
+from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -42,12 +42,6 @@ class ModeCharacter(Result):
         sliding: (m,) share of the dissipation by tangential motion at contacts; the rest is normal. nan under Stokes
             drag.
         unit: of stress, for labels.
-
-    Example:
-        >>> p = list(jamlab.compress(jamlab.jam(8, "dp", 1), to=0.9, step=0.02))[-1]
-        >>> m = jamlab.mode_character(p)
-        >>> bool(np.allclose(m.translation + m.rotation + m.along + m.across, 1))
-        True
     """
 
     rates: Array
@@ -162,7 +156,7 @@ def _sliding_share(packing: Packing, damping: Damping, found: RelaxationModes, m
     if not damping.at_contacts:
         return np.full(len(found.rates), np.nan)
     moved = motion.displaced
-    approach = damping_matrix(packing, ContactDamping(beta=0.0, tau=damping.tau))[moved][:, moved]
+    approach = ContactDamping(beta=0.0, tau=damping.tau).matrix(packing, packing, "simple")[moved][:, moved]
     v = found.vectors
     whole, part = (np.einsum("im,im->m", v, matrix @ v) for matrix in (motion.b_qq, approach))
     share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0)

@@ -18,7 +18,7 @@ from scipy.special import gamma
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, Renamed
+from jamlab.errors import InputError
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -38,11 +38,6 @@ class NonlinearModulus(Result):
         tau: (m,) equivalent time tau_alpha, tau_1.
         error_bound: (m,) bound, by an estimate, of the relative error of the linear solution, not of the method.
         unit: of stress, for labels.
-
-    Example:
-        >>> s = jamlab.nonlinear_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), [1e-2, 1.0], alpha=0.5, stress=1e-5)
-        >>> bool(s.tau[0] > s.tau[1])  # slow flow feels more drag
-        True
     """
 
     omega: Array
@@ -53,7 +48,6 @@ class NonlinearModulus(Result):
     unit: str = field(default="", repr=False)
 
     direction: ClassVar[str] = "simple"
-    error = Renamed("error_bound")
     plot = ComplexModulus.plot
 
 

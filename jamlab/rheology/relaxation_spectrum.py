@@ -36,12 +36,6 @@ class RelaxationSpectrum(Result):
             since rounding decides what they dissipate; they carry less than 1e-6 of G*.
         strengths: (m,) g_i > 0, unit of stress.
         unit: of stress, for labels.
-
-    Example:
-        >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), [0.1])
-        >>> g = s.spectrum.modulus(np.array([0.1]))[0]
-        >>> bool(np.isclose(g.real, s.storage[0])), bool(np.isclose(g.imag, s.loss[0]))
-        (True, True)
     """
 
     g0: float

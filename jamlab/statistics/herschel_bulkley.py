@@ -22,12 +22,6 @@ _EDGE = 1e-3  # of its range, within which it counts as at its end
 class HerschelBulkley:
     """sigma = yield_stress + consistency rate^exponent.
 
-    >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
-    >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
-    >>> fit = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4))
-    >>> round(fit.yield_stress, 6), round(fit.exponent, 6)
-    (0.002, 0.5)
-
     Attributes:
         yield_stress, consistency, exponent: of the law.
         yield_stress_stderr, consistency_stderr, exponent_stderr: standard errors; where the points scatter by more than
@@ -91,10 +85,8 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
         raise InputError("rates and errors of the stress must be positive")
     if not np.ptp(y) > 0:
         raise InputError(f"stress is {y[0]:.6g} at every rate: such a curve has no exponent")
-    if y.min() > 0:
-        start = (0.5 * y.min(), (y.max() - 0.5 * y.min()) / x.max() ** 0.5, 0.5)
-    else:
-        start = (y.min(), float(np.ptp(y)) / x.max() ** 0.5, 0.5)
+    low = 0.5 * y.min() if y.min() > 0 else y.min()
+    start = (low, (y.max() - low) / x.max() ** 0.5, 0.5)
     bounds = ([-np.inf, 0.0, 0.0], [np.inf, np.inf, _STEEPEST])
     try:
         best, covariance = curve_fit(

@@ -33,7 +33,7 @@ def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, drag, new
 
 
 def test_drag_is_the_matrix_of_the_frequency_domain(tmp_path, packing):
-    """Viscous stress and balance of forces at the velocities of a flow, by B of `damping_matrix`; the pressure and the
+    """Viscous stress and balance of forces at the velocities of a flow, by B of the drag law; the pressure and the
     normal stress by plain sums, torques of the drag included."""
     with DropletFlow(tmp_path, packing, "rate 0.3 solver 1e-9 longest 1e-3", "drag 1 0.3 1 background 0.2") as flow:
         first, start = flow.run(60), flow.state()

@@ -1,4 +1,5 @@
-"""Stress relaxation: strain a packing at rest by a step and follow its stress, or stop a flow."""
+"""Creep and stress relaxation: load a packing at rest with a stress and follow its strain, or strain it by a step, or
+stop a flow, and follow its stress."""
 
 from __future__ import annotations
 
@@ -11,7 +12,6 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.creep import CreepRun
 from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
@@ -21,16 +21,159 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_TOLERANCE,
     End,
 )
-from jamlab.flow.run import Accuracy, TimedRun
+from jamlab.flow.run import TimedRun
 from jamlab.flow.shear import ShearRun
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
-_RESTS = 1e-3  # relative fall of the modulus over the last half of the time
+_ARRESTED, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
+_LEFT = 0.02  # of the stress applied that drag may bear at rest
+_YIELDED = 0.2  # strain below which a packing has not yielded, however fast it creeps
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class CreepRun(FlowRun):
+    """Strain in time under a stress; rows and packings as in `FlowRun`.
+
+    Attributes:
+        applied: stress beside the residual one.
+        residual: shear stress of the packing at rest, before.
+        duration: time that was asked for.
+    """
+
+    columns: ClassVar[tuple[str, ...]] = (*SERIES, "compliance", "z_all", "energy_gap")
+
+    applied: float
+    residual: float
+    duration: float
+
+    @property
+    def compliance(self) -> Array:
+        """(m,) J(t) = strain over the stress applied."""
+        return np.asarray(self.strain / self.applied)
+
+    @property
+    def final_rate(self) -> float:
+        """Mean rate of strain over the last half of the time."""
+        middle = self._middle
+        return float((self.strain[-1] - self.strain[middle]) / (self.time[-1] - self.time[middle]))
+
+    @property
+    def slope(self) -> float:
+        """d ln strain/d ln time over the last half of the time: 0 at rest, 1 in steady flow."""
+        a, b = self.strain[self._middle], self.strain[-1]
+        return float(np.log(b / a) / np.log(self.time[-1] / self.time[self._middle])) if a > 0 and b > 0 else 0.0
+
+    @property
+    def _middle(self) -> int:
+        return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
+
+    @property
+    def state(self) -> Literal["rests", "creeps", "flows"]:
+        """What the packing does at the end: it rests, it still creeps, or it flows steadily."""
+        if self.slope < _ARRESTED and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
+            return "rests"
+        return "flows" if self.slope > _FLOWS and self.strain[-1] > _YIELDED else "creeps"
+
+    @property
+    def finished(self) -> bool:
+        """Whether the packing has come to rest or flows steadily."""
+        return self.state != "creeps"
+
+    @property
+    def summary(self) -> dict[str, float]:
+        """Stress applied; last time and strain; mean rate and d ln strain/d ln time over the last half of the time."""
+        last = {"time": float(self.time[-1]), "strain": float(self.strain[-1])}
+        return {"stress": self.applied, **last, "rate": self.final_rate, "slope": self.slope}
+
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the compliance over time, on logarithmic axes.
+
+        >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
+        """
+        per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
+        name = label or rf"$\sigma$ = {self.applied:g}: {self.state}"
+        quantity = in_unit(r"compliance $J(t)$", per_unit if self.unit else "")
+        self._draw(axes, self.time[1:], self.compliance[1:], name, quantity, **style)
+
+
+LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, as in the papers
+
+
+@checked
+def creep(
+    packing: Packing,
+    stress: float,
+    duration: float,
+    damping: Damping | None = None,
+    *,
+    largest_strain: float = 10.0,
+    tolerance: float = SMALL_STRAIN_TOLERANCE,
+    background_drag: float = SMALL_STRAIN_BACKGROUND,
+    path: str | Path | None = None,
+    progress: Progress | None = None,
+) -> CreepRun:
+    """Simulate overdamped creep under a constant shear stress.
+
+    The shear rate is an additional unknown of the force balance, b u + c rate = A (stress - elastic stress), where (b,
+    c) is the last row of the drag matrix B (see `dynamical_matrices`). For Stokes drag b = 0 and c = A eta_F. Rows are
+    spaced evenly in log time.
+
+    >>> k = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0)
+    >>> bool(np.all(np.diff(k.compliance) > 0))
+    True
+
+    Args:
+        packing: SP or DP at a minimum.
+        stress: applied stress in addition to the residual stress of the packing, in its stress unit; positive.
+        duration: simulated time, tau_1.
+        damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
+        largest_strain: strain at which the simulation stops early, default 10.
+        tolerance, background_drag: see `oscillate`.
+        path, progress: see `shear`.
+
+    Raises:
+        InputError: no particles touch, the fluid has no viscosity, or a value is out of range.
+        ConvergenceError, StorageError: see `oscillate`.
+    """
+    law = damping or ContactDamping()
+    check_creeping(law)
+    scale = natural_scales(packing).stress
+    check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
+    check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_number("largest_strain", largest_strain, 1e4)
+    accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
+    with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
+        before = flow.before
+        residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
+        flow.facts |= {"applied": stress, "residual": residual, "duration": duration}
+        if flow.time < duration * (1 - 1e-12):
+            flow.drive(flow.session.stress_drive(residual + stress), duration - flow.time)
+        for state in flow.advance_log_spaced(duration):
+            if abs(state.strain) > largest_strain:
+                break
+        return flow.finish()
+
+
+def _end(duration: float, strain: float = np.inf) -> End:
+    return End(duration, f"a shorter duration than {duration:g}", strain)
+
+
+def check_creeping(law: Damping) -> None:
+    """Refuse a law under which a stress has no answer."""
+    if not law.resists_shear:
+        raise InputError(
+            f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
+        )
+
+
+_RELAXED = 1e-3  # relative fall of the modulus over the last half of the time
 _NOTHING = 1e-3  # of the largest modulus, below which falls are compared with this one: it relaxes to nothing
-_ROUNDING = 1e-9  # of the pressure, the same: over _RESTS of it a stress has no digits
+_ROUNDING = 1e-9  # of the pressure, the same: over _RELAXED of it a stress has no digits
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -62,7 +205,7 @@ class StoppedFlow(FlowRun):
     def finished(self) -> bool:
         """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3 of its last
         value, or 1e-6 of its largest."""
-        return self.change < _RESTS
+        return self.change < _RELAXED
 
     @property
     def state(self) -> Literal["relaxed", "relaxing"]:
@@ -115,7 +258,6 @@ class StressRelaxation(StoppedFlow):
         return {"strain": self.step_strain, **last, "change": self.change}
 
 
-LONGEST = 1e12
 STEP_TIME = 1e-2  # tau_1; no contact relaxes in less than tau_1
 _STEPS = 20  # at least, of the ramp
 
@@ -160,9 +302,8 @@ def relax_stress(
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
-    task = {"strain": strain, "step_time": step_time}
-    accuracy, end = Accuracy(damping or ContactDamping(), tolerance, background_drag), _end(duration)
-    with TimedRun(StressRelaxation, packing, accuracy, task, end, path, progress, at_rest=True) as flow:
+    task, accuracy, end = {"strain": strain, "step_time": step_time}, (tolerance, background_drag), _end(duration)
+    with TimedRun(StressRelaxation, packing, damping, accuracy, task, end, path, progress, at_rest=True) as flow:
         flow.facts |= {"step_strain": strain, "step_time": step_time}
         if flow.before is None:
             flow.facts["residual"] = flow.session.drive("rate 0", duration).elastic_stress
@@ -202,18 +343,14 @@ def stop_flow(
     """
     check_number("duration", duration, LONGEST, LEAST_TIME)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
-    accuracy, task = Accuracy(law or ContactDamping(), tolerance, background_drag), {"strain": 0}
-    with TimedRun(StoppedFlow, packing, accuracy, task, _end(duration), path, progress) as run:
+    accuracy, task = (tolerance, background_drag), {"strain": 0}
+    with TimedRun(StoppedFlow, packing, law, accuracy, task, _end(duration), path, progress) as run:
         if run.before is None:
             run.facts["residual"] = run.session.drive("rate 0", duration).elastic_stress
         return _wait(run, duration)
 
 
 S = TypeVar("S", bound=StoppedFlow)
-
-
-def _end(duration: float) -> End:
-    return End(duration, f"a shorter duration than {duration:g}")
 
 
 def _wait(flow: TimedRun[S], duration: float) -> S:
