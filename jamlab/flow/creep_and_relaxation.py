@@ -91,10 +91,7 @@ class CreepRun(FlowRun):
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the compliance over time, on logarithmic axes.
-
-        >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
-        """
+        """Draw the compliance over time, on logarithmic axes."""
         per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
         name = label or rf"$\sigma$ = {self.applied:g}: {self.state}"
         quantity = in_unit(r"compliance $J(t)$", per_unit if self.unit else "")
@@ -219,10 +216,7 @@ class StoppedFlow(FlowRun):
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw what relaxes, the stress or the relaxation modulus, over time, on logarithmic axes.
-
-        >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
-        """
+        """Draw what relaxes, the stress or the relaxation modulus, over time, on logarithmic axes."""
         values, strain, name = self._relaxing
         own = self.state if strain == 1.0 else rf"$\gamma$ = {strain:g}: {self.state}"
         self._draw(axes, self.time, values, label or own, in_unit(name, self.unit), **style)

@@ -112,29 +112,19 @@ class FlowCurve(FlowResult):
             **{f"FAILED at {rate}": why for rate, why in self.failed.items()},
         }
 
-    @checked
-    def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:
-        """Fit yield stress, consistency and exponent.
+    def herschel_bulkley(self) -> HerschelBulkley:
+        """Fit yield stress, consistency and exponent to three rates or more.
 
         The law holds up to about 1e-2 over tau_1; beyond, contacts themselves limit the flow.
 
-        Args:
-            lowest, highest: window in the rates.
-
         Raises:
-            InputError: fewer than three rates in the window.
-            ConvergenceError: no fit is found.
+            InputError, ConvergenceError: fewer than three rates, or no fit is found.
         """
-        kept = (self.rates >= lowest) & (self.rates <= highest)
-        return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_stderr[kept], self.unit)
+        return herschel_bulkley(self.rates, self.stress, self.stress_stderr, self.unit)
 
     @drawn("Line2D; `label` names the curve in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the stress over the rate with its errors, on logarithmic axes; open symbols are not steady.
-
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> ax = jamlab.flow_curve(p, rates=[0.3, 1.0], strain=1.0, discard=0.2).plot()
-        """
+        """Draw the stress over the rate with its errors, on logarithmic axes; open symbols are not steady."""
         colour = COLOURS[len(axes.containers) % len(COLOURS)]
         look = merged_line({"color": colour, "marker": "o", "markersize": 5, "linewidth": 1.2}, style)
         stress, left_out = positive(self.stress)
@@ -199,9 +189,9 @@ def flow_curve(
     check_number("strain", strain, 1e4, 1.0)
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
-    if not 1 <= processes <= MOST_PROCESSES:
-        raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
-    curve = _Curve(packing, law, strain, discard, tolerance, background_drag, path, progress)
+    check_number("processes", processes, MOST_PROCESSES)
+    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
+    curve = _Curve(packing, law, task, path, progress)
     missing = [rate for rate in wanted if rate not in curve.points]
     curve.done = dict.fromkeys(missing, 0.0)
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background_drag) for rate in missing]
@@ -223,17 +213,8 @@ class _Curve(RunFile[FlowCurve]):
     the rates that are on their way; `failed`: why a rate found no end."""
 
     def __init__(
-        self,
-        packing: Packing,
-        law: Damping,
-        strain: float,
-        discard: float,
-        tolerance: float,
-        background: float,
-        path: str | Path | None,
-        progress: Progress | None,
+        self, packing: Packing, law: Damping, task: dict[str, Any], path: str | Path | None, progress: Progress | None
     ) -> None:
-        task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
         super().__init__(FlowCurve, packing, law, task, path, progress)
         self.facts |= task
         self.points: dict[float, tuple[dict[str, float], Packing]] = {}

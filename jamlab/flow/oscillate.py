@@ -10,7 +10,6 @@ import numpy as np
 
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
 from jamlab.flow.report import say_balance
@@ -90,21 +89,14 @@ class Oscillation(FlowRun):
         change = {"change": self.change, "cycles": self.cycles, "changing contacts": float(np.ptp(self.contacts))}
         return first | change
 
-    @property
-    def last_cycle(self) -> slice:
-        """Rows of the last cycle, both its ends included."""
-        return slice(len(self.time) - 1 - self.points, len(self.time))
-
     @drawn("Line2D", raises="`against` is neither strain nor rate, ")
     def plot(self, axes: Any, /, *, against: str = "strain", label: str = "", **style: Any) -> None:
         """Draw the Lissajous figure: stress less its mean over strain, or over its rate, in the last cycle.
 
         `against` is "strain" (the area is what is lost) or "rate".
-
-        >>> ax = jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1.0, amplitude=0.1, cycles=2).plot()
         """
         check_choice("against", against, ("strain", "rate"))
-        rows = self.last_cycle
+        rows = slice(len(self.time) - 1 - self.points, None)  # of the last cycle, both its ends included
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]
         name = label or rf"$\gamma_0$ = {self.amplitude:g}, $\omega\,\tau_1$ = {self.omega:g}"
@@ -129,7 +121,7 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
 
 OSCILLATION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
-MOST_CYCLES = 10_000
+MOST_CYCLES, MOST_POINTS = 10_000, 100_000
 LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow
 SLOWEST, FASTEST = 1e-8, 1e3
 
@@ -177,13 +169,10 @@ def oscillate(
         ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: see `shear`.
     """
-    if not SLOWEST <= omega <= FASTEST:
-        raise InputError(f"omega = {omega!r}: must lie between {SLOWEST:g} and {FASTEST:g}, in 1/tau_1")
+    check_number("omega", omega, FASTEST, SLOWEST)
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
-    if not 2 <= cycles <= MOST_CYCLES:
-        raise InputError(f"cycles = {cycles}: must lie between 2 and {MOST_CYCLES}, because the last two are compared")
-    if not 2 * HARMONICS + 2 <= points <= 100_000:
-        raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 per cycle")
+    check_number("cycles", cycles, MOST_CYCLES, 2)
+    check_number("points", points, MOST_POINTS, 2 * HARMONICS + 2)
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
     accuracy, end = (tolerance, background_drag), End(4 * np.pi / omega, shorter)

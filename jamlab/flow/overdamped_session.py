@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import is_number
+from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -159,18 +159,10 @@ class OverdampedSession:
         self._session.close()
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
-        """Drive the packing from its present state; time and strain count from here.
-
-        Args:
-            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`; a stress as
-                `stress_drive` says it.
-            interval: of time, after which `advance` returns.
-            longest: step, by default no limit but that of the tolerance.
-            before: last state of an earlier flow, from which time, strain, work and iterations continue instead.
-
-        Returns:
-            The state before the first step.
-        """
+        """Drive the packing from its present state, which is returned; time, strain, work and iterations count from
+        here, or from `before`, the last state of an earlier flow. `drive`: "rate value", "oscillate amplitude omega" or
+        "stress value", as of `fix overdamped`; a stress as `stress_drive` says it. `interval`: of time, after which
+        `advance` returns. `longest`: step, by default no limit but that of the tolerance."""
         if self._given.walls and not drive.startswith("rate"):
             raise InputError(
                 f"walls: the packing has walls, which move at a rate only, not under {drive.split()[0]}; use "
@@ -293,12 +285,9 @@ def _between_walls(packing: Packing) -> Array:
 
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time."""
-    if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
-        raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
-    if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
-        raise InputError(
-            f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g} in units of k tau_1, such as 1e-2"
-        )
+    check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE)
+    if background != 0:
+        check_number("background_drag", background, LARGEST_BACKGROUND)
     if damping.at_contacts and damping.contrast > LARGEST_BETA:
         raise InputError(
             f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA:g}), since "

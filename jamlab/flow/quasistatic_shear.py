@@ -120,10 +120,7 @@ class QuasistaticShear(ShearRun):
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
-
-        >>> ax = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3).plot()
-        """
+        """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up."""
         along = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}°"
         plain = {"color": BLUE, "linewidth": 1.2, "label": f"minima, {along} shear"}
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
@@ -322,8 +319,7 @@ def quasistatic_shear(
             not detected.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
             compression along y. `stress` is conjugate to the strain.
-        walls: True: shear between the walls of `jamlab.with_walls`; the upper wall moves by strain times box height.
-            False: remove the walls. Default: as in the packing.
+        walls: see `shear`.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. Default: constant area.
         every: strain between stored packings. Default: only the first and the last.
@@ -374,11 +370,10 @@ def _check_pressure(packing: Packing, pressure: str | float | None) -> None:
     """Refuse what is no pressure that the packing can be held at."""
     if pressure is None or pressure == "constant":
         return
-    unit = natural_scales(packing).stress
-    if not is_number(pressure) or isinstance(pressure, str):
-        raise InputError(f'pressure = {pressure!r}: give "constant", or a number in {packing.unit_names.stress}')
-    if abs(pressure) > HIGHEST_PRESSURE * unit or (pressure <= 0 and not packing.law.range):
+    largest = HIGHEST_PRESSURE * natural_scales(packing).stress  # beyond, particles pass through each other
+    known = not isinstance(pressure, str) and is_number(pressure) and abs(pressure) <= largest
+    if not known or (pressure <= 0 and not packing.law.range):  # type: ignore[operator]  # a number by now
         raise InputError(
-            f"pressure = {pressure:g}: must be at most {HIGHEST_PRESSURE * unit:g}, and positive for "
-            "repulsive particles; at higher pressures particles pass through each other"
+            f'pressure = {pressure!r}: give "constant", or a number of at most {largest:g} '
+            f"{packing.unit_names.stress}, positive for repulsive particles"
         )

@@ -34,13 +34,8 @@ class StressDrops(NamedTuple):
 
 
 def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrops:
-    """Find the falls of a stress (m,) over strain (m,), each from a local maximum to the next minimum.
-
-    Args:
-        strain: (m,), growing.
-        stress: (m,).
-        least: smallest fall that counts.
-    """
+    """Find the falls of a stress (m,) over growing strain (m,), each from a local maximum to the next minimum; `least`:
+    smallest one that counts."""
     falling = np.concatenate([[False], np.diff(stress) < 0, [False]])
     edges = np.flatnonzero(np.diff(falling.astype(int)))  # of the steps, where falling begins and where it ends
     begin, end = edges[::2], edges[1::2]
@@ -176,10 +171,7 @@ class ShearRun(FlowRun):
 
     @drawn("Line2D, of both curves; `label` names them in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the shear stress (solid) and its elastic part (dashed) over strain.
-
-        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, n_rows=10).plot()
-        """
+        """Draw the shear stress (solid) and its elastic part (dashed) over strain."""
         colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
         name = label or (f"rate {self.shear_rate:g}/$\\tau_1$" if self.shear_rate else "quasi-static")
         parts = ((self.stress, name, "-", 1.6), (self.elastic_stress, "elastic part", "--", 1.2))
@@ -253,8 +245,7 @@ def shear(
     packing = walled(packing, walls)
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
-    if not 1 <= n_rows <= MOST_ROWS:
-        raise InputError(f"n_rows = {n_rows}: must lie between 1 and {MOST_ROWS}")
+    check_number("n_rows", n_rows, MOST_ROWS)
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, snapshot_every, n_rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1

@@ -37,7 +37,7 @@ def drawn(
     artist: str, size: tuple[float, float] = CURVES, raises: str = ""
 ) -> Callable[[Callable[..., None]], Callable[..., Axes]]:
     """Make a method `plot(self, axes, /, **style)` that draws into axes the public `plot(self, ax=None, **style)`. To
-    its docstring, which says what is drawn and gives an example, what all have in common is added; `artist` takes the
+    its docstring, which says what is drawn, what all have in common is added; `artist` takes the
     style."""
 
     def decorate(draw: Callable[..., None]) -> Callable[..., Axes]:

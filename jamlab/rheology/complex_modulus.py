@@ -89,9 +89,6 @@ class ComplexModulus(Result):
         """Draw G' (solid, filled) and G'' (dashed, open) over frequency, on logarithmic axes.
 
         The legend counts values that are not positive, which a logarithm cannot show.
-
-        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
-        >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).plot(label="p = 0.001")
         """
         from jamlab.plotting.curves import draw_modulus, label_modulus
 
@@ -140,8 +137,6 @@ def complex_modulus(
         >>> s = jamlab.complex_modulus(p, [1e-6, 1.0], damping=jamlab.ContactDamping(beta=1.0))
         >>> bool(np.isclose(s.storage[0], jamlab.shear_modulus(p))), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
         (True, True)
-        >>> bool((s.error_bound < 1e-6).all())
-        True
     """
     found = linear_modulus(packing, omega, damping, direction=direction, prestress=prestress, method=method)
     warn_of_negative(found.g0, stacklevel=5)

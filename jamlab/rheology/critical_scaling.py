@@ -73,11 +73,6 @@ class Collapse:
         """Draw G'/p^mu (filled) and G''/p^mu (open) over omega/p^lambda; exponents stand over the legend.
 
         Pressures are taken as numbers in the unit of stress, and frequencies are those that take part in the fit.
-
-        >>> pressures = [1e-2, 1e-3, 1e-4]
-        >>> packings = [jamlab.pack(n=64, pressure=p, seed=1) for p in pressures]
-        >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-5, 1, 31), prestress=False)] for q in packings]
-        >>> ax = jamlab.scaling_collapse(pressures, spectra).plot()
         """
         order = np.argsort(self.pressures)
         for colour, k in zip(ordered_colours(len(order)), order, strict=True):

@@ -62,11 +62,7 @@ class DisplacementCorrelation(Result):
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw C over the distance along the flow; the legend gives the distance at which it first falls through zero.
-
-        >>> p = jamlab.pack(n=256, pressure=1e-3, seed=1)
-        >>> ax = jamlab.displacement_correlation(p, omega=1e-3).plot()
-        """
+        """Draw C over the distance along the flow; the legend gives the distance of its first zero."""
         try:
             label = f"first zero at {self.length:.3g} {self.unit}".rstrip()
         except ConvergenceError:
@@ -89,8 +85,7 @@ def displacement_response(
     Args:
         packing: SP or DP at an energy minimum.
         omega: angular frequency, 1/tau_1.
-        damping: default balanced contact damping.
-        prestress: see `jamlab.dynamical_matrices`.
+        damping, prestress: see `jamlab.dynamical_matrices`.
 
     Raises:
         InputError: omega is not positive.
@@ -136,8 +131,7 @@ def displacement_correlation(
     Args:
         packing: SP or DP at an energy minimum.
         omega: angular frequency, 1/tau_1.
-        damping: default balanced contact damping.
-        prestress: see `jamlab.dynamical_matrices`.
+        damping, prestress: see `jamlab.dynamical_matrices`.
 
     Raises:
         InputError: omega is not positive, or the box is too small.

@@ -154,12 +154,7 @@ class EquationOfMotion:
 def equation_of_motion(
     network: ForceNetwork, damping: Damping, *, prestress: bool = True, direction: Direction = "simple"
 ) -> EquationOfMotion:
-    """Set up the equation of motion of a packing without its rattlers.
-
-    Args:
-        network: `force_network` of a packing at an energy minimum.
-        damping: viscous law; `prestress, direction`: as in `dynamical_matrices`.
-    """
+    """Set up the equation of motion of a packing at an energy minimum, without rattlers; see `dynamical_matrices`."""
     packing = network.packing
     if packing.n == 1:
         raise InputError(

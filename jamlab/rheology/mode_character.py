@@ -122,12 +122,8 @@ def _mean_over_vertices(packing: Packing, values: Array) -> Array:
 
 
 def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Array]:
-    """Shares of translation, rotation, motion along and across outlines, (m,) each, in displacements of vertices.
-
-    Args:
-        packing: droplets.
-        u: (sites, 2, m) displacements, of which none is zero everywhere.
-    """
+    """Shares of translation, rotation, motion along and across outlines, (m,) each, in displacements (sites, 2, m) of
+    the vertices of droplets, of which none is zero everywhere."""
     of = packing.particle
     centre = _mean_over_vertices(packing, u)
     arm = packing.positions - _mean_over_vertices(packing, packing.positions)[of]

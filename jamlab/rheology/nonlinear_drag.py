@@ -17,7 +17,7 @@ from scipy.optimize import brentq, root_scalar
 from scipy.special import gamma
 
 from jamlab.arrays import Array
-from jamlab.checks import checked
+from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
@@ -73,9 +73,8 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
         array([1., 1.])
     """
     w = check_frequencies(omega)
-    for name, value in (("force", force), ("stiffness", stiffness)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value}: must be positive")
+    check_number("force", force, np.inf)
+    check_number("stiffness", stiffness, np.inf)
     if not 0 < alpha < 2:
         raise InputError(f"alpha = {alpha}: the exponent of the drag law must lie between 0 and 2")
     prefactor = 2 / np.sqrt(np.pi) * gamma(1 + alpha / 2) / gamma(1.5 + alpha / 2)
@@ -138,61 +137,41 @@ def nonlinear_modulus(
         >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], alpha=1.0, stress=1e-5)
         >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
         True
-        >>> film = jamlab.ContactDamping(beta=0.5, alpha=2 / 3)
-        >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], damping=film, strain=1e-3)
-        >>> bool(s.tau[0] > s.tau[1])
-        True
     """
     if (alpha is None) == (damping is None) or (stress is None) == (strain is None):
         raise InputError(
             f"alpha = {alpha}, damping = {damping}, stress = {stress}, strain = {strain}: give alpha or damping, and "
             "stress or strain"
         )
-    frequencies = check_frequencies(omega)
-    law = damping or ContactDamping()
-    how = _Equivalent(packing, law.linear(), law.alpha if alpha is None else alpha, prestress, method)
-    if stress is None:
-        assert strain is not None
-        if not (np.isfinite(strain) and strain > 0):
-            raise InputError(f"strain = {strain}: must be a positive amplitude")
-        stresses = np.array([how.stress_at(float(w), strain) for w in frequencies])
-        tau = np.array([how.time(w, each)[0] for w, each in zip(frequencies, stresses, strict=True)])
-    else:
-        tau = how.time(frequencies, stress)
-    linear = how.modulus(frequencies * tau)
-    warn_of_negative(linear.g0, stacklevel=4)
-    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)
+    frequencies, law, stiffness = check_frequencies(omega), damping or ContactDamping(), stiffness_scale(packing)
+    power = law.alpha if alpha is None else alpha
 
+    def time_at(w: ArrayLike, amplitude: float) -> Array:
+        """Equivalent time at frequencies and a stress amplitude, which times the mean size, over the stiffness times
+        it, is u_0."""
+        return effective_relaxation_time(np.asarray(w) * law.tau, amplitude, power, stiffness=stiffness)
 
-@dataclass(frozen=True)
-class _Equivalent:
-    """Linear drag in the place of a power law, for one packing."""
+    def modulus(w: ArrayLike) -> ComplexModulus:
+        return linear_modulus(packing, w, law.linear(), prestress=prestress, method=method)
 
-    packing: Packing
-    law: Damping  # the linear law
-    alpha: float  # exponent of the power law
-    # prestress, method: of `complex_modulus`
-    prestress: bool
-    method: str
-
-    def time(self, omega: ArrayLike, stress: float) -> Array:
-        """(m,) equivalent time, in tau_1, at frequencies (m,) and a stress amplitude."""
-        tau_1 = np.asarray(omega) * self.law.tau  # of the stress times the mean size, over the stiffness times it
-        return effective_relaxation_time(tau_1, stress, self.alpha, stiffness=stiffness_scale(self.packing))
-
-    def modulus(self, omega: ArrayLike) -> ComplexModulus:
-        """G* of the linear law."""
-        return linear_modulus(self.packing, omega, self.law, prestress=self.prestress, method=self.method)
-
-    def stress_at(self, omega: float, strain: float) -> float:
+    def stress_at(w: float, amplitude: float) -> float:
         """Stress amplitude at a strain amplitude: log |G*(stress)| strain = log stress."""
 
         def excess(log_stress: float, exact: bool = True) -> float:
-            tau = self.time(omega, np.exp(log_stress))[0] if exact else 1.0
-            found = self.modulus([omega * tau])
-            return float(np.log(strain * np.hypot(found.storage[0], found.loss[0])) - log_stress)
+            found = modulus([w * (time_at(w, np.exp(log_stress))[0] if exact else 1.0)])
+            return float(np.log(amplitude * np.hypot(found.storage[0], found.loss[0])) - log_stress)
 
         guess = excess(0.0, exact=False)
-        if self.alpha == 1:
+        if power == 1:
             return float(np.exp(guess))
         return float(np.exp(root_scalar(excess, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS).root))
+
+    if strain is None:
+        assert stress is not None
+        tau = time_at(frequencies, stress)
+    else:
+        check_number("strain", strain, np.inf)
+        tau = np.array([time_at(w, stress_at(float(w), strain))[0] for w in frequencies])
+    linear = modulus(frequencies * tau)
+    warn_of_negative(linear.g0, stacklevel=4)
+    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)

@@ -40,13 +40,7 @@ class ReducedModel:
 
 
 def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedModel:
-    """Reduce an equation of motion to the few coordinates that its response needs.
-
-    Args:
-        motion: equation of motion.
-        limits: its limits.
-        omega: (f,) positive frequencies at which the model is wanted.
-    """
+    """Reduce an equation of motion to the few coordinates that its response needs at positive frequencies (f,)."""
     space = _Space(motion, limits)
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
     candidates = _place_candidates(omega)

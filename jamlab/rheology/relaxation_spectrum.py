@@ -66,11 +66,7 @@ class RelaxationSpectrum(Result):
 
     @drawn('Line2D, such as marker="s"')
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw the strength of every Maxwell element over its rate; spring and dashpot stand in the legend.
-
-        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
-        >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).spectrum.plot()
-        """
+        """Draw the strength of every Maxwell element over its rate; spring and dashpot stand in the legend."""
         count = len(self.rates)
         label = f"{count} Maxwell elements\n$G_0$ = {self.g0:.3g}, $\\eta_\\infty$ = {self.eta_inf:.3g}"
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
@@ -98,13 +94,8 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite. The pencil (K, K +
     sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with sigma in the middle
     of the rates that carry x, slow and fast ones keep their digits. Rates are quotients v^T K v / v^T B v: 1 -
-    lambda/(lambda + sigma) would lose as many digits as lambda exceeds sigma.
-
-    Args:
-        k: (m, m).
-        b: (m, m).
-        x: (m,) vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out.
-    """
+    lambda/(lambda + sigma) would lose as many digits as lambda exceeds sigma. Modes without dissipation and without
+    energy are left out. `x`: (m,) vector whose amplitudes are wanted."""
     energy, dissipation = float(x @ k @ x), float(x @ b @ x)
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)

@@ -19,16 +19,9 @@ _REFINEMENTS = 2
 
 
 def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, complex, complex]:
-    """Solve for the response to unit strain at one frequency.
-
-    Args:
-        motion: equation of motion.
-        omega: angular frequency, 1/tau_1.
-
-    Returns:
-        (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B, eq 12 after elimination of all but gamma (their eq 13 is
-        printed upside down); and the error of G* that the equation's remaining residual r amounts to, q^T r / A.
-    """
+    """Solve for the response to unit strain at one frequency: (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B,
+    eq 12 after elimination of all but gamma (their eq 13 is printed upside down); and the error of G* that the
+    equation's remaining residual r amounts to, q^T r / A."""
     matrix = (motion.k_qq + 1j * omega * motion.b_qq).tocsc()
     column = motion.k_qg + 1j * omega * motion.b_qg
     solver = _Driftless(motion, omega) if motion.drifting else SymmetricFactors(matrix)

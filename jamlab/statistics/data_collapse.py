@@ -1,7 +1,7 @@
 """Collapse data: rescale curves of several sizes or pressures until they fall on one, and say how well they do."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,14 +38,13 @@ def _spread_of_logarithms(logs: list[Curve]) -> float:
     return float(np.sqrt(np.sum(np.where(inside, values - mean, 0.0) ** 2) / count.sum()))
 
 
-@dataclass(frozen=True)
-class ScalingExponents:
-    """Exponents for which x scale^a and y scale^b of all curves fall on one."""
+class ScalingExponents(NamedTuple):
+    """Exponents for which x scale^a and y scale^b of all curves fall on one. `spread` of the rescaled curves: root mean
+    square distance from their mean in ln y; inf if no two overlap."""
 
-    # a, b: exponents
     a: float
     b: float
-    spread: float  # of the rescaled curves, root mean square distance from their mean in ln y; inf if no two overlap
+    spread: float
 
 
 def fit_scaling_exponents(
@@ -61,7 +60,8 @@ def fit_scaling_exponents(
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
         raise InputError(f"{len(s)} scales: each family needs one curve per scale, and scales must be positive")
-    free = [k for k, e in enumerate((a, b)) if e is None]
+    held = np.array([np.nan if e is None else e for e in (a, b)])
+    free = np.isnan(held)
     logs = [_take_logarithms(family) for family in families]
     moves = np.log(s)
 
@@ -74,24 +74,19 @@ def fit_scaling_exponents(
         return float(np.sqrt(np.mean(np.square(parts))))
 
     def fill_in(values: Array) -> tuple[float, float]:
-        out = [0.0 if a is None else a, 0.0 if b is None else b]
-        for k, value in zip(free, values, strict=True):
-            out[k] = float(value)
-        return out[0], out[1]
+        out = held.copy()
+        out[free] = values
+        return float(out[0]), float(out[1])
 
-    best = fill_in(np.array([start[k] for k in free]))
-    if free and np.isinf(spread(best)):
+    begin = np.array(start)[free]
+    best = fill_in(begin)
+    if free.any() and np.isinf(spread(best)):
         raise InputError(f"no two curves overlap at the start {best}: give another one, or curves of wider range")
-    if free == [1]:  # b moves curves upwards alone, so that the square of their spread is a parabola in it
+    if free.tolist() == [False, True]:  # b moves curves upwards alone: the square of their spread is a parabola in it
         below, at, above = (spread((best[0], best[1] + step)) ** 2 for step in (-1, 0, 1))
         if (bend := below - 2 * at + above) > 0:
             best = best[0], best[1] + 0.5 * (below - above) / bend
-    elif free:
-        found = minimize(
-            lambda v: spread(fill_in(v)) ** 2,
-            [start[k] for k in free],
-            method="Nelder-Mead",
-            options={"xatol": 1e-4, "fatol": 1e-10},
-        )
-        best = fill_in(found.x)
+    elif free.any():
+        how = {"xatol": 1e-4, "fatol": 1e-10}
+        best = fill_in(minimize(lambda v: spread(fill_in(v)) ** 2, begin, method="Nelder-Mead", options=how).x)
     return ScalingExponents(*best, spread(best))

@@ -54,12 +54,7 @@ class HerschelBulkley:
 
     @drawn("Line2D that draws the law")
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw the points with their errors and the law through them, on logarithmic axes.
-
-        >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
-        >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
-        >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
-        """
+        """Draw the points with their errors and the law through them, on logarithmic axes."""
         from jamlab.plotting.palette import BLUE, RED
 
         rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
