@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number
+from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -286,8 +286,8 @@ def _between_walls(packing: Packing) -> Array:
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time."""
     check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE)
-    if background != 0:
-        check_number("background_drag", background, LARGEST_BACKGROUND)
+    if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
+        raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")
     if damping.at_contacts and damping.contrast > LARGEST_BETA:
         raise InputError(
             f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA:g}), since "
