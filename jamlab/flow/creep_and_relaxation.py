@@ -138,7 +138,10 @@ def creep(
         ConvergenceError, StorageError: see `oscillate`.
     """
     law = damping or ContactDamping()
-    check_creeping(law)
+    if not law.resists_shear:
+        raise InputError(
+            f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
+        )
     scale = natural_scales(packing).stress
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
@@ -158,14 +161,6 @@ def creep(
 
 def _end(duration: float, strain: float = np.inf) -> End:
     return End(duration, f"a shorter duration than {duration:g}", strain)
-
-
-def check_creeping(law: Damping) -> None:
-    """Refuse a law under which a stress has no answer."""
-    if not law.resists_shear:
-        raise InputError(
-            f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
-        )
 
 
 _RELAXED = 1e-3  # relative fall of the modulus over the last half of the time
