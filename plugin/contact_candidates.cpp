@@ -3,6 +3,9 @@
 #include "contact_candidates.h"
 
 #include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 
@@ -16,22 +19,24 @@ static constexpr int BLOCK = 512;    // facings: some 40 kB with their edges and
 /* what can come within the width of a contact before the next build. Ends move by
    less than half the skin, so nothing farther than width + skin now can touch
    until then. */
-void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &laws,
+void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &contact_laws,
                            ContactForm form)
 {
   outline = fix;
+  laws = &contact_laws;
   row_list.clear();
   near_list.clear();
   edge_list.clear();
   block_list.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
-  find_reaches(laws);
-  find_edges(laws);
+  find_reaches();
+  find_edges();
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
+    if (laws->flat(atom->type[i])) continue;
     of_point.clear();
-    find_near_point(i, {list->firstneigh[i], list->numneigh[i]}, laws, form);
+    find_near_point(i, {list->firstneigh[i], list->numneigh[i]}, form);
     keep(i);
     if (static_cast<int>(row_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
   }
@@ -49,54 +54,70 @@ void ContactCandidates::end_block()
   block_list.push_back(block);
 }
 
-void ContactCandidates::find_reaches(const ContactLaws &laws)
+void ContactCandidates::find_reaches()
 {
   const int row = atom->ntypes + 1;
   const double skin = neighbor->skin;
   reaches.assign(row * row, {0.0, 0.0});
   for (int i = 1; i < row; i++)
     for (int j = 1; j < row; j++) {
-      if (laws.start[i][j] < 0.0) continue;    // left to other styles of pair_style hybrid
-      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j);
+      if (laws->start[i][j] < 0.0) continue;    // left to other styles of pair_style hybrid
+      const double touching = laws->start[i][j] + skin, listed = laws->cutoff(i, j);
       reaches[i * row + j] = {touching * touching, listed * listed};
     }
 }
 
-void ContactCandidates::find_edges(const ContactLaws &laws)
+void ContactCandidates::find_edges()
 {
+  flats.clear();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (laws->flat(atom->type[i])) flats.push_back(i);
+  if (comm->nprocs > 1 && !flats.empty())
+    error->one(FLERR, "Pair style circuloline: types in flat reach all over the box: use one rank");
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
   if (nall == 0) return;
-  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   for (int i = 0; i < nall; i++) {
-    const int head = laws.disk(atom->type[i]) ? i : outline->next(i);
-    if (head >= 0) all_frames[i] = edge_frame(x[i], x[head]);
+    const int head = laws->disk(atom->type[i]) ? i : outline->next(i);
+    if (head >= 0) all_frames[i] = frame({i, head});
   }
+}
+
+/* A line along x is an edge beyond the box on either side. Its length is a power of two: the foot lies at the x of the
+   vertex to the last digit. */
+EdgeFrame ContactCandidates::frame(const Edge &edge) const
+{
+  EdgeFrame found = edge_frame(atom->x[edge.tail], atom->x[edge.head]);
+  if (!laws->flat(atom->type[edge.tail])) return found;
+  found.ex = exp2(ceil(log2(4.0 * (domain->xprd + fabs(domain->xy)))));
+  found.x -= 0.5 * found.ex;
+  found.per_lsq = 1.0 / (found.ex * found.ex);
+  return found;
 }
 
 /* edges near vertex or disk i. The neighbor list holds at least one end of each.
    A disk has the contact with a vertex or an edge; of two disks, the earlier one. */
-void ContactCandidates::find_near_point(int i, Neighbors neighbors, const ContactLaws &laws, ContactForm form)
+void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm form)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const int *const type = atom->type, *const forms = laws.form[type[i]];
+  const int *const type = atom->type, *const forms = laws->form[type[i]];
   const tagint *const molecule = atom->molecule;
-  const bool idisk = laws.disk(type[i]);
+  const bool idisk = laws->disk(type[i]);
   const tagint own = idisk ? 0 : molecule[i];
   const double px = x[i][0], py = x[i][1];
   const Reach *const reach = &reaches[type[i] * (atom->ntypes + 1)];
   auto try_edge = [&](int tail, double touching, int special = 0) {
     if (foot_on_edge(px, py, all_frames[tail]).rsq < touching)
-      add(i, tail | special << SBBITS, {tail, laws.disk(type[tail]) ? tail : outline->next(tail)});
+      add(i, tail | special << SBBITS, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
   };
 
   for (const int listed : neighbors) {
     const int j = listed & NEIGHMASK;
-    if (molecule[j] == own && one_outline(i, j, laws)) continue;
+    if (molecule[j] == own && one_outline(i, j)) continue;
     const int jtype = type[j];
     if (forms[jtype] != form) continue;
     const Reach &one = reach[jtype];
-    if (laws.disk(jtype)) {
+    if (laws->disk(jtype)) {
       if (idisk && !earlier(j, i)) try_edge(j, one.touching, listed >> SBBITS & 3);
       continue;
     }
@@ -106,13 +127,15 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, const Contac
     const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list may not hold
     if (rx * rx + ry * ry > one.listed) try_edge(jprev, one.touching);
   }
+  for (const int wall : flats)    // which neighbor lists hold near its atom alone
+    if (!idisk && forms[type[wall]] == form) try_edge(wall, reach[type[wall]].touching);
 }
 
 /* the same outline, not its periodic image: no contact with itself */
-bool ContactCandidates::one_outline(int i, int j, const ContactLaws &laws) const
+bool ContactCandidates::one_outline(int i, int j) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
-      !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
+      !laws->disk(atom->type[i]) && !laws->disk(atom->type[j]);
 }
 
 /* what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds */
@@ -160,10 +183,7 @@ bool ContactCandidates::earlier(int i, int j) const
 
 void ContactCandidates::measure_edges(const Block &block)
 {
-  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  EdgeFrame *frame = frame_list.data();
-  for (int n = block.edge_begin; n < block.edge_end; n++)
-    *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
+  for (int n = block.edge_begin; n < block.edge_end; n++) frame_list[n - block.edge_begin] = frame(edge_list[n]);
 }
 
 double ContactCandidates::memory_usage() const

@@ -77,6 +77,8 @@ class ContactCandidates : protected Pointers {
   };
 
   const FixPolygonOutline *outline = nullptr;
+  const ContactLaws *laws = nullptr;
+  std::vector<int> flats;    // owned atoms that are lines along x
   std::vector<Reach> reaches;
   std::vector<CandidateRow> row_list;
   std::vector<int> near_list;
@@ -87,14 +89,15 @@ class ContactCandidates : protected Pointers {
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
   std::vector<Candidate> of_point;    // of one point
 
-  void find_reaches(const ContactLaws &);
-  void find_edges(const ContactLaws &);
-  void find_near_point(int, Neighbors, const ContactLaws &, ContactForm);
+  void find_reaches();
+  void find_edges();
+  EdgeFrame frame(const Edge &) const;
+  void find_near_point(int, Neighbors, ContactForm);
   void add(int, int, Edge);
   void end_block();
   void keep(int);
   bool earlier(int, int) const;
-  bool one_outline(int, int, const ContactLaws &) const;
+  bool one_outline(int, int) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -26,7 +26,8 @@ inline std::string contact_form_names(const char *separator)
 enum Role {
   VERTEX,    // of a closed ring of bonds: a polygon
   WALL,      // of an open chain of bonds, or of a ring
-  DISK       // a point with a rim, whatever its bonds
+  DISK,      // a point with a rim, whatever its bonds
+  FLAT       // a line along x through one atom, which vertices alone meet
 };
 
 /* The contact of types i and j: E = (eps/2)(1 - d/width)^2 of their distance d.
@@ -38,7 +39,8 @@ struct ContactLaws {
   double longest_edge = 0.0;    // no edge may outgrow this, so that neighbor lists hold one of its ends
   std::vector<Role> role;
 
-  bool disk(int type) const { return role[type] == DISK; }
+  bool disk(int type) const { return role[type] >= DISK; }    // or a line: its edge has no other end
+  bool flat(int type) const { return role[type] == FLAT; }
 
   /* how far apart two atoms may be whose contact has its width at the start of the run: an
      edge within reach of a point has one end no farther than half its length beyond the foot */

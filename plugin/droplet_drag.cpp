@@ -87,7 +87,9 @@ void DropletDrag::read_outlines()
       background[v.i] = settings.background / rings.polygons()[segment.polygon].size;
     }
   for (int i = 0; i < nlocal; i++)
-    if (turns[i].prev < 0)
+    if (turns[i].prev < 0 && pair->flat(i))
+      turns[i].prev = turns[i].next = i;    // it does not turn
+    else if (turns[i].prev < 0)
       lmp->error->one(FLERR, "{}: atom {} is no vertex of a droplet", WHO, lmp->atom->tag[i]);
 }
 

@@ -14,6 +14,8 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr double ENDLESS = 1e300;
+
 bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std::vector<DropletMeeting> &meetings,
                               double beyond)
 {
@@ -21,9 +23,10 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std
   for (const Contact &c : pair.find_contacts(beyond)) {
     const Foot &foot = c.foot;
     const double d = sqrt(foot.rsq), ex = x[c.head][0] - x[c.tail][0], ey = x[c.head][1] - x[c.tail][1];
-    const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
-    const double length = corner ? 0.0 : sqrt(ex * ex + ey * ey), per_length = length > 0.0 ? 1.0 / length : 0.0;
-    meetings.push_back({c.vertex, c.tail, c.head, foot.t, foot.dx / d, foot.dy / d, d, pair.stiffness(c),
+    const bool flat = c.tail == c.head, corner = foot.t <= 0.0 || foot.t >= 1.0;    // a flat wall does not turn
+    const double length = flat ? ENDLESS : corner ? 0.0 : sqrt(ex * ex + ey * ey);
+    const double per_length = length > 0.0 ? 1.0 / length : 0.0;
+    meetings.push_back({c.vertex, c.tail, c.head, flat ? 0.0 : foot.t, foot.dx / d, foot.dy / d, d, pair.stiffness(c),
                         std::max(0.0, pair.contact_force(c).magnitude), ex * per_length, ey * per_length, length});
     if (d == 0.0) return false;
   }

@@ -157,6 +157,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void remove_drift();
   double to_edge(int i) const;
   void hold_fixed();
+  bool rides(int i) const { return walls && drive != RATE && (atom->mask[i] & fixed_bit); }
   void add_walls();
   void add_up();
   void lean(double strain);

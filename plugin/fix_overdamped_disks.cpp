@@ -222,6 +222,8 @@ void FixOverdamped::plan_disks()
       plan.extrapolated[i] = plan.extrapolated[i] + v[s] * stage.velocities[i];
     }
   }
+  for (int i = 0; i < atom->nlocal; i++)
+    if (rides(i)) plan.displacement[i] = {plan.strain * to_edge(i), 0.0, 0.0};    // exactly
   plan.made = true;
   set_time_step(plan.time);
 }

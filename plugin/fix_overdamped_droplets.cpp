@@ -63,7 +63,9 @@ void FixOverdamped::predict_droplets(double dt, double strain_step)
     const Vec3 v = velocity[i], m = displacement[i], w = last_displacement[i];
     Vec3 u = {(m.x + w.x + leaned * w.y) * per_time, (m.y + w.y) * per_time, 0.0};    // as the box leans now
     if (per_time == 0.0) u = v;
-    const double dx = again * m.x + implicit_time * u.x, dy = again * m.y + implicit_time * u.y;
+    double dx = again * m.x + implicit_time * u.x;
+    if (rides(i)) dx = strain_step * to_edge(i);    // exactly, or walls would lose their shape
+    const double dy = again * m.y + implicit_time * u.y;
     x[i][1] += dy;
     x[i][0] += dx + strain_step * (x[i][1] - ylo);
     last_velocity[i] = v;
@@ -118,6 +120,7 @@ bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_ra
   const double extra = implicit_time * (state.rate - predicted_rate), ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
+    if (rides(i)) continue;
     const double dx = implicit_time * (velocity[i].x - predicted[i].x),
                  dy = implicit_time * (velocity[i].y - predicted[i].y);
     displacement[i].x += dx;

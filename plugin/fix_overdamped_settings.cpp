@@ -235,7 +235,7 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: drag is for droplets: that of disks stands in pair_style disk/drag", WHO);
   if (!disks && !droplet_law_given && settings.background == 0.0)
     error->all(FLERR, "{}: no drag at all: give drag tau beta alpha, or a background drag", WHO);
-  if (walls && drive != RATE) error->all(FLERR, "{}: walls need a rate: their shape follows no other drive", WHO);
+  if (walls && drive == STRESS) error->all(FLERR, "{}: walls need a rate or oscillate, not a stress", WHO);
   if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every atom enters", WHO);
   if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);

@@ -50,6 +50,8 @@ class PairCirculoline : public Pair {
     return law.eps * law.per_width * law.per_width;
   }
 
+  bool flat(int i) const { return laws.flat(atom->type[i]); }    // whether an atom is a flat wall
+
   // of this rank, where ghosts are up to date; good until the next call. beyond: largest gap of what counts
   const std::vector<Contact> &find_contacts(double beyond = 0.0);
   const std::vector<Contact> &present_contacts();    // the same, collective: brings ghosts up to date
@@ -66,7 +68,7 @@ class PairCirculoline : public Pair {
   };
   std::vector<Given> given_coeffs;
   Given &given(int i, int j) { return given_coeffs[i * (atom->ntypes + 1) + j]; }
-  std::string role_types[DISK + 1];    // as pair_style names them: the number of types may come later
+  std::string role_types[FLAT + 1];    // as pair_style names them: the number of types may come later
   bool in_use[NUMBER_OF_CONTACT_FORMS];
 
   class FixPolygonOutline *outline;

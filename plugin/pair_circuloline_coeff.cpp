@@ -48,11 +48,11 @@ void PairCirculoline::allocate()
 }
 
 /* pair_style circuloline delta longest_edge keyword value ...
-     contact form, walls types, disks types */
+     contact form, walls types, disks types, flat types */
 void PairCirculoline::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
-    error->all(FLERR, "{} needs: delta longest_edge [contact {}] [walls types] [disks types]", STYLE,
+    error->all(FLERR, "{} needs: delta longest_edge [contact {}] [walls types] [disks types] [flat types]", STYLE,
                contact_form_names("|"));
 
   delta = utils::numeric(FLERR, arg[0], false, lmp);
@@ -69,8 +69,10 @@ void PairCirculoline::settings(int narg, char **arg)
       role_types[WALL] = arg[k + 1];
     else if (strcmp(arg[k], "disks") == 0)
       role_types[DISK] = arg[k + 1];
+    else if (strcmp(arg[k], "flat") == 0)
+      role_types[FLAT] = arg[k + 1];
     else
-      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls or disks", STYLE, arg[k]);
+      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls, disks or flat", STYLE, arg[k]);
   }
 
   // given again: types without a width or a form of their own take the new one
@@ -85,7 +87,7 @@ void PairCirculoline::settings(int narg, char **arg)
 void PairCirculoline::read_roles()
 {
   laws.role.assign(atom->ntypes + 1, VERTEX);
-  for (const Role role : {WALL, DISK}) {
+  for (const Role role : {WALL, DISK, FLAT}) {
     std::istringstream ranges(role_types[role]);
     for (std::string range; std::getline(ranges, range, ',');) {
       int low, high;

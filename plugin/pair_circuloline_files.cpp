@@ -11,7 +11,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -4.0;    // stands where the first versions have delta, which is positive
+static constexpr double LAYOUT = -5.0;    // stands where the first versions have delta, which is positive
 
 template <class Value> static void write(FILE *fp, const Value &value)
 {
