@@ -24,7 +24,7 @@ from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.damping import Damping, refuse_slip
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
@@ -110,6 +110,7 @@ class OverdampedSession:
         end: End | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
+        refuse_slip(packing, damping, background)
         packing.kind.points(packing)  # refuses outlines that cross
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
@@ -163,10 +164,10 @@ class OverdampedSession:
         here, or from `before`, the last state of an earlier flow. `drive`: "rate value", "oscillate amplitude omega" or
         "stress value", as of `fix overdamped`; a stress as `stress_drive` says it. `interval`: of time, after which
         `advance` returns. `longest`: step, by default no limit but that of the tolerance."""
-        if self._given.walls and not drive.startswith("rate"):
+        if self._given.walls and drive.startswith("stress"):
             raise InputError(
-                f"walls: the packing has walls, which move at a rate only, not under {drive.split()[0]}; use "
-                "shear or quasistatic_shear, or remove the walls with packing.with_state(walls=False)"
+                "walls: the packing has walls, which move by a strain that is given, not under a stress; use shear or "
+                "oscillate, or remove the walls with packing.with_state(walls=False)"
             )
         if self._driven:
             self._session.command("unfix flow")

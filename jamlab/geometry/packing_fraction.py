@@ -7,6 +7,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
+from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import disk_cells, radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
@@ -18,7 +19,7 @@ FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 @checked
 def packing_fraction(packing: Packing, method: str = "exact") -> float:
-    """Compute the area that the particles cover over the area of the cell.
+    """Compute the area that the particles cover over the area of the cell, between flat walls over that of the slab.
 
     Args:
         packing: SP or DP.
@@ -44,7 +45,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         raise InputError(
             f"unknown packing fraction {method!r} for model {packing.model}: use one of {', '.join(methods)}"
         )
-    return methods[method](packing)
+    return methods[method](mirrored(packing))
 
 
 def cover_by_droplets(packing: Packing) -> float:

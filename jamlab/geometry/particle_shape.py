@@ -13,6 +13,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
+from jamlab.geometry.mirrored_slab import in_slab, mirrored
 from jamlab.geometry.vertex_contacts import named_pairs, unique_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -30,6 +31,7 @@ def particle_areas(packing: Packing) -> Array:
     SP: each disk is cut by its power cell. Two disks are divided by their common chord: each gets half of the overlap
     if they are equal, and about half if not (Boromand et al. fig 1). Zero for a disk inside others.
     DP: the polygon grown by its rim delta/2; where m particles overlap, each takes 1/m of the overlap.
+    Flat walls cut particles at their planes.
 
     Args:
         packing: SP or DP; areas are in the square of its unit of length.
@@ -39,7 +41,7 @@ def particle_areas(packing: Packing) -> Array:
         >>> bool(np.isclose(jamlab.particle_areas(p).sum() / p.area, jamlab.packing_fraction(p)))
         True
     """
-    return packing.kind.shares(packing)
+    return in_slab(packing, packing.kind.shares(mirrored(packing)))
 
 
 @checked
@@ -64,7 +66,7 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
         >>> a.shape, bool((a >= 1).all())
         ((32,), True)
     """
-    area, perimeter = packing.kind.outline(packing, rim)
+    area, perimeter = (in_slab(packing, values) for values in packing.kind.outline(mirrored(packing), rim))
     factors = np.full(packing.n, np.nan)
     np.divide(perimeter**2, 4 * np.pi * area, out=factors, where=area > 0)
     return factors
@@ -86,7 +88,7 @@ def relative_areas(packing: Packing) -> Array:
         >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
         (True, True)
     """
-    return packing.kind.relative_areas(packing)
+    return in_slab(packing, packing.kind.relative_areas(mirrored(packing)), np.nan)
 
 
 @checked

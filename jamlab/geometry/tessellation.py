@@ -22,6 +22,7 @@ from scipy.spatial import ConvexHull
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import moves_home, periodic_copies, positive_image
@@ -42,7 +43,8 @@ class Tessellation(Result):
     """Cells around particles.
 
     Attributes:
-        area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as inside another.
+        area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as inside another,
+            and for flat walls, at whose planes the others end.
         wall_i, wall_j: (m,) int64, cells on both sides of a wall, i <= j; a cell may meet several images of another.
         wall_length: (m,) length of each wall.
         sides: (n,) int64, neighbours of each cell; the mean is 6 where three cells meet in every corner.
@@ -118,8 +120,11 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     """
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
-    owner, points, radius = packing.kind.power_points(packing, spacing)
-    walls = find_power_walls(points, radius, packing.box)
+    whole = mirrored(packing)
+    owner, points, radius = whole.kind.power_points(whole, spacing)
+    walls = find_power_walls(points, radius, whole.box)
+    if whole is not packing:
+        owner, walls = _end_at_planes(packing, owner, walls)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
     return _merge_cells(packing, owner, area, walls)
 
@@ -189,6 +194,22 @@ def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> 
         np.concatenate([cross(ab, corner) / d_ab, -cross(ac, corner) / d_ac]),
         np.tile(points[a] + corner, (2, 1)),
     )
+
+
+def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple[Indices, PowerWalls]:
+    """Of the points and half walls of a slab and its image those of the slab; walls to an image are flat walls."""
+    n, height = packing.n - 2, packing.box[1, 1]
+    count, kept = np.searchsorted(owner, n), owner[walls.i] < n
+    i, j, shift = walls.i[kept], walls.j[kept], walls.shift[kept]
+    flat = j >= count
+    lower = np.argsort(packing.centroids[n:, 1] % height)
+    places = np.outer(np.floor(packing.centroids[owner[i], 1] / height), packing.box[1])
+    places[:, 1] += packing.planes[0]
+    j = np.where(flat, count + (shift[:, 1] != 0), j)
+    walls = PowerWalls(
+        i, j, np.where(flat[:, None], 0, shift), walls.height[kept], walls.length[kept], walls.corner[kept] + places
+    )
+    return np.append(owner[:count], n + lower), walls
 
 
 def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWalls) -> Tessellation:

@@ -15,7 +15,7 @@ A periodic image of a polygon is another polygon, also to itself: in a small box
 Disks touch where r < (d_i + d_j)/2.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -38,23 +38,30 @@ def touching_disks(packing: Packing) -> Pairs:
     near, flat = periodic_pairs(packing.positions, packing.box, reach), packing.flat_walls
     if not flat.any():
         return near
-    height = packing.box[1, 1]
+    found: Pairs = _joined(near.select(~flat[near.i] & ~flat[near.j]), _near_walls(packing, reach))
+    return found.select(np.lexsort([*found.shift.T[::-1], found.j, found.i]))  # i < j: flat walls are last
+
+
+def _joined(one: Any, other: Any) -> Any:
+    rows = (np.concatenate([getattr(each, f.name) for each in (one, other)]) for f in fields(one))
+    return type(one)(*rows)
+
+
+def _near_walls(packing: Packing, reach: Array) -> Pairs:
+    """Sites i within the sum of reaches, (len(positions),), of a flat wall j, at the distance along y: r = (0, dy)."""
+    flat, height = packing.flat_walls[packing.particle], packing.box[1, 1]
     image, y = np.divmod(packing.positions[:, 1], height)
-    low, high = y[flat & (y < 0.5 * height)], y[flat & (y > 0.5 * height)]
-    behind = ~flat & ((y <= low.max(initial=-1.0)) | (y >= high.min(initial=2 * height)))
+    walls = np.flatnonzero(flat)
+    behind = ~flat & ((y <= y[walls].min()) | (y >= y[walls].max()))
     if behind.any():
-        disk = int(behind.argmax())
-        raise InputError(f"disk {disk} at y = {y[disk]:.6g} lies behind a flat wall: move it between the walls")
-    i, j = np.nonzero(~flat[:, None] & flat & (np.abs(y[:, None] - y) < reach[:, None]))
-    shift = np.column_stack([np.zeros_like(i), (image[i] - image[j]).astype(np.int64)])
-    bare = near.select(~flat[near.i] & ~flat[near.j])
-    found = Pairs(
-        np.append(bare.i, i),
-        np.append(bare.j, j),  # i < j: flat walls are last
-        np.append(bare.r, np.column_stack([np.zeros(len(i)), y[j] - y[i]]), axis=0),
-        np.append(bare.shift, shift, axis=0),
-    )
-    return found.select(np.lexsort([*found.shift.T[::-1], found.j, found.i]))
+        site = int(behind.argmax())
+        raise InputError(
+            f"particle {packing.particle[site]} at y = {y[site]:.6g} lies behind a flat wall: move it between the walls"
+        )
+    away = y[walls] - y[:, None]
+    i, k = np.nonzero(~flat[:, None] & (np.abs(away) < reach[:, None] + reach[walls]))
+    shift = np.column_stack([np.zeros_like(i), (image[i] - image[walls[k]]).astype(np.int64)])
+    return Pairs(i, walls[k], np.column_stack([np.zeros(len(i)), away[i, k]]), shift)
 
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
@@ -110,6 +117,10 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
         return count, (vertex, tail, place, separation, shift)
 
     found = VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
+    if (flat := packing.flat_walls[packing.particle]).any():
+        near = _near_walls(packing, np.full(len(flat), 0.5 * delta))
+        met = VertexContacts(near.i, near.j, np.zeros(len(near.i)), -near.r, near.shift @ packing.box)
+        found = _joined(found.select(~flat[found.vertex] & ~flat[found.tail]), met)
     return found.select(_closest_of_edges(packing, found)) if form == "segment" else found
 
 
@@ -127,7 +138,7 @@ def _check_apart(packing: Packing) -> None:
     """Refuse outlines that cross farther than delta from every vertex, and polygons in the middle of others. The search
     for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds another and a
     strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski)."""
-    delta, areas = packing.params["delta"], packing.polygon_areas
+    delta, areas = packing.params["delta"], packing.polygon_areas[~packing.flat_walls]
     long_edges = bool(np.hypot(*packing.edges.T).max() > 2 * delta)
     if long_edges or areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2:
         refuse_crossings(packing, within=not long_edges)

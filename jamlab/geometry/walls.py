@@ -8,15 +8,15 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 
-_MORE = 0.25  # mean diameters that a slab between flat walls is wider: six packings at 1e-2 k keep 86 % of it or more
+_MORE = 0.25  # mean sizes that a slab between flat walls is wider: six packings at 1e-2 k keep 86 % of it or more
 
 
 @checked
@@ -26,23 +26,23 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
     Rough walls are made of particles that are fixed. The box stays periodic, so both walls touch each other across its
     edge. A packing at a minimum remains at a minimum. Simple shear of the box shifts the upper wall as a whole.
 
-    Flat walls are lines along x in a taller box, with all particles between them: two more disks of diameter 0, the
-    last of the packing, which others meet at their distance along y, at half a diameter. Relax such a packing: its
-    pressure is another. Only tangential drag shears it; its static G is 0.
+    Flat walls are lines along x in a taller box, with all particles between them: two more particles of size 0, the
+    last of the packing, which disks meet at their distance along y, at half a diameter, and vertices of droplets at
+    `delta`. Relax such a packing: its pressure is another. Only tangential drag shears it; its static G is 0.
 
     Args:
         packing: SP or DP.
-        flat: SP, repulsive: flat walls.
+        flat: flat walls.
         thickness: of each wall, mean sizes: particles whose centre lies that near the bottom or the top are fixed; from
             the largest particle, since nothing may touch both sides of it, to a third of the height. Flat: from each
-            wall to the edge of the new box.
+            wall to the edge of the new box, at most 10.
 
     Returns:
         The packing with `fixed` and `walls` set, in the ensemble "fixed-box".
 
     Raises:
-        InputError: a thickness out of range, or one that leaves a wall or the slab without particles; flat walls of
-            droplets or sticky disks, or of a packing with fixed particles.
+        InputError: a thickness out of range, or one that leaves a wall or the slab without particles; flat walls of a
+            packing with fixed particles.
 
     Example:
         >>> w = jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1))
@@ -50,7 +50,7 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
         (True, True, True)
     """
     size, height = mean_size(packing), float(packing.box[1, 1])
-    check_number("thickness", thickness, height / size / 3, packing.kind.sizes(packing).max() / size)
+    check_number("thickness", thickness, 10.0 if flat else height / size / 3, packing.kind.sizes(packing).max() / size)
     if flat:
         return _with_flat_walls(packing, thickness * size)
     y = packing.centroids[:, 1] % height
@@ -62,21 +62,28 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
 
 
 def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
-    if packing.kind.deforms or packing.fixed is not None:
-        what = "model dp" if packing.kind.deforms else f"{int(packing.fixed_particles.sum())} particles are fixed"
-        raise InputError(f"flat: {what}; use flat=False, or disks that are all free")
-    box, x, diameters = np.array(packing.box), np.array(packing.positions), packing.disk_diameters
-    between = box[1, 1] + _MORE * diameters.mean()
-    x -= np.outer(np.floor(x[:, 1] / box[1, 1]), box[1])
-    y = thickness + 0.5 * diameters + x[:, 1] * (between - diameters) / box[1, 1]
+    if packing.fixed is not None:
+        raise InputError(f"flat: {int(packing.fixed.sum())} particles are fixed; use flat=False, or free them")
+    box, x = np.array(packing.box), np.array(packing.positions)
+    between, rim = box[1, 1] + _MORE * mean_size(packing), 0.5 * packing.params.get("delta", 0.0)
+    x -= np.outer(np.floor(packing.centroids[:, 1] / box[1, 1]), box[1])[packing.particle]
+    if packing.kind.deforms:  # all is squeezed, so that no outlines cross
+        low, high = x[:, 1].min() - rim, x[:, 1].max() + rim
+        y = thickness + (x[:, 1] - low) * between / (high - low)
+    else:
+        diameters = packing.disk_diameters
+        y = thickness + 0.5 * diameters + x[:, 1] * (between - diameters) / box[1, 1]
     lean, height = box[1, 0] / box[1, 1], between + 2 * thickness
     x = np.column_stack([x[:, 0] + lean * (y - x[:, 1]), y])
     box[1] = height * np.array([lean, 1.0])
-    walls = np.outer([thickness, height - thickness], [lean, 1.0])
+    walls = np.outer([thickness - rim, height - thickness + rim], [lean, 1.0])  # their surfaces are half a rim before
+    own = {name: np.append(packing.params[name], [0, 0]) for name, each in packing.parameters.items() if each.each}
     return packing.with_state(
         box=box,
         positions=np.append(x, walls, axis=0),
-        diameters=np.append(diameters, [0.0, 0.0]),
+        params={**packing.params, **own},
+        diameters=None if packing.diameters is None else np.append(packing.diameters, [0.0, 0.0]),
+        offsets=None if packing.offsets is None else np.append(packing.offsets, packing.offsets[-1] + [1, 2]),
         fixed=np.arange(packing.n + 2) >= packing.n,
         walls=True,
         onset=None,
@@ -110,11 +117,9 @@ class Slab(Result):
     """What lies between two walls.
 
     Attributes:
-        bottom, top: highest centre in the lower wall and lowest in the upper one.
-        packing_fraction: area of the free particles, overlaps shared, over the area of their cells; between flat walls
-            over that of the slab, without what disks overlap with walls.
-        voids: (m,) bool, which of `jamlab.voids(packing)` have their centre between `bottom` and `top`; between flat
-            walls without those that join the room behind them.
+        bottom, top: highest centre in the lower wall and lowest in the upper one; planes of flat walls.
+        packing_fraction: area of the free particles, overlaps shared, over the area of their cells.
+        voids: (m,) bool, which of `jamlab.voids(packing)` have their centre between `bottom` and `top`.
     """
 
     bottom: float
@@ -136,17 +141,11 @@ def slab(packing: Packing) -> Slab:
         (True, 0.855)
     """
     walled(packing, walls=True)
+    found = voids(packing)
+    if packing.flat_walls.any():
+        return Slab(*packing.planes, packing_fraction(packing), np.ones(len(found.area), dtype=bool))
     fixed, height = packing.fixed_particles, packing.box[1, 1]
-    y = packing.centroids[fixed, 1] % height
+    y, centre = packing.centroids[fixed, 1] % height, found.centroid[:, 1] % height
     bottom, top = float(y[y < 0.5 * height].max()), float(y[y > 0.5 * height].min())
-    covered, flat = particle_areas(packing)[~fixed].sum(), packing.flat_walls
-    centre = voids(packing).centroid[:, 1] % height
-    inside = (centre > bottom) & (centre < top)
-    if not flat.any():
-        return Slab(bottom, top, float(covered / tessellation(packing).area[~fixed].sum()), inside)
-    pairs = touching_disks(packing)
-    pairs = pairs.select(flat[pairs.j])
-    radius, h = 0.5 * packing.disk_diameters[pairs.i], np.abs(pairs.r[:, 1])
-    covered -= np.sum(radius**2 * np.arccos(h / radius) - h * np.sqrt(radius**2 - h**2))
-    fraction = float(covered / (packing.box[0, 0] * (top - bottom)))
-    return Slab(bottom, top, fraction, inside)  # what percolates has no centre
+    covered = float(particle_areas(packing)[~fixed].sum() / tessellation(packing).area[~fixed].sum())
+    return Slab(bottom, top, covered, (centre > bottom) & (centre < top))  # what percolates has no centre

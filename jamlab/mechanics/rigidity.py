@@ -136,7 +136,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         packing: SP, at rest or not; all contacts count as bonds, as in sticky disks.
 
     Raises:
-        InputError: droplets, whose contacts are not bonds between points.
+        InputError: droplets or flat walls, whose contacts are not bonds between points.
 
     Example:
         >>> p = jamlab.pack(64, phi=0.6, seed=1, stickiness=0.1)
@@ -144,6 +144,8 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
         (True, True)
     """
+    if packing.flat_walls.any():
+        raise InputError("flat walls: a contact with a line is no bond between points; use rough walls")
     pairs = contacts(packing).pairs
     game = _Game(len(packing.disk_diameters))  # refuses droplets
     redundant = 0

@@ -57,12 +57,9 @@ class Disks:
         if packing.diameters is None:
             raise InputError("model sp needs diameters, one per disk")
         diameters = finite_array("diameters", packing.diameters, (len(packing.positions),))
-        flat = diameters == 0
-        if flat.any():
-            _check_flat(packing, flat)
-        check_positive("diameters", diameters[~flat])
-        check_magnitudes(packing.box, packing.positions, diameters[~flat])
-        PowerLaw.of(packing.params, float(diameters[~flat].mean()))
+        check_positive("diameters", sizes := diameters[diameters != 0])  # flat walls have none
+        check_magnitudes(packing.box, packing.positions, sizes)
+        PowerLaw.of(packing.params, float(sizes.mean()))
         return {"diameters": diameters}
 
     def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
@@ -75,7 +72,7 @@ class Disks:
         return packing.positions
 
     def law(self, packing: Packing) -> PairLaw:
-        return PowerLaw.of(packing.params, float(packing.disk_diameters.mean()))
+        return PowerLaw.of(packing.params, float(packing.disk_diameters[~packing.flat_walls].mean()))
 
     def sizes(self, packing: Packing) -> Array:
         return packing.disk_diameters
@@ -165,9 +162,6 @@ class Disks:
         from jamlab.plotting.periodic_cell import circles  # with matplotlib, which packings alone do not load
 
         drawn = circles(packing.positions, packing.disk_diameters)
-        for k in np.flatnonzero(packing.flat_walls):  # a wall is drawn up to the edge of the cell
-            body = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-            drawn[k] = packing.positions[k] + body * [packing.box[0, 0], packing.wall_offsets[k, 1]]
         return drawn, drawn
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
@@ -186,19 +180,6 @@ class Disks:
 
     def longest_edge(self, packing: Packing) -> float:
         return 0.0
-
-
-def _check_flat(packing: Packing, flat: Mask) -> None:
-    """Refuse disks of diameter 0 that are no flat walls."""
-    first, count = int(flat.argmax()), int(flat.sum())
-    if not (packing.walls and packing.fixed is not None and np.asarray(packing.fixed)[flat].all()):
-        raise InputError(
-            f"diameters[{first}] = 0: only flat walls have none, see jamlab.with_walls(packing, flat=True)"
-        )
-    if flat.all() or not flat[-count:].all():
-        raise InputError(f"diameters[{first}] = 0: flat walls come after all disks")
-    if packing.params.get("stickiness"):
-        raise InputError("stickiness: sticky disks have no flat walls; use jamlab.with_walls(packing, flat=False)")
 
 
 def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:

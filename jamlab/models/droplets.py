@@ -83,16 +83,18 @@ class Droplets:
         if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != sites:
             raise InputError(f"offsets must run from 0 to the number of vertices, {sites}; got {offsets}")
         vertices = np.diff(offsets)
-        if vertices.min() < 3:
-            raise InputError(f"polygon {vertices.argmin()} has {vertices.min()} vertices, needs at least 3")
         a0 = finite_array("params['a0']", packing.params["a0"], (len(vertices),))
-        check_positive("params['a0']", a0)
-        check_magnitudes(packing.box, packing.positions, np.append(np.sqrt(a0), packing.params["delta"]))
+        flat = a0 == 0  # walls
+        check_positive("params['a0']", a0[~flat])
+        if vertices[~flat].min(initial=3) < 3:
+            few = int(np.argmax(~flat & (vertices < 3)))
+            raise InputError(f"polygon {few} has {vertices[few]} vertices, needs at least 3")
+        check_magnitudes(packing.box, packing.positions, np.append(np.sqrt(a0[~flat]), packing.params["delta"]))
         crossed = self_crossings(packing.positions, offsets)
         if len(crossed):
             raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
         areas = polygon_areas(packing.positions, offsets)
-        if len(negative := np.flatnonzero(areas <= 0)):
+        if len(negative := np.flatnonzero((areas <= 0) & ~flat)):
             m = negative[0]
             raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
@@ -108,7 +110,7 @@ class Droplets:
         r = packing.positions - first[packing.particle]
         s = r[packing.successor]
         moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygon_offsets[:-1])
-        return np.asarray(first + moment / (6.0 * packing.polygon_areas[:, None]))
+        return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygon_areas)[:, None])
 
     def law(self, packing: Packing) -> RimLaw:
         return RimLaw(float(packing.params["eps"]), float(packing.params["delta"]))
@@ -120,7 +122,9 @@ class Droplets:
         return np.asarray(packing.params["a0"])
 
     def free_area(self, packing: Packing) -> float:
-        return float(np.sum(free_area(vertex_counts(packing), packing.params)))
+        round_ = ~packing.flat_walls
+        params = {**packing.params, "a0": packing.params["a0"][round_]}
+        return float(np.sum(free_area(vertex_counts(packing)[round_], params)))
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
         delta = packing.params["delta"] + growth
@@ -135,7 +139,9 @@ class Droplets:
         """Each once, however many vertices meet; of two periodic images of one, as in very small boxes, either. r joins
         centroids."""
         (i, j, *_), shift = (pairs := name_pairs(packing)[0]).T, pairs[:, 2:]
-        return Pairs(i, j, packing.centroids[j] - packing.centroids[i] + shift @ packing.box, shift)
+        r = packing.centroids[j] - packing.centroids[i] + shift @ packing.box
+        r[packing.flat_walls[j], 0] = 0.0
+        return Pairs(i, j, r, shift)
 
     def contact_forces(self, packing: Packing) -> ContactForces:
         (pairs, row, on_vertex_of_j), found = name_pairs(packing), vertex_contacts(packing)
@@ -256,7 +262,10 @@ class Droplets:
             )
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        return {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
+        found = {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
+        if packing.flat_walls.any():  # the smallest size is the first type; these words end the line of pair_style
+            found["contact"] += " flat 1"
+        return found
 
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
         return {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
@@ -327,8 +336,10 @@ def _tension(packing: Packing) -> Terms:
     inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
     unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
     pairs = np.column_stack([np.arange(len(edge)), packing.successor])
+    bound = ~packing.flat_walls[packing.particle]
+    unit, inverse, length = unit[bound], inverse[bound], length[bound]
     block = central_block(unit, np.zeros_like(inverse), inverse)
-    return pair_terms("tension", pairs, edge, gamma * length, gamma * unit, block)
+    return pair_terms("tension", pairs[bound], edge[bound], gamma * length, gamma * unit, block)
 
 
 def _areas(packing: Packing) -> list[Terms]:
@@ -370,8 +381,8 @@ def _contacts(packing: Packing) -> list[Terms]:
 
     ends = (place == 0.0) | (place == 1.0)
     corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
-    n = normal[ends]
-    block = central_block(n, stiffness[ends], slope[ends] / distance[ends])
+    n, flat = normal[ends], packing.flat_walls[packing.particle[tail[ends]]]
+    block = central_block(n, stiffness[ends], np.where(flat, 0.0, slope[ends] / distance[ends]))  # as of disks
     pairs = np.column_stack([corner, vertex[ends]])
     points = pair_terms("contact", pairs, separation[ends], energy[ends], slope[ends, None] * n, block)
 
@@ -409,6 +420,7 @@ def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
     square = np.einsum("ij,ij->i", edges, edges)
     around = square.copy()  # of both edges at a vertex
     around[head] += square
+    around[packing.flat_walls[packing.particle]] = 1.0  # they do not turn
     if not np.all(around > 0):
         raise InputError(f"vertex {np.argmin(around)} coincides with both its neighbours; move it")
     rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head

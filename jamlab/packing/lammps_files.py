@@ -67,9 +67,9 @@ def types(packing: Packing) -> TypeTable:
     if len(values) <= MAX_TYPES:
         return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
     # of equal ratio: a class of wide ratio has long neighbor lists, an empty one is left out
-    least = values[values > 0][0]  # flat walls have none
+    least = values[values > 0][0]
     place = np.log(np.maximum(values, least) / least) / np.log(values[-1] / least)
-    inside = np.minimum((CLASSES * place).astype(np.int64), CLASSES - 1)
+    inside = np.where(values > 0, np.minimum((CLASSES * place).astype(np.int64), CLASSES - 1), -1)  # flat walls: apart
     _, of_value = np.unique(inside, return_inverse=True)
     last = np.append(np.flatnonzero(np.diff(of_value)), len(values) - 1)
     return TypeTable(values[last], of_value.reshape(-1)[rank.reshape(-1)].astype(np.int64) + 1, True)
@@ -166,12 +166,13 @@ def _value(word: str) -> tuple[str, Any]:
 
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     bonded, count = packing.kind.atom_style == "molecular", len(packing.positions)
+    bonds = [(i, j + 1) for i, j in enumerate(packing.successor, start=1) if i != j + 1] if bonded else []
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
     yield describe(packing)
     yield ""
     yield f"{count} atoms"
     if bonded:
-        yield f"{count} bonds"
+        yield f"{len(bonds)} bonds"
     yield f"{table.ntypes} atom types"
     if bonded:
         yield "1 bond types"
@@ -188,7 +189,7 @@ def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     yield from (f"{i}{molecule[i - 1]} {t} {x:.17g} {y:.17g} 0 {ix} {iy} 0" for i, (t, (x, y), (ix, iy)) in rows)
     if bonded:
         yield "\nBonds\n"
-        yield from (f"{i} 1 {i} {j + 1}" for i, j in enumerate(packing.successor, start=1))
+        yield from (f"{k} 1 {i} {j}" for k, (i, j) in enumerate(bonds, start=1))
     if section := section_of_sizes(packing, table):
         yield f"\n{section}\n"
         sizes = packing.kind.type_sizes(packing)[particle]

@@ -41,8 +41,12 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
 
 
 def outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:
-    """All polygons as shapely geometries."""
+    """All polygons as shapely geometries; empty ones of single points, which flat walls are."""
     import shapely
 
-    rings = shapely.linearrings(positions, indices=np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
-    return np.asarray(shapely.polygons(rings))
+    counts = np.diff(offsets)
+    found = np.full(len(counts), shapely.Polygon(), dtype=object)
+    whole = np.repeat(counts > 1, counts)
+    rings = shapely.linearrings(positions[whole], indices=np.repeat(np.arange(len(counts)), counts)[whole])
+    found[counts > 1] = shapely.polygons(rings[: np.sum(counts > 1)])
+    return found

@@ -244,6 +244,14 @@ class Packing:
             raise InputError(f"fixed: all {self.n} particles are fixed: leave at least one free")
         if self.walls and (mask is None or not mask.any()):
             raise InputError("walls=True, but no particle is fixed: make walls with jamlab.with_walls(packing)")
+        if (flat := self.flat_walls).any():
+            last, sites = np.arange(self.n) >= self.n - 2, np.bincount(self.particle)
+            fixed = mask is not None and mask[last].all()
+            if not (self.walls and fixed and np.array_equal(flat, last) and (sites[last] == 1).all()):
+                raise InputError(
+                    f"{self.kind.size_name} of {self.kind.particles}[{flat.argmax()}] = 0: only flat walls have none, "
+                    "two fixed particles of one site each after all others; use jamlab.with_walls(packing, flat=True)"
+                )
         return mask if mask is not None and mask.any() else None
 
     def _check_minimum(self) -> None:
@@ -298,9 +306,20 @@ class Packing:
         return np.zeros(self.n, dtype=bool) if self.fixed is None else self.fixed
 
     @property
+    @per_packing
     def flat_walls(self) -> NDArray[np.bool_]:
-        """(n,) which particles are flat walls: fixed lines along x, as disks of diameter 0."""
-        return np.zeros(self.n, dtype=bool) if self.diameters is None else self.diameters == 0
+        """(n,) which particles are flat walls: fixed lines along x, as particles of one site and of size 0."""
+        return np.asarray(self.kind.sizes(self) == 0)
+
+    @property
+    @per_packing
+    def planes(self) -> tuple[float, float]:
+        """Heights between which all particles lie: surfaces of flat walls, else the edges of the cell."""
+        if not self.flat_walls.any():
+            return 0.0, float(self.box[1, 1])
+        y = np.sort(self.positions[self.flat_walls[self.particle], 1] % self.box[1, 1])
+        rim = 0.5 * float(self.params.get("delta", 0.0))
+        return float(y[0] + rim), float(y[-1] - rim)
 
     @property
     def slips(self) -> bool:
@@ -362,7 +381,7 @@ class Packing:
     def phi(self) -> float:
         """Nominal packing fraction: area of the undeformed particles, overlaps counted twice, over the cell.
 
-        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim.
+        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim. A holds walls as well.
         """
         return self.kind.free_area(self) / self.area
 
@@ -421,9 +440,9 @@ class Packing:
             mask = self.fixed[particles]
             changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
-        sizes = self.kind.sizes(self)
+        sizes, round_ = self.kind.sizes(self), ~self.flat_walls
         for name in (name for name, each in self.parameters.items() if each.over_size and name in self.params):
-            own[name] = self.params[name] * sizes.mean() / sizes[particles].mean()  # the length stays
+            own[name] = self.params[name] * sizes[round_].mean() / sizes[particles & round_].mean()  # the length stays
         if own:
             changes["params"] = {**self.params, **own}
         return self._trusted(**changes)

@@ -85,7 +85,7 @@ def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any
         facecolor: one colour, or (n,) of them.
         style: of matplotlib's PolyCollection.
     """
-    fills, edges = (move_home(packing, shapes) for shapes in packing.kind.rings(packing))
+    fills, edges = (move_home(packing, shapes) for shapes in rings(packing))
     look = merged(
         PolyCollection, {"facecolor": facecolor, "edgecolor": "white", "linewidth": 0.8, "alpha": 0.55}, style
     )
@@ -93,9 +93,21 @@ def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any
     line_everywhere(axes, edges, packing.box, color="#333333", linewidth=0.6)
 
 
+def rings(packing: Packing) -> tuple[list[Array], list[Array]]:
+    """Shapes of particles to fill and to outline, as stored; a flat wall is drawn up to the edge of the cell."""
+    fills, edges = packing.kind.rings(packing)
+    for k in np.flatnonzero(packing.flat_walls):
+        (x, y), height = packing.centroids[k], packing.box[1, 1]
+        edge = height * np.round(y / height)
+        face = edge + packing.planes[0] if edge < y else edge - height + packing.planes[1]
+        right = x + packing.box[0, 0]
+        fills[k] = edges[k] = np.array([[x, face], [right, face], [right, edge], [x, edge]])
+    return fills, edges
+
+
 def draw_background(axes: Axes, packing: Packing, facecolor: Any = PARTICLE) -> None:
     """Fill every particle pale, for pictures of something else."""
-    fills = move_home(packing, packing.kind.rings(packing)[0])
+    fills = move_home(packing, rings(packing)[0])
     fill_everywhere(axes, fills, packing.box, facecolor=facecolor, edgecolor=OUTLINE, linewidth=0.6)
 
 
@@ -113,6 +125,6 @@ def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize,
     """Fill particles by values (n,), white where there is none, and add the scale of colours beside the axes."""
     colours = matplotlib.colormaps["cividis"](scale(values))
     colours[~np.isfinite(values)] = 1.0
-    fills = move_home(packing, packing.kind.rings(packing)[0])
+    fills = move_home(packing, rings(packing)[0])
     fill_everywhere(axes, fills, packing.box, **merged(PolyCollection, {"facecolor": colours}, style))
     axes.figure.colorbar(matplotlib.cm.ScalarMappable(scale, "cividis"), ax=axes, label=label, shrink=0.8)

@@ -76,7 +76,9 @@ def droplets_from_disks(
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if packing.flat_walls.any():
-        raise InputError("flat walls: droplets have rough walls only; use jamlab.with_walls(packing, flat=False)")
+        raise InputError(
+            "flat walls: make the droplets of the packing without them, then with_walls(droplets, flat=True)"
+        )
     began = time.perf_counter()
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)

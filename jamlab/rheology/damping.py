@@ -233,6 +233,17 @@ class StokesDrag(DragLaw):
 
 
 Damping = ContactDamping | StokesDrag
+
+
+def refuse_slip(packing: Packing, damping: Damping, background: float = 0.0) -> None:
+    """Refuse what moves along flat walls without any drag."""
+    if packing.slips and damping.at_contacts and not damping.contrast and not background:
+        raise InputError(
+            f"beta = 0: nothing drags {packing.kind.particles} along flat walls; use beta > 0, rough walls or, in "
+            "flow, a background drag"
+        )
+
+
 _LAWS: dict[str, type[Damping]] = {law.__name__: law for law in (ContactDamping, StokesDrag)}
 
 

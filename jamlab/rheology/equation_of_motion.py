@@ -20,7 +20,7 @@ from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip
 
 
 @checked
@@ -161,8 +161,7 @@ def equation_of_motion(
             "a single particle has no degrees of freedom besides the box, so G* does not relax; use "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
-    if packing.slips and damping.at_contacts and not damping.contrast:
-        raise InputError("beta = 0: nothing drags disks along flat walls, and G* is 0; use beta > 0 or rough walls")
+    refuse_slip(packing, damping)
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
     drifting = not damping.at_contacts and packing.fixed is None

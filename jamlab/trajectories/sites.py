@@ -130,10 +130,11 @@ class Rings:
 
 
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
-    """Rings that bonds (m, 2), of which one may occur twice, close between so many points."""
+    """Rings that bonds (m, 2), of which one may occur twice, close between so many points; one without bonds is alone,
+    as a flat wall."""
     ends = np.unique(np.sort(bonds, axis=1), axis=0)
     degree = np.bincount(ends.ravel(), minlength=count)
-    odd = np.flatnonzero(degree != 2)
+    odd = np.flatnonzero((degree != 2) & (degree > 0))
     if len(odd) or (ends[:, 0] == ends[:, 1]).any():
         k = odd[0] if len(odd) else ends[ends[:, 0] == ends[:, 1]][0, 0]
         raise InputError(
@@ -149,10 +150,10 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
 
 
 def rings_of_molecules(molecule: Indices) -> Rings | None:
-    """Rings of points that follow each other within a molecule (n_vertices,); None if one has fewer than three
-    points."""
+    """Rings of points that follow each other within a molecule (n_vertices,); None if one has fewer than three points,
+    two flat walls apart."""
     _, first, ring, sizes = np.unique(molecule, return_index=True, return_inverse=True, return_counts=True)
-    if sizes.min() < 3:
+    if (few := sizes[sizes < 3]).size and not (few.tolist() == [1, 1] and few.size < sizes.size):
         return None
     order = np.argsort(first[ring.reshape(-1)], kind="stable")
     return Rings(order, np.concatenate([[0], np.cumsum(sizes[np.argsort(first)])]))

@@ -89,7 +89,8 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     columns = first.kind.dump_columns(first)
     made.add_TopologyAttr("radii", columns["radius"][first.particle])
     if "a0" in columns:
-        made.add_TopologyAttr("bonds", np.column_stack([np.arange(len(first.positions)), first.successor]))
+        bonds = np.column_stack([np.arange(len(first.positions)), first.successor])
+        made.add_TopologyAttr("bonds", bonds[bonds[:, 0] != bonds[:, 1]])  # flat walls have none
         made.add_TopologyAttr(RestAreas(columns["a0"]))
     positions = np.zeros((len(frames), len(first.positions), 3), dtype=np.float32)
     positions[:, :, :2] = [packing.positions for packing in frames]

@@ -42,7 +42,8 @@ function unpackVoids(packed) {
   return {why: '', list, percolating: packed.percolating};
 }
 
-function unpackContacts(packed, box, centres) {
+/** `walls`: number of the first flat wall, which a particle meets right above or below. */
+function unpackContacts(packed, box, centres, walls) {
   const pairs = decode(packed.pairs, Uint16Array), image = decode(packed.image, Int16Array);
   const force = decode(packed.force, Float32Array), gap = decode(packed.gap, Float32Array);
   const bearing = decode(packed.bearing, Uint8Array);
@@ -51,7 +52,7 @@ function unpackContacts(packed, box, centres) {
     const i = pairs[2 * k], j = pairs[2 * k + 1], u = image[2 * k], v = image[2 * k + 1];
     const shift = [u * ax + v * bx, u * ay + v * by];
     const start = [centres[2 * i], centres[2 * i + 1]];
-    const end = [centres[2 * j] + shift[0], centres[2 * j + 1] + shift[1]];
+    const end = [j < walls ? centres[2 * j] + shift[0] : start[0], centres[2 * j + 1] + shift[1]];
     const bounds = boundsOf([...start, ...end]);
     return {i, j, start, end, bounds, force: size, gap: gap[k], bearing: bearing[k] === 1};
   });
@@ -66,11 +67,11 @@ function unpackState(raw, head) {
     cell: decode(raw.particles.cell, Float32Array), z: decode(raw.particles.z, Uint16Array),
     rattler: decode(raw.particles.rattler, Uint8Array),
   };
-  const contacts = unpackContacts(raw.contacts, raw.box, centres);
+  const contacts = unpackContacts(raw.contacts, raw.box, centres, raw.planes ? head.n - 2 : Infinity);
   const bearing = contacts.filter(contact => contact.bearing);
   const [[ax], [, by]] = raw.box;
   return {
-    box: raw.box, rim: raw.rim, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
+    box: raw.box, rim: raw.rim, planes: raw.planes, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
     radius: boundingRadii(sites, centres, raw.rim, head),
     meanForce: bearing.reduce((sum, contact) => sum + contact.force, 0) / (bearing.length || 1),
     voids: unpackVoids(raw.voids),

@@ -15,6 +15,7 @@ function drawScene(context, ratio, scene) {
   context.setTransform(scale, 0, 0, -scale, -scale * left, scale * top);
   context.lineJoin = 'round';
   const pixel = 1 / view.scale, seen = copies(scene);
+  if (scene.state.planes) drawFlatWalls(context, scene);
   drawParticles(context, scene, seen, pixel);
   if (scene.shown.voids) drawVoids(context, scene, pixel);
   if (scene.shown.forces) drawForces(context, scene, pixel);
@@ -89,6 +90,14 @@ function drawParticles(context, scene, seen, pixel) {
     const path = new Path2D();
     tracePolygon(path, ring(state, head, m), dx, dy);
     context.stroke(path);
+  }
+}
+
+function drawFlatWalls(context, {view, state, colours}) {
+  const [left, bottom, right, top] = view.limits(), [low, high] = state.planes, height = state.box[1][1];
+  context.fillStyle = colours.rattler;
+  for (let k = Math.floor(bottom / height) - 1; k * height + high < top; k++) {
+    context.fillRect(left, k * height + high, right - left, height - high + low);
   }
 }
 

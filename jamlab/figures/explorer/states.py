@@ -46,6 +46,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
+        "planes": packing.planes if packing.flat_walls.any() else None,
         "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
         "particles": _pack_particles(packing, network),

@@ -12,13 +12,14 @@ not convex. Each capsule hides one interval of an element, and what no capsule h
 Disks leave free arcs, each followed by the arc of the disk that it meets.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
 from jamlab.geometry.edge_capsules import EdgeRings, cut_arcs, cut_lines, edge_rings, free_parts, near_edges
+from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.power_cells import free_arcs
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.outlines import cross
@@ -119,6 +120,42 @@ def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tupl
     order = np.argsort(key, kind="stable")
     chosen = order[np.searchsorted(key[order], end * k + start)]
     return start[np.argsort(end)].astype(np.int64), near.shift[chosen][np.argsort(end)]
+
+
+def trace(packing: Packing) -> Boundary:
+    """Trace the boundary of what particles cover, flat walls with all behind their planes. Where it would go on with a
+    mirror image it goes on along the plane, to the next piece that comes from one."""
+    whole: Boundary = packing.kind.boundary(mirrored(packing))
+    if not packing.flat_walls.any():
+        return whole
+    (low, high), width, n = packing.planes, float(packing.box[0, 0]), packing.n - 2
+    kept, after, comes = whole.pieces.particle < n, whole.following, np.zeros(len(whole.following), dtype=bool)
+    comes[after] = ~kept
+    parts = [Pieces(*(getattr(whole.pieces, f.name)[kept] for f in fields(Pieces)))]
+    for points in (parts[0].start, parts[0].end, parts[0].centre):
+        points[:, 1] += low
+    order = [np.where(kept[after], (np.cumsum(kept) - 1)[after], -1)[kept]]
+    walls = np.argsort(packing.centroids[n:, 1] % packing.box[1, 1])
+    for wall, plane, way in zip(n + walls, (low, high), (-1, 1), strict=True):
+        ends, starts = (
+            np.flatnonzero(loose & (np.abs(points[:, 1] - plane) < 0.5 * (high - low)))
+            for loose, points in ((order[0] < 0, parts[0].end), (comes[kept], parts[0].start))
+        )
+        begin, goal = np.array([[0.0, plane]]), np.array([[way * width, plane]])  # nothing touches the plane
+        if len(ends):
+            begin, x = parts[0].end[ends], parts[0].start[starts, 0]
+            starts = starts[np.mod(way * (x - begin[:, :1]), width).argmin(axis=1)]
+            goal = parts[0].start[starts]
+            goal[:, 0] += np.ceil(way * (begin - goal)[:, 0] / width) * way * width
+        count, flat = sum(map(len, order)), np.zeros(len(begin))
+        made = np.arange(count, count + len(begin))
+        order[0][ends] = made[: len(ends)]
+        order.append(starts if len(ends) else made)
+        parts.append(Pieces(np.full(len(made), wall), begin, goal, 0.5 * (begin + goal), flat, flat, flat))
+    pieces = Pieces(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Pieces)))
+    following = np.concatenate(order)
+    step = np.round((pieces.end - pieces.start[following])[:, 0] / width).astype(np.int64)
+    return chain_pieces(pieces, following, np.column_stack([step, 0 * step]))
 
 
 def trace_disks(packing: Packing) -> Boundary:

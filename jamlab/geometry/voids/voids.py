@@ -22,7 +22,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import unique_rows
-from jamlab.geometry.voids.boundary_loops import Boundary
+from jamlab.geometry.voids.boundary_loops import Boundary, trace
 from jamlab.geometry.voids.void_rays import find_first_hits, follow_rays
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
@@ -129,7 +129,7 @@ def voids(packing: Packing) -> Voids:
     """Find the voids of a packing.
 
     SP: regions outside all disks, bounded by arcs; gaps below 1e-12 of the size are closed. DP: regions outside all
-        polygons with rims of width delta/2, bounded by straight pieces and arcs.
+        polygons with rims of width delta/2, bounded by straight pieces and arcs. Flat walls bound them as well.
 
     A rattler without contacts is an island in a void: it changes area and perimeter, but not the number of sides. A
     rattler with contacts counts like any other particle. For the voids of the force-bearing network, as for P_l, use
@@ -196,7 +196,7 @@ class BoundedVoids:
 @per_packing
 def bound_voids(packing: Packing) -> BoundedVoids:
     """Find the voids of a packing and their areas alone."""
-    boundary: Boundary = packing.kind.boundary(packing)
+    boundary = trace(packing)
     pieces, loop, place = boundary.pieces, boundary.loop, boundary.image @ packing.box
     wound, first = boundary.winding @ packing.box, (pieces.start + place)[boundary.origin]
     # loops that close are measured from their own beginning, which keeps the digits of small ones
