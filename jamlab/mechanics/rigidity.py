@@ -186,36 +186,21 @@ class _Game:
         return True
 
     def rigid_with(self, i: int, j: int) -> NDArray[np.bool_]:
-        """(n,) points that move with the bond of i and j, from which all free pebbles are taken but three."""
+        """(n,) points that move with the bond of i and j, from which all free pebbles are taken but three: those to
+        which no other can come."""
         self._gather(i, j, 3)
-        rigid, floppy = (np.zeros(len(self.free), dtype=np.bool_) for _ in range(2))
-        rigid[[i, j]] = True
+        rigid = np.array([not free or point in (i, j) for point, free in enumerate(self.free)])
         holders: list[list[int]] = [[] for _ in self.free]
         for point, others in enumerate(self.held):
             for other in others:
                 holders[other].append(point)
-        todo = [i, j]
+        todo = np.flatnonzero(~rigid).tolist()
         while todo:
             for point in holders[todo.pop()]:
-                if rigid[point] or floppy[point]:
-                    continue
-                reached = self._reach(point, rigid)
-                if any(self.free[each] for each in reached):
-                    floppy[point] = True
-                else:
-                    rigid[reached] = True
-                    todo += reached
+                if rigid[point] and point not in (i, j):
+                    rigid[point] = False
+                    todo.append(point)
         return rigid
-
-    def _reach(self, start: int, known: NDArray[np.bool_]) -> list[int]:
-        """Points whose pebbles can come to `start`, except points that are known to be rigid."""
-        reached, todo = {start}, [start]
-        while todo:
-            for other in self.held[todo.pop()]:
-                if other not in reached and not known[other]:
-                    reached.add(other)
-                    todo.append(other)
-        return list(reached)
 
     def _gather(self, i: int, j: int, wanted: int) -> bool:
         """Move free pebbles to i and j until there are as many as wanted; False if there are none to be had."""

@@ -80,6 +80,7 @@ def droplets():
     [
         (2, "off", 2, "rate 0.1"),
         (2, "off", 2, "stress 0.01"),
+        (2, "on", 2, "rate 0.1 fixed held"),
         pytest.param(2, "off", 45, "rate 0.1", marks=pytest.mark.slow),
         pytest.param(2, "on", 45, "rate 0.1", marks=pytest.mark.slow),
         pytest.param(1, "off", 45, "rate 0.1", marks=pytest.mark.slow),
@@ -89,8 +90,9 @@ def droplets():
 )
 def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps, drive):
     """Though every rank has factors of its own part of the drag."""
-    alone = flow(tmp_path, droplets, 1, "on", steps, drive=drive)
-    found = flow(tmp_path, droplets, ranks, newton, steps, drive=drive)
+    held = ["group held molecule 1 4"]
+    alone = flow(tmp_path, droplets, 1, "on", steps, drive=drive, tiles=held)
+    found = flow(tmp_path, droplets, ranks, newton, steps, drive=drive, tiles=held)
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 

@@ -141,8 +141,9 @@ def test_complex_modulus_of_a_slab_is_that_of_dense_solves(request, packing, dam
     for method in ("direct", "dense", "reduced"):
         found = jamlab.complex_modulus(walled, omega, damping, method=method)
         rel = 1e-8 if walled.law.range else 1e-9  # sticky disks have a trace of drag more
-        assert found.storage == pytest.approx(np.real(expected), rel=rel, abs=1e-14)
-        assert found.loss == pytest.approx(np.imag(expected), rel=rel, abs=1e-14)
+        small = rel * np.abs(expected).max() if walled.model == "dp" else 1e-14  # hardly lose anything at once
+        assert found.storage == pytest.approx(np.real(expected), rel=rel, abs=small)
+        assert found.loss == pytest.approx(np.imag(expected), rel=rel, abs=small)
 
 
 def pressed(height, params):
@@ -290,8 +291,9 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     assert moved[:, 0] == pytest.approx(0.02 * height * plane, abs=1e-12)
     assert np.abs(moved[:, 1]).max() < 1e-12
     if damping.at_contacts:  # nothing but the walls pushes the slab
-        assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], rel=1e-4)
-        assert found.wall_stress[:, 1] == pytest.approx(np.column_stack([found.stress, found.pressure]), rel=1e-4)
+        on_walls = np.column_stack([found.stress, found.pressure])
+        assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], rel=1e-4, abs=1e-8)
+        assert found.wall_stress[:, 1] == pytest.approx(on_walls, rel=1e-4, abs=1e-8)
     assert found.velocity_profile.velocity[0] < found.velocity_profile.velocity[-1]
 
 
