@@ -3,7 +3,7 @@
 States       jam, pack, compress, decompress, relax, scene, droplets_from_disks; evaluate; Session
 All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
-             particle_areas, relative_areas, edge_lengths, contact_lengths, local_packing_fraction, remove_rattlers,
+             particle_areas, relative_areas, contact_lengths, local_packing_fraction, remove_rattlers,
              with_walls, slab: rough walls, the layer between them
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, count_zero_modes,
              maxwell_count: constraint counting; rigid_clusters

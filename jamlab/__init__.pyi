@@ -33,13 +33,12 @@ from .flow.read_flow import read_flow as read_flow
 from .flow.shear import shear as shear
 from .geometry.contact_network import contacts as contacts
 from .geometry.contact_network import remove_rattlers as remove_rattlers
-from .geometry.hexatic_order import hexatic_order as hexatic_order
 from .geometry.packing_fraction import packing_fraction as packing_fraction
 from .geometry.particle_shape import contact_lengths as contact_lengths
-from .geometry.particle_shape import edge_lengths as edge_lengths
 from .geometry.particle_shape import particle_areas as particle_areas
 from .geometry.particle_shape import relative_areas as relative_areas
 from .geometry.particle_shape import shape_factors as shape_factors
+from .geometry.tessellation import hexatic_order as hexatic_order
 from .geometry.tessellation import local_packing_fraction as local_packing_fraction
 from .geometry.tessellation import tessellation as tessellation
 from .geometry.voids.voids import void_statistics as void_statistics
@@ -48,7 +47,7 @@ from .geometry.walls import slab as slab
 from .geometry.walls import with_walls as with_walls
 from .measure import measure as measure
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
-from .mechanics.nonaffine_response import nonaffine_response as nonaffine_response
+from .mechanics.elasticity import nonaffine_response as nonaffine_response
 from .mechanics.rigidity import RigidClusters as RigidClusters
 from .mechanics.rigidity import maxwell_count as maxwell_count
 from .mechanics.rigidity import rigid_clusters as rigid_clusters

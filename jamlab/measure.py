@@ -13,9 +13,9 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
-from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.particle_shape import contact_lengths, edge_lengths, relative_areas, shape_factors
+from jamlab.geometry.particle_shape import contact_lengths, relative_areas, shape_factors
+from jamlab.geometry.tessellation import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.force_network import force_network
@@ -197,7 +197,7 @@ def _energy(packing: Packing) -> dict[str, float]:
 def _edges(packing: Packing) -> dict[str, float]:
     if not packing.kind.deforms:
         return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
-    edges, length = edge_lengths(packing), contact_lengths(packing).length
+    edges, length = np.hypot(*packing.edges.T), contact_lengths(packing).length
     mean = float(length.mean()) if len(length) else float("nan")
     return {"shortest_edge": float(edges.min()), "longest_edge": float(edges.max()), "contact_length": mean}
 

@@ -26,7 +26,7 @@ from jamlab.errors import InputError
 from jamlab.flow import flow_curve, oscillate
 from jamlab.geometry import contact_network, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
-from jamlab.mechanics import elasticity, nonaffine_response
+from jamlab.mechanics import elasticity
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
@@ -60,7 +60,7 @@ def definition_versions() -> str:
         "shapes": particle_shape.SHAPE_DEFINITION,
         "voids": voids.VOIDS_DEFINITION,
         "moduli": elasticity.MODULI_DEFINITION,
-        "slow shear": nonaffine_response.NONAFFINE_DEFINITION,
+        "slow shear": elasticity.NONAFFINE_DEFINITION,
         "spectra": complex_modulus.SPECTRUM_DEFINITION,
         "correlation": displacement_correlation.CORRELATION_DEFINITION,
         "modes": mode_character.MODES_DEFINITION,

@@ -1,4 +1,4 @@
-"""Areas and shape factors of single particles, lengths of edges, and of the flats along which droplets press."""
+"""Areas and shape factors of single particles, and lengths of the flats along which droplets press."""
 
 from __future__ import annotations
 
@@ -89,24 +89,6 @@ def relative_areas(packing: Packing) -> Array:
         (True, True)
     """
     return in_slab(packing, packing.kind.relative_areas(mirrored(packing)), np.nan)
-
-
-@checked
-def edge_lengths(packing: Packing) -> Array:
-    """Return the length of every edge of a DP packing, (n_vertices,).
-
-    Edges have no rest length: they grow in flat contacts and shrink to zero at Plateau borders.
-
-    Raises:
-        InputError: for an SP packing.
-
-    Example:
-        >>> drops = jamlab.jam(model="dp", n=8, seed=1)
-        >>> edges = jamlab.edge_lengths(drops)
-        >>> len(edges) == len(drops.positions), bool(np.isclose(edges.sum(), drops.perimeters.sum()))
-        (True, True)
-    """
-    return np.asarray(np.hypot(*packing.edges.T))
 
 
 @dataclass(frozen=True)

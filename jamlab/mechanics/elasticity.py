@@ -2,6 +2,9 @@
 
 With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.stiffness`) the elastic tensor is
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
+
+Near onset the sliding of disks at contacts and their non-affine motion diverge as p^(-1/4) while approach vanishes as
+p^(1/4), Baumgarten & Tighe eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
 """
 
 from __future__ import annotations
@@ -13,7 +16,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, Renamed
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import UnstableError, static_response
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness
@@ -22,9 +26,10 @@ from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
-from jamlab.plotting.palette import BLACK, BLUE, RED
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 
-MODULI_DEFINITION = 1  # version, see jamlab.campaign.tasks
+MODULI_DEFINITION = 1  # versions, see jamlab.campaign.tasks
+NONAFFINE_DEFINITION = 1
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 
@@ -158,3 +163,101 @@ def unstable_directions(packing: Packing) -> tuple[Array, float] | None:
     except ConvergenceError:
         return None
     return None
+
+
+@dataclass(frozen=True)
+class NonaffineResponse(Result):
+    """Relative and non-affine displacements per unit of strain gamma of x -> x + gamma y, in the unit of length.
+
+    Attributes:
+        normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
+            included; positive where disks part.
+        tangential: (m,) across it, counter-clockwise.
+        nonaffine_tangential: (m,) likewise, of the non-affine displacements alone.
+        nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
+        unit: of length, for labels.
+
+    Example:
+        >>> s = jamlab.nonaffine_response(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> bool(np.isclose(s.median_normal, np.median(np.abs(s.normal))))
+        True
+    """
+
+    normal: Array
+    tangential: Array
+    nonaffine_tangential: Array
+    nonaffine: Array
+    unit: str = field(default="", repr=False)
+
+    sliding = Renamed("nonaffine_tangential")
+
+    @property
+    def median_normal(self) -> float:
+        """Median of |normal|, ~ p^(1/4)."""
+        return float(np.median(np.abs(self.normal)))
+
+    @property
+    def median_tangential(self) -> float:
+        """Median of |tangential|, ~ p^(-1/4)."""
+        return float(np.median(np.abs(self.tangential)))
+
+    @property
+    def median_nonaffine(self) -> float:
+        """Median length of the non-affine displacement, ~ p^(-1/4)."""
+        return float(np.median(np.hypot(*self.nonaffine.T)))
+
+    @drawn("Line2D, of all three curves")
+    def plot(self, axes: Any, /, **style: Any) -> None:
+        """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
+
+        >>> ax = jamlab.nonaffine_response(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
+        """
+        parts = (
+            ("approach", np.abs(self.normal), "-", BLUE),
+            ("sliding", np.abs(self.tangential), "--", RED),
+            ("non-affine", np.hypot(*self.nonaffine.T), "-.", GREEN),
+        )
+        for name, values, line, colour in parts:
+            lengths = values[values > 0]
+            zero = len(values) - len(lengths)
+            label = f"{name}, median {np.median(values):.3g}" + (f", {zero} that do not move left out" if zero else "")
+            if len(lengths):
+                axes.ecdf(lengths, **merged_line({"color": colour, "linestyle": line, "label": label}, style))
+        axes.set_xscale("log")
+        label_axes(axes, in_unit(r"displacement per strain", self.unit), "share that is smaller")
+        axes.legend(fontsize=LEGEND)
+
+
+@checked
+def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
+    """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
+
+    Args:
+        packing: SP at an energy minimum.
+        prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
+
+    Raises:
+        InputError: a packing of droplets.
+        ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> s = jamlab.nonaffine_response(p)
+        >>> len(s.normal) == jamlab.contacts(p).n_contacts, bool(s.median_tangential > s.median_normal)
+        (True, True)
+    """
+    network = force_network(packing)
+    touching = touching_disks(network.packing)  # refuses droplets
+    u = elastic_tensor(packing, prestress=prestress).displacements[network.held, :, 0, 1]
+    i, j, r = touching.i, touching.j, touching.r
+    relative = u[j] - u[i]
+    normal = r / np.hypot(*r.T)[:, None]
+    sliding = relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1]
+    relative[:, 0] += r[:, 1]
+    return NonaffineResponse(
+        normal=np.einsum("ij,ij->i", relative, normal),
+        tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
+        nonaffine_tangential=sliding,
+        nonaffine=u - u.mean(axis=0) if packing.fixed is None else u,
+        unit=packing.unit_names.length,
+    )

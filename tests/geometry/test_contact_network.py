@@ -37,7 +37,7 @@ def test_droplets_are_no_disks(dp_onset):
             function(dp_onset)
 
 
-@pytest.mark.parametrize("function", [jamlab.contact_lengths, jamlab.edge_lengths, rims, trace_polygons])
+@pytest.mark.parametrize("function", [jamlab.contact_lengths, rims, trace_polygons])
 def test_disks_have_no_outlines(sp_jammed, function):
     with pytest.raises(jamlab.InputError):
         function(sp_jammed)

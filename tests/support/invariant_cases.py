@@ -351,7 +351,6 @@ CASES = {
         but=ORIGIN | FARTHER,
     ),
     "dynamical_matrices": Case(_matrices, but=IMAGES),
-    "edge_lengths": Case(_one(jamlab.edge_lengths, (LENGTH, SET)), models=("dp",)),
     "elastic_tensor": Case(_elastic),
     "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps")),
     "flow_curve": Case(

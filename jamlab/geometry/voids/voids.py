@@ -22,8 +22,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import unique_rows
-from jamlab.geometry.voids.boundary_loops import Boundary, trace
-from jamlab.geometry.voids.void_rays import find_first_hits, follow_rays
+from jamlab.geometry.voids.boundary_loops import Boundary, find_first_hits, follow_rays, trace
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.outlines import cross
