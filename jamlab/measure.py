@@ -195,11 +195,12 @@ def _energy(packing: Packing) -> dict[str, float]:
 
 @_observes("shortest_edge", "longest_edge", "contact_length")
 def _edges(packing: Packing) -> dict[str, float]:
-    if not packing.kind.deforms:
+    if not (longest := packing.kind.longest_edge(packing)):
         return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
-    edges, length = np.hypot(*packing.edges.T), contact_lengths(packing).length
+    length = contact_lengths(packing).length
     mean = float(length.mean()) if len(length) else float("nan")
-    return {"shortest_edge": float(edges.min()), "longest_edge": float(edges.max()), "contact_length": mean}
+    shortest = float(np.hypot(*packing.edges.T).min())
+    return {"shortest_edge": shortest, "longest_edge": longest, "contact_length": mean}
 
 
 @_observes("rho", "voids", "void_sides", "void_area", "void_shape")

@@ -90,7 +90,7 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
         **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
-        "contact": str(law.get("contact", "")) if model == "dp" else "",
+        "contact": str(law.get("contact", "")),
     }
 
 

@@ -139,8 +139,9 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
             raise InputError(f"data = {settings['data']}: LAMMPS reads a file of jamlab.write or of another deck")
     for note in notes:
         typer.echo(str(note.message))
-    if packing.model != (taken := settings.get("model", "sp")):
-        raise InputError(f"data = {settings['data']}: contains {packing.model}, but this deck needs {taken}")
+    needed, found = settings.get("model", "sp"), packing.model
+    if found != needed:
+        raise InputError(f"data = {settings['data']}: contains {found}, but this deck needs {needed}")
     if packing.fixed is not None:
         raise InputError(
             f"data = {settings['data']}: {packing.fixed.sum()} particles are fixed, but decks move all: use "

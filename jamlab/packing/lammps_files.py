@@ -104,7 +104,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
     if not frames:
         raise InputError("no packings to write: a dump needs at least one")
     for k, packing in enumerate(frames):
-        if packing.model != frames[0].model or len(packing.positions) != len(frames[0].positions):
+        if (packing.model, len(packing.positions)) != (frames[0].model, len(frames[0].positions)):
             raise InputError(
                 f"frame {k} is model {packing.model} with {len(packing.positions)} positions, "
                 f"frame 0 is model {frames[0].model} with {len(frames[0].positions)}: write them to separate files"

@@ -162,17 +162,12 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
         power = packing.parameters[name]
         return value if power.choices else value * scales.unit((power.energy, power.length))
 
-    diameters, forces = packing.diameters, (packing.max_force, packing.tolerance)
-    max_force, tolerance = (None if force is None else force * scales.force for force in forces)
+    units = dict.fromkeys(("box", "positions", "diameters", "rounding"), scales.length)
+    units |= dict.fromkeys(("max_force", "tolerance"), scales.force)
     return packing._trusted(
-        box=packing.box * scales.length,
-        positions=packing.positions * scales.length,
         params={name: convert(name, value) for name, value in packing.params.items()},
-        diameters=None if diameters is None else diameters * scales.length,
-        max_force=max_force,
-        tolerance=tolerance,
+        **{name: value * unit for name, unit in units.items() if (value := getattr(packing, name)) is not None},
         converged=packing.converged,
         on_rattlers=packing.on_rattlers,
         on_target=packing.on_target,
-        rounding=packing.rounding * scales.length,
     )
