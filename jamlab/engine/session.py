@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
-from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, start_lammps
 from jamlab.errors import EngineError, InputError
+from jamlab.packing.deformation import BoxStrains
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
@@ -156,11 +156,6 @@ class Session:
     def law(self) -> PairLaw:
         """Law of its contacts."""
         return self._packing.law
-
-    @property
-    def particles(self) -> int:
-        """Number of particles."""
-        return self._packing.n
 
     @property
     def size(self) -> int:

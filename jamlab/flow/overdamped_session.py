@@ -19,7 +19,6 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.flow.flow_run import HELPFUL_BACKGROUND
-from jamlab.geometry.contact_network import count_pressing
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
@@ -207,7 +206,8 @@ class OverdampedSession:
         Between walls with the pressure on them."""
         if self._given.walls:
             state = state._replace(pressure=0.5 * (state.lower_pressure + state.upper_pressure))
-        return state._replace(contacts=float(count_pressing(self._session.strained())))
+        now = self._session.strained()
+        return state._replace(contacts=float(len(now.kind.pairs(now).i)))
 
     def _corrected(self, state: FlowState) -> FlowState:
         """What droplets have at the end of the step: forces of their prediction are those of a moment before."""

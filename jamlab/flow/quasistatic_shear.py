@@ -22,7 +22,6 @@ from jamlab.flow.flow_run import SERIES, energy_gap
 from jamlab.flow.report import describe_balance
 from jamlab.flow.run import Run
 from jamlab.flow.shear import ShearRun, StressDrops
-from jamlab.geometry.contact_network import count_pressing
 from jamlab.geometry.walls import wall_stress, walled
 from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
 from jamlab.packing.natural_units import natural_scales
@@ -260,7 +259,7 @@ class Walk(Run[QuasistaticShear]):
             **still | moved | stresses,
             normal_stress_difference=float(across - along) * unit,
             energy=energy,
-            contacts=float(count_pressing(packing)),
+            contacts=float(len(packing.kind.pairs(packing).i)),
             converged=self._now.converged,
             max_force=reached.max_force * self._scales.force,
         )

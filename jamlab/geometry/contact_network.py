@@ -258,11 +258,6 @@ def count_strong(packing: Packing) -> dict[str, float]:
     return {"z_strong": network.z, "rattlers_strong": float(network.rattlers.sum())}
 
 
-def count_pressing(packing: Packing) -> int:
-    """Number of pairs of particles that press on each other, as in `Contacts.pairs`."""
-    return len(packing.kind.pairs(packing).i)
-
-
 @checked
 def remove_rattlers(packing: Packing) -> Packing:
     """Return the packing without rattlers; its voids are the faces of the contact network.

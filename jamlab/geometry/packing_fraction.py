@@ -51,7 +51,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
 def cover_by_droplets(packing: Packing) -> float:
     """rho of a DP packing: 1 minus the voids, or, where outlines cross, by their overlaps."""
     try:
-        return 1.0 - float(bound_voids(packing).area.sum() / packing.area)
+        return 1.0 - float(bound_voids(packing)[0].sum() / packing.area)
     except BoundaryError:
         return float(particle_areas(packing).sum() / packing.area)
 

@@ -72,11 +72,8 @@ class DiskCells:
 
     area: Array  # (n,) area of each cut disk; the sum is the area of the union of all disks
     perimeter: Array  # (n,) perimeter of each cut disk, arcs and chords; 0 where it is empty
-    # (n,) Theta, angle of the circle that no other disk covers; sum(R Theta) is the length of the boundary of the union
-    free_angle: Array
     chords: Chords
     length: Array  # (m,) l, length of the part of each chord that bounds the cell; 0 if other disks hide it
-    arcs: Arcs
 
 
 @per_packing
@@ -104,7 +101,7 @@ def cut_disks(chords: Chords, arcs: Arcs, radius: Array) -> DiskCells:
     empty = area <= EMPTY * radius**2
     area[empty] = perimeter[empty] = 0.0
     length[empty[chords.i]] = 0.0
-    return DiskCells(area, perimeter, free, chords, length, arcs)
+    return DiskCells(area, perimeter, chords, length)
 
 
 def _clip(chords: Chords) -> Array:

@@ -18,8 +18,8 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.mechanics.factors import UnstableError, static_response
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.static_response import UnstableError, static_response
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.derived import per_packing

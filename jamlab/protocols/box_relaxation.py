@@ -14,13 +14,12 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.mechanics.factors import PositiveSolver
-from jamlab.packing.deformation import deformed, shear_gradient
+from jamlab.packing.deformation import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains, deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing

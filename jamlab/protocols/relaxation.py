@@ -12,13 +12,13 @@ from typing import Any, Protocol
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number
-from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_numbers
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import EngineError, InputError
 from jamlab.mechanics.force_network import force_scale
 from jamlab.models.models import MODELS
+from jamlab.packing.deformation import BoxStrains
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import DEFINITE, descend_by_newton
@@ -263,7 +263,7 @@ def descend_droplets(
     start, first_shift = session.positions(), numbers.least_shift
     if session.last_descent is not None and numbers.shift:
         first_shift = session.last_descent.shift
-    if session.particles < _MANY_DROPLETS:
+    if session.packing().n < _MANY_DROPLETS:
         numbers = replace(numbers, closing=0.0)
     found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, DEFINITE])
     if found.factors > FEW_FACTORS:

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import breadth_first_order
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
-from jamlab.mechanics.static_response import FLOPPY
+from jamlab.mechanics.factors import FLOPPY
 from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing

@@ -8,8 +8,7 @@ from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.factors import PositiveSolver
-from jamlab.mechanics.static_response import static_response
+from jamlab.mechanics.factors import PositiveSolver, static_response
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.rounding_error import ROUNDING
 

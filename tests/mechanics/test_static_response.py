@@ -11,7 +11,7 @@ from scipy import sparse
 import jamlab
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
-from jamlab.mechanics.static_response import FLOPPY, HIDDEN, UnstableError, static_response
+from jamlab.mechanics.factors import FLOPPY, HIDDEN, UnstableError, static_response
 from jamlab.mechanics.stiffness import energy_terms
 
 SIZES = (12, 500)  # coordinates: all eigenvalues at once, and a few by iteration
@@ -218,7 +218,7 @@ def test_averaging_angles_average(c, start):
 @pytest.mark.parametrize("patience", [1, 500])
 def test_negative_modes_that_are_nearly_alike_end_in_an_error_of_ours(monkeypatch, patience):
     """Of 500 coordinates 40 have curvatures that differ in the seventh digit: one of them is named, or none."""
-    monkeypatch.setattr("jamlab.mechanics.static_response._PATIENT", patience)
+    monkeypatch.setattr("jamlab.mechanics.factors._PATIENT", patience)
     values = np.concatenate([-1e-3 * (1 + 1e-7 * np.arange(40)), np.linspace(0.1, 1.0, 460)])
     with pytest.raises(ConvergenceError) as caught:
         static_response(sparse.csc_array(sparse.diags_array(values)), np.ones((500, 1)))

@@ -8,8 +8,8 @@ import pytest
 import jamlab
 from jamlab.measure import why_no_modulus
 from jamlab.mechanics import elasticity
+from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.static_response import FLOPPY
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.protocols import saddles
 

@@ -143,7 +143,7 @@ def trace(packing: Packing) -> Boundary:
     pieces = Pieces(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Pieces)))
     following = np.concatenate(order)
     step = np.round((pieces.end - pieces.start[following])[:, 0] / width).astype(np.int64)
-    return chain_pieces(pieces, following, np.column_stack([step, 0 * step]))
+    return chain_pieces(pieces, following, np.column_stack([step, 0 * step]), packing.box, 0.0)  # all are known
 
 
 def trace_disks(packing: Packing) -> Boundary:

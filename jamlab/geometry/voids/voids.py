@@ -146,10 +146,9 @@ def voids(packing: Packing) -> Voids:
         >>> bool(np.isclose(v.area.sum() / p.area, 1 - jamlab.packing_fraction(p)))
         True
     """
-    bounded = bound_voids(packing)
-    boundary, area, percolating = bounded.boundary, bounded.area, bounded.percolating
+    area, percolating, islands, boundary, kind, void_of_loop, image_of_loop = bound_voids(packing)
     pieces, count = boundary.pieces, len(area)
-    void, image = bounded.void[boundary.loop], boundary.image + bounded.image[boundary.loop]
+    void, image = void_of_loop[boundary.loop], boundary.image + image_of_loop[boundary.loop]
     bounding = np.flatnonzero(void >= 0)
     owner, where, place = pieces.particle[bounding], void[bounding], image[bounding] @ packing.box
     start, end, radius, angle = (values[bounding] for values in (pieces.start, pieces.end, pieces.radius, pieces.angle))
@@ -168,7 +167,7 @@ def voids(packing: Packing) -> Voids:
     perimeter = np.asarray(np.bincount(where, length, count), dtype=np.float64)
     # of a void that percolates the particles on all loops are sides, of others those on the loop around it
     percolates = percolating > 0
-    counts = (bounded.kind == LoopKind.AROUND) | np.append(percolates, False)[bounded.void]
+    counts = (kind == LoopKind.AROUND) | np.append(percolates, False)[void_of_loop]
     side = counts[boundary.loop[bounding]] & (length > SLIVER * np.sqrt(packing.area / packing.n))
     images = np.where(percolates[where, None], 0, image[bounding])
     corners = unique_rows(np.column_stack([where, owner, images])[side])[0]
@@ -176,25 +175,13 @@ def voids(packing: Packing) -> Voids:
     centre = reference + moment / area[:, None]
     centre += moves_home(centre, packing.box)
     centre[percolates] = np.nan
-    return Voids(sides, area, perimeter, centre, percolating, bounded.islands, boundary, void, image, packing)
-
-
-@dataclass(frozen=True)
-class BoundedVoids:
-    """Voids by the loops that bound them; `area`, `percolating`, `islands` and `boundary` as in `Voids`."""
-
-    area: Array
-    percolating: Indices
-    islands: Indices
-    boundary: Boundary
-    kind: Indices  # (loops,) int64, a `LoopKind`
-    void: Indices  # (loops,) int64, void that each loop bounds; -1 for none
-    image: Indices  # (loops, 2) int64, in which image of the void the loop lies
+    return Voids(sides, area, perimeter, centre, percolating, islands, boundary, void, image, packing)
 
 
 @per_packing
-def bound_voids(packing: Packing) -> BoundedVoids:
-    """Find the voids of a packing and their areas alone."""
+def bound_voids(packing: Packing) -> tuple[Array, Indices, Indices, Boundary, Indices, Indices, Indices]:
+    """Area, percolation, islands and boundary of voids, as in `Voids`; of loops, (loops,) `LoopKind`, void that each
+    bounds, -1 for none, and (loops, 2) in which image of the void it lies."""
     boundary = trace(packing)
     pieces, loop, place = boundary.pieces, boundary.loop, boundary.image @ packing.box
     wound, first = boundary.winding @ packing.box, (pieces.start + place)[boundary.origin]
@@ -214,7 +201,7 @@ def bound_voids(packing: Packing) -> BoundedVoids:
     loops = np.flatnonzero(kind != LoopKind.ROUNDING)
     area = np.bincount(void[loops], signed[loops], count).astype(np.float64)
     area = np.where(percolating > 0, np.mod(area, packing.area), area)
-    return BoundedVoids(area, percolating, islands, boundary, kind, void, image)
+    return area, percolating, islands, boundary, kind, void, image
 
 
 def _bulge(radius: Array, angle: Array) -> Array:
