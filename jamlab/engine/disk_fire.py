@@ -56,27 +56,13 @@ def fire_disks(
     fire: Array | None = None,
     stretch: int | None = None,
 ) -> tuple[Packing, int, float] | None:
-    """Minimise the energy of disks, or their enthalpy where the box is free to strain.
-
-    A strain e of the box is a coordinate like those of the disks, of the inertia of all n of them: q = sqrt(n) d e.
-
-    Args:
-        packing: SP.
-        force: tolerance on the largest norm of a force, and on unbalanced stress times mean diameter.
-        steps: at most.
-        threads: that share the work; pays from about 10 000 disks. Their number changes no digit.
-        border: strains that the box may take; by default none.
-        fire: numbers of the method, default `fire_numbers()`.
-        stretch: steps after which it starts anew, by default never.
-
-    Returns:
-        The packing, the steps taken, and the largest force left. None if the box is so small (three times the largest
-        disk) that two disks may meet in two images, which the kernel does not count, or if it does not know the law.
-
-    Raises:
-        EngineError: positions are not finite, or no threads can be started.
-        MemoryError: out of memory.
-    """
+    """Minimise the energy of disks, or their enthalpy where the box is free to strain. A strain e of the box is a
+    coordinate like those of the disks, of the inertia of all n of them: q = sqrt(n) d e. `force`: tolerance on the
+    largest norm of a force, and on unbalanced stress times mean diameter; `threads`: pay from about 10 000 disks, and
+    change no digit; `border`: strains that the box may take; `fire`: of `fire_numbers`; `stretch`: steps after which it
+    starts anew. Returns the packing, the steps taken, and the largest force left; None if the box is so small (three
+    times the largest disk) that two disks may meet in two images, which the kernel does not count, or if it does not
+    know the law."""
     law = packing.law.kernel_arguments()
     if law is None:
         return None

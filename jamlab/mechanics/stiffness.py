@@ -56,6 +56,11 @@ def solved_coordinates(packing: Packing) -> Indices:
     free, the packing moves as a whole at no cost, and a site stays: the others move relative to it."""
     if packing.fixed is None:
         return np.arange(2, 2 * len(packing.positions))
+    return free_coordinates(packing)
+
+
+def free_coordinates(packing: Packing) -> Indices:
+    """(m,) coordinates of free particles."""
     return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
 
 

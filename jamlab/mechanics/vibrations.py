@@ -9,11 +9,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import SymmetricFactors
-from jamlab.mechanics.stiffness import hessian
+from jamlab.mechanics.stiffness import free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -86,7 +86,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         >>> bool((np.diff(modes.eigenvalues) >= 0).all()), modes.vectors.shape
         (True, (6, 32, 2))
     """
-    moving = _moving(packing)
+    moving = free_coordinates(packing)
     size = len(moving)
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
@@ -101,13 +101,8 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     return Modes(values, everywhere.reshape(count, -1, 2), unit)
 
 
-def _moving(packing: Packing) -> Indices:
-    """Coordinates of free particles."""
-    return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
-
-
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
-    matrix, moving = hessian(packing, prestress=prestress), _moving(packing)
+    matrix, moving = hessian(packing, prestress=prestress), free_coordinates(packing)
     return matrix if packing.fixed is None else matrix[moving][:, moving].tocsc()
 
 
