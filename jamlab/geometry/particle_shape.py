@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
 from jamlab.geometry.mirrored_slab import in_slab, mirrored
 from jamlab.geometry.vertex_contacts import named_pairs, unique_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLUE
 
 # version, see jamlab.campaign.tasks; in 1 contact lengths were those of drawn arcs, off by up to 3e-4
 SHAPE_DEFINITION = 2
@@ -95,6 +99,7 @@ class ContactLengths(Result):
         pairs: (m, 2) int64, polygons i < j whose outlines come closer than delta.
         length: (m,) mean over both polygons of the length of outline nearer than delta to the other polygon, in units
             of length.
+        unit: of length, for labels.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -104,6 +109,20 @@ class ContactLengths(Result):
 
     pairs: NDArray[np.int64]
     length: NDArray[np.float64]
+    unit: str = field(default="", repr=False)
+
+    @drawn("Line2D", raises="there are no contacts, ")
+    def plot(self, axes: Any, /, **style: Any) -> None:
+        """Draw the distribution of lengths, as the share that is shorter.
+
+        >>> ax = jamlab.contact_lengths(jamlab.jam(model="dp", n=8, seed=1)).plot()
+        """
+        if not len(self.length):
+            raise InputError("no two droplets touch: there are no lengths to draw")
+        plain = {"color": BLUE, "label": f"{len(self.length)} contacts, mean {self.length.mean():.3g}"}
+        axes.ecdf(self.length, **merged_line(plain, style))
+        label_axes(axes, in_unit("contact length", self.unit), "share that is shorter")
+        axes.legend(fontsize=LEGEND)
 
 
 @checked
@@ -136,4 +155,4 @@ def contact_lengths(packing: Packing) -> ContactLengths:
     pairs, pair, _ = named_pairs(edges.particle[sides[:, 0]], sides[:, 1], sides[:, 2:])
     length = np.asarray(0.5 * np.bincount(pair, covered, len(pairs)), dtype=np.float64)
     touching = length > 0
-    return ContactLengths(pairs[touching, :2], length[touching])
+    return ContactLengths(pairs[touching, :2], length[touching], packing.unit_names.length)

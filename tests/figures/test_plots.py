@@ -87,6 +87,7 @@ CURVES = {
     "nonlinear": lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
     "elements": lambda: modulus().spectrum,
     "correlation": lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
+    "contact lengths": lambda: jamlab.contact_lengths(state("droplets")),
     "modes": lambda: jamlab.lowest_modes(state("disks"), 20),
     "collapse": collapse,
     "sheared": sheared,
