@@ -91,7 +91,7 @@ HABITS = {
     "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
     **dict.fromkeys(("cell", "volume", "lx", "Lx"), "packing.box, or packing.area"),
     "N": "packing.n",
-    "types": "packing.diameters: a particle has a size, no type",
+    "types": "packing.diameters, since a particle has a size, no type",
     "masses": "jamlab.shear(packing, rate): motion is overdamped, without masses",
     "images": "jamlab.contacts(packing).shift, of every contact",
     "test": "the command `jamlab doctor`",

@@ -65,9 +65,10 @@ void FixOverdamped::setup(int /*vflag*/)
   start_droplets();
   const State last = state;
   add_up();
-  const double energy = state.sums.energy;
+  const double energy = state.sums.energy, elastic = state.sums.elastic;    // of these positions
   if (state.step > 0.0) state = last;    // of contacts before the positions were corrected
   state.sums.energy = energy;
+  state.sums.elastic = elastic;
   if (state.step == 0.0) state.step = DROPLET_FIRST * longest_step();
   set_time_step(up_to_end(std::min(state.step, longest_step())));
 }

@@ -80,7 +80,7 @@ def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
 
                 values, pages = tifffile.imread(path), 1
     except Exception as error:  # whatever a damaged file makes a library raise, it is no picture
-        lines = str(error).splitlines() or [type(error).__name__]
+        lines = str(getattr(error, "strerror", None) or error).splitlines() or [type(error).__name__]
         raise InputError(f"{path} cannot be read as a picture: {lines[0]}") from None
     if pages > 1 or (values.ndim > 2 and values.shape[2] > 4):
         raise InputError(f"{path} has several pages, {values.shape}: save one page as its own file")

@@ -57,7 +57,8 @@ class Disks:
         if packing.diameters is None:
             raise InputError("model sp needs diameters, one per disk")
         diameters = finite_array("diameters", packing.diameters, (len(packing.positions),))
-        check_positive("diameters", sizes := diameters[diameters != 0])  # flat walls have none
+        sizes = diameters[diameters != 0]  # flat walls have none
+        check_positive("diameters", np.where(diameters == 0, 1.0, diameters))
         check_magnitudes(packing.box, packing.positions, sizes)
         PowerLaw.of(packing.params, float(sizes.mean()))
         return {"diameters": diameters}

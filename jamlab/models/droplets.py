@@ -85,7 +85,7 @@ class Droplets:
         vertices = np.diff(offsets)
         a0 = finite_array("params['a0']", packing.params["a0"], (len(vertices),))
         flat = a0 == 0  # walls
-        check_positive("params['a0']", a0[~flat])
+        check_positive("params['a0']", np.where(flat, 1.0, a0))
         if vertices[~flat].min(initial=3) < 3:
             few = int(np.argmax(~flat & (vertices < 3)))
             raise InputError(f"polygon {few} has {vertices[few]} vertices, needs at least 3")

@@ -87,9 +87,7 @@ class Model(Protocol):
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]: ...  # (n,) area and perimeter
     def relative_areas(self, packing: Packing) -> Array: ...  # (n,) rims left out, over those at rest
     def boundary(self, packing: Packing, /) -> Any: ...  # `Boundary` of the covered region
-    def power_points(
-        self, packing: Packing, spacing: float
-    ) -> tuple[Indices, Array, Array]: ...  # owner, place, radius
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]: ...  # owner, x, radius
     def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]: ...  # to fill and to outline, as stored
 
     # LAMMPS
@@ -245,23 +243,20 @@ class Packing:
         if self.walls and (mask is None or not mask.any()):
             raise InputError("walls=True, but no particle is fixed: make walls with jamlab.with_walls(packing)")
         if (flat := self.flat_walls).any():
-            last, sites = np.arange(self.n) >= self.n - 2, np.bincount(self.particle)
-            fixed = mask is not None and mask[last].all()
-            if not (self.walls and fixed and np.array_equal(flat, last) and (sites[last] == 1).all()):
+            last = np.arange(self.n) >= self.n - 2
+            held = self.walls and mask is not None and mask[last].all()
+            if not (held and np.array_equal(flat, last) and (np.bincount(self.particle)[last] == 1).all()):
                 raise InputError(
-                    f"{self.kind.size_name} of {self.kind.particles}[{flat.argmax()}] = 0: only flat walls have none, "
-                    "two fixed particles of one site each after all others; use jamlab.with_walls(packing, flat=True)"
+                    f"{self.kind.size_name}s[{flat.argmax()}] = 0: must be positive; flat walls alone, the last two "
+                    "particles, have size 0: make them with jamlab.with_walls(packing, flat=True)"
                 )
         return mask if mask is not None and mask.any() else None
 
     def _check_minimum(self) -> None:
         check_choice("ensemble", self.ensemble, ENSEMBLES)
-        if self.max_force is not None and not (is_number(self.max_force) and self.max_force >= 0):
-            raise InputError(f"max_force is {self.max_force!r}: must be a number, 0 or more, or None")
-        if not isinstance(self.converged, bool):
-            raise InputError(f"converged is {self.converged!r}: must be True or False")
-        if not (is_number(self.rounding) and self.rounding >= 0):
-            raise InputError(f"rounding is {self.rounding!r}: must be a length, 0 or more")
+        for name, value in (("max_force", self.max_force), ("rounding", self.rounding)):
+            if value is not None and not (is_number(value) and value >= 0):
+                raise InputError(f"{name} is {value!r}: must be 0 or more")
 
     @property
     def kind(self) -> Model:
@@ -433,9 +428,8 @@ class Packing:
         particles = np.asarray(particles)
         if particles.shape != (self.n,) or not particles.any():
             raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
-        changes: dict[str, Any] = {"positions": self.positions[particles[self.particle]]}
+        changes = {"positions": self.positions[particles[self.particle]], **self.kind.selected(self, particles)}
         changes["onset"] = self.onset if particles.all() else None
-        changes |= self.kind.selected(self, particles)
         if self.fixed is not None:
             mask = self.fixed[particles]
             changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
@@ -454,14 +448,12 @@ class Packing:
             if not np.array_equal(getattr(self, name), getattr(other, name)):  # None equals None
                 return name
         for name in sorted(self.params.keys() | other.params.keys()):
-            mine, theirs = self.params.get(name), other.params.get(name)
-            if not np.array_equal(mine, theirs):  # type: ignore[arg-type]
+            if not np.array_equal(self.params.get(name), other.params.get(name)):  # type: ignore[arg-type]
                 return f"params[{name!r}]"
         return None
 
     def write(self, path: Any, *, contacts: bool = False) -> None:
-        """Write this one packing in the format of its ending, see `jamlab.write`; with `contacts` its contact network
-        as bonds, to .dump or .vtp, see `jamlab.write_contacts`."""
+        """Write the packing, see `jamlab.write`, or its contact network as bonds, see `jamlab.write_contacts`."""
         import jamlab
 
         if contacts:

@@ -391,7 +391,7 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.with_walls(p, 1.0), "1.0"),  # thinner than the largest disk
         (lambda p, w: jamlab.with_walls(w, flat=True), "fixed"),
         (lambda p, w: jamlab.droplets_from_disks(jamlab.with_walls(p, flat=True)), "flat=True"),
-        (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "disks[0]"),
+        (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameters[0]"),
         (lambda p, w: jamlab.evaluate(_behind_a_flat_wall(p)), "particle 3"),
         (lambda p, w: jamlab.shear(_flat(p), 0.1, 0.01, jamlab.ContactDamping(beta=0.0), background_drag=0.0), "beta"),
         (lambda p, w: jamlab.Session(_flat(p), ranks=2), "ranks = 2"),
