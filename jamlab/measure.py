@@ -54,7 +54,7 @@ def measure(
         packing: one SP or DP packing, or several, such as a sweep.
         quantities: one or more of `QUANTITIES`. Default: `COLUMNS`.
         processes: largest number of parallel processes for several packings. Default: all cores.
-        progress: called after each of several packings with (fraction done, text), or True.
+        progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:
         Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; for several packings arrays (len(packing),). g,

@@ -111,7 +111,7 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
 }
 
 /* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,
-   153 (1989)): the product of a direction follows from those of the preconditioned residuals */
+   153 (1989)): the product of a direction follows from products of the preconditioned residuals */
 DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, const Goal &goal,
                                                      Result &result)
 {
@@ -168,7 +168,7 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
   return found;
 }
 
-/* direction and its product from those of the last iteration, and a step along it */
+/* direction and its product from the last iteration's, and a step along it */
 void DragSolver::take_step(double keep, double step, Field &u)
 {
   if (nlocal == 0) return;

@@ -46,7 +46,7 @@ struct FlowSums {
    Velocities of droplets are judged by the residual over what drives them, both in the norm of the preconditioner,
    which are factors of nearly the whole matrix.
 
-   Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
+   Droplets look ahead: forces are taken at the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
 class DragSolver {
  public:

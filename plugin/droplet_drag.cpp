@@ -221,7 +221,7 @@ void DropletDrag::factorise()
                   lmp->update->ntimestep);
 }
 
-/* spins of the sites are those of their outlines: parts of vertices of this rank, and of their neighbors */
+/* spins of the sites are spins of their outlines: parts of vertices of this rank, and of their neighbors */
 void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
 {
   DragSystem::find_parts(k, parts);

@@ -76,7 +76,7 @@ void EliminationOrder::eliminate(int p)
   for (const int i : joined) renew(i, p);
 }
 
-/* the neighbors of row i, which element p now has: elements that lie within p are no longer needed */
+/* the neighbors of row i, which element p now has: elements that lie within p are dropped */
 void EliminationOrder::renew(int i, int p)
 {
   Row &row = rows[i];

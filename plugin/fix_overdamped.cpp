@@ -211,7 +211,7 @@ void FixOverdamped::final_integrate()
   } else {
     start_disks();
     plan.made = false;
-    if (!ended) plan_disks();    // a run that goes on from here plans anew
+    if (!ended) plan_disks();    // a run that resumes here plans anew
   }
   if (!ended) return;
   end_interval();

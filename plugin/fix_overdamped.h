@@ -77,7 +77,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double user_time_step = 0.0;  // that the fix changes
   bool stopped = false;         // this run, at the end of an interval
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
-  bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
+  bigint last_timestep = -1;    // of the last run, at which the velocities of droplets hold
   Field velocity, last_velocity;        // velocities: of this step, and, of droplets, of the last one
   Field displacement, last_displacement;    // droplets: beside the affine flow, in the last two steps
   std::array<Field *, 4> fields() { return {&velocity, &last_velocity, &displacement, &last_displacement}; }

@@ -198,7 +198,7 @@ void FixOverdamped::plan_disks()
       if (forced || !disks->rubs())
         error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: {}, or "
                    "lower the rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, step, more_background());
-      state.unsettled += 1.0;    // it is said, and the flow goes on
+      state.unsettled += 1.0;    // it is said, and the flow continues
       forced = true;
       next = FORCED * longest;
     }

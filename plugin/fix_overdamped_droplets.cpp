@@ -27,8 +27,8 @@ static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is g
 static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
                         ROUNDING = 1e-13;    // see `balances`
 
-/* A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
-   which vertices without drag cannot stand, act from the first step on. */
+/* A run that resumes has its velocities. A flow begins with velocities that the drag alone allows:
+   forces, which vertices without drag cannot stand, act from the first step on. */
 void FixOverdamped::start_droplets()
 {
   if (state.step > 0.0 || drive == STRESS) {

@@ -179,8 +179,8 @@ void FixOverdamped::find_computes()
                id);
 }
 
-/* Forces that are not those of the contacts would move particles without being in any stress, energy or
-   step: drag and stiffness are known of those of the model alone. So would fixes that move them or the box. */
+/* Forces other than contact forces would move particles without being in any stress, energy or
+   step: drag and stiffness are known of the forces of the model alone. So would fixes that move them or the box. */
 void FixOverdamped::check_forces() const
 {
   const bool disks = force->pair_match("disk/drag", 1);

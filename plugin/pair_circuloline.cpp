@@ -241,7 +241,7 @@ void PairCirculoline::refuse_computes() const
     }
 }
 
-/* ghosts reach as far as comm_modify says where this style no longer needs more */
+/* ghosts reach as far as comm_modify says where this style needs no more */
 void PairCirculoline::lower_ghost_cutoff()
 {
   if (comm->cutghostuser == raised_cutoff) comm->cutghostuser = user_cutoff;

@@ -65,7 +65,7 @@ class PairDiskDrag : public Pair {
   double shell = 0.0;    // width of the attraction up to its maximum; it ends at twice that
   double **strength, **reach;    // K and s of two types
   std::vector<DiskPair> found;
-  std::string sizes;       // per-atom property with the diameters; empty: those of the types
+  std::string sizes;       // per-atom property with the diameters; empty: diameters of the types
   double power = 0.0;      // of s in K, with diameters of the atoms' own
   std::vector<double> own;        // their diameters, of ghosts too, at the last force evaluation
 

@@ -48,7 +48,7 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
 def make_table(
     out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
 ) -> ways.Ways:
-    """Measure the table seed by seed, and write it; a run goes on where it stopped. Levels of rho ascend; levels
+    """Measure the table seed by seed, and write it; a run resumes where it stopped. Levels of rho ascend; levels
     of droplets carried beyond 0.88 must include 0.88. `how`: see `measure`."""
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": ways.STEP, "parameters": law}

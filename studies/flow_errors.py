@@ -51,7 +51,7 @@ def read_runs(path: Path | None = None) -> pd.DataFrame:
 
 
 def measure_runs(out: Path, runs: pd.DataFrame | None = None, **how: Any) -> pd.DataFrame:
-    """Measure runs anew, at the conditions of some, all by default, and save them after every packing; goes on where it
+    """Measure runs anew, at the conditions of some, all by default, and save them after every packing; resumes where it
     stopped. `how`: of `studies.tables.measure`."""
     packings = (read_runs() if runs is None else runs).groupby(["part", "seed"], sort=False)
     tasks = {f"{part}, seed {seed}": partial(_rows_of_packing, rows) for (part, seed), rows in packings}

@@ -83,7 +83,7 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, commits: str = "",
 def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progress = no_progress) -> Path:
     """Do the tasks whose rows a table does not hold, each on one core, and add their rows as soon as it is done.
 
-    Columns before those of the rows: `task`, its name; `took`, its CPU seconds with what it had to prepare. Numbers
+    Columns before the rows' own: `task`, its name; `took`, its CPU seconds with what it had to prepare. Numbers
     have six digits. A task without rows leaves a row with these two alone.
     """
     make_folder(folder)

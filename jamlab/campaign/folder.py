@@ -252,7 +252,7 @@ class CampaignFolder:
                     busy = []
             if busy:
                 said = f"another process runs in {self.path} and holds {busy[0].name}"
-                raise StorageError(f"{said}: wait for it, or run another of its shares")
+                raise StorageError(f"{said}: wait until it ends, or run another share")
             yield
 
     def keep_copy(self, text: str) -> None:

@@ -145,7 +145,7 @@ def aggregate(
         for name in ("ensemble", "units"):
             if name in part and part[name].nunique() > 1:
                 found = " and ".join(sorted(map(str, part[name].unique())))
-                raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by, or select one sweep")
+                raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by=, or select one sweep")
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:

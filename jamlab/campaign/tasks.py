@@ -104,7 +104,7 @@ class Parameters(FileTable):
     @classmethod
     def _by_name(cls, value: dict[str, Any]) -> dict[str, Any]:
         if unknown := value.keys() - OBSERVABLES.keys():
-            raise ValueError(f"no observable {', '.join(sorted(unknown))}")
+            raise ValueError(f"unknown observable {', '.join(sorted(unknown))}")
         return {name: OBSERVABLES[name].model_validate(keys) for name, keys in value.items()}
 
     @property

@@ -57,7 +57,7 @@ def fire_disks(
     stretch: int | None = None,
 ) -> tuple[Packing, int, float] | None:
     """Minimise the energy of disks, or their enthalpy where the box is free to strain. A strain e of the box is a
-    coordinate like those of the disks, of the inertia of all n of them: q = sqrt(n) d e. `force`: tolerance on the
+    coordinate like the positions, of the inertia of all n of them: q = sqrt(n) d e. `force`: tolerance on the
     largest norm of a force, and on unbalanced stress times mean diameter; `threads`: pay from about 10 000 disks, and
     change no digit; `border`: strains that the box may take; `fire`: of `fire_numbers`; `stretch`: steps after which it
     starts anew. Returns the packing, the steps taken, and the largest force left; None if the box is so small (three
@@ -79,7 +79,7 @@ def fire_disks(
             return None
         if taken < 0:
             reason = "positions are not finite" if taken == _NOT_FINITE else "no threads could be started"
-            raise EngineError(f"FIRE over {packing.n} disks stopped: {reason}")
+            raise EngineError(f"FIRE of {packing.n} disks stopped: {reason}")
         moved: dict[str, Any] = {"positions": positions}
         if len(strains):
             # many small shears must not add up to a change of area

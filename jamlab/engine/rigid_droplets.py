@@ -37,7 +37,7 @@ class RigidDroplets:
         max_force: largest force on a droplet, torque over its radius, or generalised force on the box.
         pressure: of contacts.
         contact_force: the largest of a contact.
-        crossed: whether outlines cross, so that contacts no longer part them.
+        crossed: whether outlines cross, so that contacts cannot part them.
     """
 
     droplets: Packing

@@ -43,14 +43,14 @@ _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from it
 
 @dataclass(frozen=True)
 class Evaluation(Result):
-    """Single point of a packing.
+    """Energy, forces and stress of a packing as it is.
 
     Attributes:
         energy: total potential energy. DP: line tension, area and contact terms.
         contact_energy: part of it that comes from contacts between particles (SP: all of it).
         forces: (len(positions), 2) float64, -dE/dx; 0 on fixed particles.
         stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms. Between
-            walls that on the upper one: with the lattice plane next to a fixed particle for its height in r.
+            walls: stress on the upper wall; in r the next lattice plane replaces the height of a fixed particle.
         pressure: trace of the stress over 2; between walls the normal stress on them, without forces inside them.
         max_force: largest norm of a force.
 

@@ -144,7 +144,7 @@ class MeanPlan:
     bias_error: float  # part of the error that more packings do not reduce: what the table knows about the way
 
     def collect(self, error: float, make: Callable[[int], Made]) -> Made:
-        """Make packings, so many at a time, until their interval is `error` or their scatter no longer counts."""
+        """Make packings, so many at a time, until their interval is `error` or their scatter is negligible."""
         found: Made = []
         wanted, aim = self.choice.packings, room(error, self.bias_error)
         while True:
@@ -184,14 +184,14 @@ class Estimate(Result):
 
     Attributes:
         value: mean, in the unit of `jamlab.estimates.estimate.ENSEMBLE_QUANTITIES`.
-        ci95: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
+        ci95: half the width of the 95 % interval, from the scatter of the packings and the uncertainty of the bias.
         met: whether `ci95` is at most the error asked for.
-        packings: that the mean is over.
+        packings: number of packings in the mean.
         left_out: seeds without a value: unjammed at rho, not stable, or failed.
         seconds: CPU time that it took.
-        choice: what it followed: way, number of packings, correction, expected cost, and the options there were.
-        values: (packings,) of the packings as made, without the correction of the plan.
-        seeds: (packings,) int64 of the packings.
+        choice: the plan: protocol (`way`), number of packings, correction, expected cost, and alternatives.
+        values: (packings,) value of each packing, before the correction of the plan.
+        seeds: (packings,) int64, seed of each packing.
 
     Example:
         >>> from dataclasses import fields
@@ -261,7 +261,7 @@ def estimate(
         model: "auto", "sp" (disks only) or "dp" (droplets only). If the bias of the model is too uncertain, the
             estimate stops early and `met` is False.
         processes: number of packings made in parallel.
-        progress: called with (fraction of the expected seeds, text), or True.
+        progress: called with (fraction of the expected seeds, text); True: print it.
 
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that needs too many packings, moduli

@@ -58,7 +58,7 @@ def choose_flow(
         damping: drag law, default `ContactDamping()`.
         omega: angular frequency, 1/tau_1.
         amplitude: strain amplitude.
-        rate: of steady shear, 1/tau_1.
+        rate: rate of steady shear, 1/tau_1.
         tolerance: allowed relative error of |G*| or of the stress.
 
     Raises:

@@ -150,7 +150,7 @@ def read_table(path: Path | None, shipped: str, columns: Iterable[str], command:
         table = pd.read_csv(io.StringIO(body))
         table.attrs = json.loads(first.removeprefix("#"))["facts"]
         if missing := set(columns) - set(table.columns):
-            raise ValueError(f"no columns {', '.join(sorted(missing))}")
+            raise ValueError(f"missing columns {', '.join(sorted(missing))}")
     except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError) as error:
         raise StorageError(f"cannot read the table {source}: {error}; make one with `{command}`") from error
     return table

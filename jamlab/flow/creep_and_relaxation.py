@@ -39,8 +39,8 @@ class CreepRun(FlowRun):
     """Strain in time under a stress; rows and packings as in `FlowRun`.
 
     Attributes:
-        applied: stress beside the residual one.
-        residual: shear stress of the packing at rest, before.
+        applied: shear stress in addition to the residual stress.
+        residual: shear stress of the packing at rest, before the creep.
         duration: time that was asked for.
     """
 
@@ -173,7 +173,7 @@ class StoppedFlow(FlowRun):
     """Stress in time at fixed strain; rows and packings as in `FlowRun`.
 
     Attributes:
-        residual: elastic shear stress at the start, before a step of strain.
+        residual: elastic shear stress at the start (before the strain step, if there is one).
         duration: time that was asked for.
     """
 

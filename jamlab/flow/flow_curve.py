@@ -45,18 +45,18 @@ class FlowCurve(FlowResult):
     """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
 
     Attributes:
-        rates: (m,) of shear, ascending.
+        rates: (m,) shear rates, ascending.
         stress, stress_stderr: (m,) mean shear stress.
         elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._stderr`; z_all as in
             `FlowRun`.
         dissipation: (m,) mean, per time and area, over all steps; stress times rate, less the change of elastic energy.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
-        plastic_events: (m,) seen per unit of strain.
-        energy_error: (m,) part of the work of the average that is neither stored nor lost.
+        plastic_events: (m,) number per unit of strain.
+        energy_error: (m,) part of the work during the average that is neither stored nor dissipated.
         ambiguous_contacts: (m,) see `FlowRun`, of start-up and average.
         seconds: (m,) wall time.
-        discard, strain: of start-up, left out, and of the average.
-        failed: rates that found no end, as text, and why; they are in no array.
+        discard, strain: strain of the start-up, which is left out, and strain of the average.
+        failed: rates whose run failed, as text, with the reason; the arrays omit them.
         frames: the packing at the start and the last state of each rate.
         damping, background, tolerance, unit: see `FlowRun`.
     """
@@ -169,14 +169,14 @@ def flow_curve(
 
     Args:
         packing: SP or DP.
-        rates: of shear, 1/tau_1.
+        rates: shear rates, 1/tau_1.
         damping: see `shear`.
         strain: strain of the average, at least 1.
         discard: transient strain that is discarded.
         tolerance, background_drag: see `shear`.
         processes: number of rates run in parallel.
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
-        progress: called with (fraction of all strain, text), or True.
+        progress: called with (fraction of all strain, text); True: print it.
 
     Raises:
         InputError: a value out of range.
@@ -301,7 +301,7 @@ def flow_cost(
 
     Args:
         packing: SP or DP.
-        rates: of shear, 1/tau_1.
+        rates: shear rates, 1/tau_1.
         damping, tolerance, background_drag: see `shear`.
         strain: strain of each run; for `flow_curve` the sum of its `strain` and `discard`.
 

@@ -34,8 +34,8 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     """Write a movie of packings with contact forces next to the curve of the run.
 
     The curve of a flow shows shear stress over strain, the curve of a sweep (list of packings) its pressure over the
-    packing fraction. Contacts that push are blue, those that pull red, as wide as their force beside the mean of the
-    packing. The frames of a flow are the packings that it kept, see `snapshot_every` of `shear`.
+    packing fraction. Repulsive contacts are blue, attractive ones red; their width is the force over the mean force of
+    the packing. The frames of a flow are its stored packings, see `snapshot_every` of `shear`.
 
     Args:
         run: result of a flow or of quasi-static shear, or two packings or more.
@@ -47,7 +47,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
 
     Raises:
         InputError: fewer than two packings, another ending, or no ffmpeg.
-        EngineError: ffmpeg stops, as one does that does not know the codec h264.
+        EngineError: ffmpeg fails, for example without the codec h264.
         StorageError: the file cannot be written.
 
     Example:

@@ -29,7 +29,7 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
 LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
-_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps keep their length; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
 # contacts there, with errors far below it
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
@@ -44,8 +44,8 @@ _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a 
 class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
     elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
-    area. `contacts` are those of the plugin, after `drive` and `advance` pairs that press. `iterations` are those of
-    all solutions so far, `ambiguous_contacts` as in `FlowRun`."""
+    area. `contacts` come from the plugin, after `drive` and `advance` pairs that press. `iterations` count all
+    solutions so far, `ambiguous_contacts` as in `FlowRun`."""
 
     time: float
     strain: float
@@ -243,7 +243,7 @@ class OverdampedSession:
         )
 
     def state(self) -> FlowState:
-        """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
+        """Numbers of this instant, the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
         stress = self._scales.stress
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
         found = found._replace(**{name: stress * getattr(found, name) for name in _STRESSES})

@@ -168,7 +168,7 @@ class Shearing:
 
 class Walk(Run[QuasistaticShear]):
     """Minima one after the other, and the events between them. The session is in natural units of the packing; rows,
-    frames and events are in those of the packing itself."""
+    frames and events are in units of the packing itself."""
 
     def __init__(
         self,

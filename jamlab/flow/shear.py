@@ -235,7 +235,7 @@ def shear(
             False: remove the walls. Default: as in the packing.
         path: HDF5 file of the run, saved regularly, see `jamlab.read_flow`. If it contains a part of the same run, the
             run resumes; a complete run is returned from the file.
-        progress: called after each row with (fraction done, text), or True.
+        progress: called after each row with (fraction done, text); True: print it.
 
     Raises:
         InputError: a value out of range.

@@ -262,8 +262,8 @@ def count_strong(packing: Packing) -> dict[str, float]:
 def remove_rattlers(packing: Packing) -> Packing:
     """Return the packing without rattlers; its voids are the faces of the contact network.
 
-    Do not use it before linear response, which ignores rattlers anyway: the mean size of the remaining particles
-    differs, and with it the drag in units "eps".
+    Do not use it before linear response, which ignores rattlers anyway: without them the mean particle size differs,
+    and so does the drag in units "eps".
 
     Args:
         packing: SP or DP.

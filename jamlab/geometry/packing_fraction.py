@@ -19,7 +19,7 @@ FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 @checked
 def packing_fraction(packing: Packing, method: str = "exact") -> float:
-    """Compute the area that the particles cover over the area of the cell, between flat walls over that of the slab.
+    """Compute the covered area divided by the area of the box (between flat walls: by the area of the slab).
 
     Args:
         packing: SP or DP.

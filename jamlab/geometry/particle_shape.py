@@ -58,7 +58,7 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
 
                 (p + pi delta)^2 / (4 pi (a + p delta/2 + pi delta^2/4)).
 
-            Overlaps with neighbours are not cut away. SP has no rim: no difference.
+            Overlaps with neighbours are not cut away. SP has no rim.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -99,7 +99,7 @@ class ContactLengths(Result):
         pairs: (m, 2) int64, polygons i < j whose outlines come closer than delta.
         length: (m,) mean over both polygons of the length of outline nearer than delta to the other polygon, in units
             of length.
-        unit: of length, for labels.
+        unit: unit of length, for labels.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)

@@ -44,13 +44,13 @@ class Tessellation(Result):
     """Cells around particles.
 
     Attributes:
-        area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as inside another,
-            and for flat walls, at whose planes the others end.
-        wall_i, wall_j: (m,) int64, cells on both sides of a wall, i <= j; a cell may meet several images of another.
+        area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as one inside
+            another, and for flat walls, where the other cells end.
+        wall_i, wall_j: (m,) int64, cells on both sides of a cell wall, i <= j; a cell may meet another's images.
         wall_length: (m,) length of each wall.
         sides: (n,) int64, neighbours of each cell; the mean is 6 where three cells meet in every corner.
-        lines: (k, 2, 2) straight pieces of all walls, beside the particle of lower index as it is stored. SP: one for
-            each wall. DP: one for each two points on either side.
+        lines: (k, 2, 2) straight pieces of all cell walls, at the stored image of the particle of lower index. SP: one
+            for each wall. DP: one for each pair of outline points on the two sides.
         packing: the packing whose particles they surround.
 
     Example:
@@ -198,7 +198,7 @@ def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> 
 
 
 def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple[Indices, PowerWalls]:
-    """Of the points and half walls of a slab and its image those of the slab; walls to an image are flat walls."""
+    """The points and half walls of a slab, without its mirror image; walls to an image are flat walls."""
     n, height = packing.n - 2, packing.box[1, 1]
     count, kept = np.searchsorted(owner, n), owner[walls.i] < n
     i, j, shift = walls.i[kept], walls.j[kept], walls.shift[kept]

@@ -133,7 +133,7 @@ def slab(packing: Packing) -> Slab:
     """Measure the slab between two walls: its extent, packing fraction and voids.
 
     Args:
-        packing: of `with_walls`.
+        packing: result of `with_walls`.
 
     Example:
         >>> s = jamlab.slab(jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1)))

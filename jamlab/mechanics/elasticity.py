@@ -42,7 +42,7 @@ class ElasticTensor(Result):
         affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
         displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers.
-        unit: of the moduli, for labels.
+        unit: unit of the moduli, for labels.
 
     Example:
         >>> t = jamlab.elastic_tensor(jamlab.pack(n=32, pressure=1e-2, seed=1))
@@ -171,11 +171,11 @@ class NonaffineResponse(Result):
 
     Attributes:
         normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
-            included; positive where disks part.
-        tangential: (m,) across it, counter-clockwise.
+            included; positive where disks separate.
+        tangential: (m,) the same perpendicular to that line, counter-clockwise.
         nonaffine_tangential: (m,) likewise, of the non-affine displacements alone.
         nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
-        unit: of length, for labels.
+        unit: unit of length, for labels.
 
     Example:
         >>> s = jamlab.nonaffine_response(jamlab.pack(n=32, pressure=1e-2, seed=1))

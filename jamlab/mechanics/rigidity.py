@@ -43,16 +43,16 @@ class MaxwellCount:
     """The Maxwell-Calladine count of the particles that bear load.
 
     Attributes:
-        n_particles: that bear load; a droplet between two opposite contacts does, on its flats.
-        pairs: of particles in contact.
+        n_particles: number of particles that bear load, also droplets held by two opposite contacts on flat edges.
+        pairs: number of pairs of particles in contact.
         contacts: contacts of disks; for droplets, of a vertex with an edge (two vertices that meet count once).
-        self_stress_states: independent ways in which forces of these contacts balance by themselves, pulling ones
-            included.
+        self_stress_states: independent ways in which forces of these contacts, also tensile ones, balance by
+            themselves.
         floppy_modes: number of floppy modes without the two translations of the packing.
 
     Example:
         >>> m = jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
-        >>> m.contacts == 2 * m.n_particles - 2 - m.floppy_modes + m.self_stress_states  # with 3 for 2: droplets
+        >>> m.contacts == 2 * m.n_particles - 2 - m.floppy_modes + m.self_stress_states  # droplets: 3, not 2
         True
     """
 

@@ -37,7 +37,7 @@ class Modes(Result):
     Attributes:
         eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
         vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
-        unit: of the eigenvalues, for labels.
+        unit: unit of the eigenvalues, for labels.
 
     Example:
         >>> modes = jamlab.lowest_modes(jamlab.pack(n=32, pressure=1e-2, seed=1), 6)
@@ -108,8 +108,8 @@ def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
 
 @checked
 def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
-    """Count zero modes: in a stable packing of disks 2 translations (without fixed particles; one between flat
-    walls) and 2 per rattler.
+    """Count zero modes: in a stable packing of disks 2 per rattler and 2 translations (between flat walls 1, with
+    other fixed particles 0).
 
     Eigenvalues below 1e-9 of the largest count as zero. By Sylvester's law of inertia, the factors of H - s and H + s
     give the number of eigenvalues below s and below -s.

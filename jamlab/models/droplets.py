@@ -258,7 +258,7 @@ class Droplets:
             raise EngineError(
                 f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
                 f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
-                "another image of its end: use a larger box, such as two periods of it, or more vertices per polygon"
+                "another image of its end: use a larger box, such as two copies of it, or more vertices per polygon"
             )
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:

@@ -114,7 +114,7 @@ class BoxStrains:
     """Strains that a box may take during minimisation, and the outer pressure.
 
     Attributes:
-        strains: (m, 2, 2) M_a, upper triangles: COMPRESSION, SHEARS or both in one array.
+        strains: (m, 2, 2) upper triangular strain matrices M_a: COMPRESSION, SHEARS or both in one array.
         pressure: outer pressure; irrelevant if no strain changes the area.
 
     Example:

@@ -164,7 +164,7 @@ def check_one_sweep(frames: Sequence[Packing]) -> None:
 
 def _observable(name: str, values: ArrayLike, frames: int) -> Array:
     if not name or "/" in name or name == ".":
-        raise InputError(f"an observable cannot be named {name!r}: such a name is not empty and has no slash")
+        raise InputError(f"an observable cannot be named {name!r}: a name must not be empty or contain a slash")
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

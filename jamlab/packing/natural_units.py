@@ -107,7 +107,7 @@ def in_natural_units(
     units: Callable[[Packing], Scales] = natural_scales,
     **takes: tuple[int, int],
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Let a function of a packing compute in natural units, whatever those of the packing: the one door at which units
+    """Let a function of a packing compute in natural units, whatever units the packing has: the one door at which units
     change. Packings among its arguments and results are converted, and classes of results by their `dimensions`, powers
     of energy and length by the name of a field.
 

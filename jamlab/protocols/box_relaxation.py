@@ -3,7 +3,7 @@
 Compressed in a fixed square box, a small packing keeps a shear stress and may be unstable against shear: its G can be
 negative. At a minimum over both shears of the box as well, G is positive in every direction.
 
-Disks: FIRE takes the strains of the box for coordinates beside those of the disks, so that rearrangements of thousands
+Disks: FIRE takes the strains of the box for coordinates beside the positions, so that rearrangements of thousands
 of disks cost only its cheap steps; Newton steps with the same strains in the border end the minimisation. Droplets:
 Newton steps in the strains alone.
 """

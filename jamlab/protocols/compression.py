@@ -124,7 +124,7 @@ def compress(
         tolerance: largest residual force in natural units (`jamlab.packing.natural_units`), 1e-15 to 1e-3. Default:
             1e-12 for disks, 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
-        progress: called after each state with (fraction done, text), or True.
+        progress: called after each state with (fraction done, text); True: print it.
 
     Yields:
         One Packing per state. A step that does not converge is repeated in up to 16 smaller steps. If it still does not

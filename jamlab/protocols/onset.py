@@ -37,7 +37,7 @@ SEARCHES = ("bisection", "incremental")
 STARTS = ("from-disks", "direct")
 # versions, see jamlab.campaign.tasks; droplets: 5 slides along several modes at a time,
 # 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
-# ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
+# ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside the contact forces
 ONSET_PROTOCOL = {"disks": 1, "droplets": 5, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
@@ -84,7 +84,7 @@ def jam(
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd. DP: sizes are proportional to the square roots of the
             rest areas.
-        progress: called after each minimisation with (fraction done, text), or True.
+        progress: called after each minimisation with (fraction done, text); True: print it.
         parameters: force-law parameters that replace the defaults, e.g. `contact="segment/smooth"` for droplets; DP:
             `vertices`, one number or (n,).
 

@@ -119,7 +119,7 @@ def disk_params(units: str, **changes: float) -> dict[str, Any]:
     unknown = sorted(changes.keys() - optional.keys())
     if unknown:
         known = f"use {', '.join(optional)}; " if optional else ""
-        raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are 1")
+        raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are always 1")
     params = {units: float(defaults("sp")[units]), **changes}
     check_params("sp", units, MODELS["sp"].parameters(units), params)
     return params

@@ -47,7 +47,7 @@ _JUMP = 0.5  # a stage whose pressure falls by less than this factor was stopped
 _CLOSE = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
 _FIRE_STRETCH = 3000  # FIRE steps after which it starts anew
 _FIRE_STEPS_DROPLETS = 300  # between two rounds: away from where the last one stalled
-_SOFTEST = 1e-3  # contacts, over the strength of the law: FIRE steps grow no longer where stiffening disks are softer
+_SOFTEST = 1e-3  # contacts, over the strength of the law: FIRE steps do not grow where stiffening disks are softer
 LOOSE_FORCE = 2e-5  # of droplets: below, forces cannot bring a packing to jam that has no contacts
 
 

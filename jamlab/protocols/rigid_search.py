@@ -42,7 +42,7 @@ _SOFTEST = 1e-3  # the same over that of a rim: with less the droplets themselve
 _LOWEST, _HIGHEST = 0.05, 15.0  # contact energy on the way down over that to come down to
 # slides along modes that give way at most, length of one, mean particle size, and the part that nothing has to stop
 _SLIDES, _SLIDE, _MOVED = 20, 0.05, 0.2
-# how near in phi a state is the one before, and how often it is judged before the search goes on from denser ones
+# how near in phi a state is the one before, and how often it is judged before the search resumes from denser ones
 _SAME, _REPEATS = 1e-6, 2
 # tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
 _JUDGEMENTS, _CORRECTIONS = 8, 4
@@ -127,7 +127,7 @@ class RigidSearch(Approach[RigidDroplets]):
             phi = 0.5 * (start.phi + phi)
             if abs(phi - start.phi) < self.protocol["increment_least"]:
                 raise ConvergenceError(
-                    f"no jamming onset near phi = {start.phi:.8f}: droplets cross their outlines; try another seed"
+                    f"no jamming onset near phi = {start.phi:.8f}: outlines of droplets cross; try another seed"
                 )
             found = self._relax(start, phi, to_the_end=False, shears=False)
         return found

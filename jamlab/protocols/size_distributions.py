@@ -3,8 +3,8 @@
 A distribution is named by text, such as "lognormal:0.3" or "power-law:-3,0.5,2". Its mean is 1, its width the standard
 deviation over the mean. By default the diameters are drawn by strata: the law is cut into n parts of equal probability,
 and each disk has the mean diameter of its part. A parabola through these means, or an exponential where no parabola
-grows, sets mean, width and skewness to those of the law. No n numbers have a skewness above (n - 2)/sqrt(n - 1): then
-mean and width are those of the law. Disks that would leave the cut-offs of the law keep the means of their parts.
+grows, sets mean, width and skewness as in the law. No n numbers have a skewness above (n - 2)/sqrt(n - 1): then
+mean and width are as in the law. Disks that would leave the cut-offs of the law keep the means of their parts.
 `sizes` of a packing's provenance holds width and skewness, of the law and as drawn. ",random" draws independent
 diameters instead.
 """
@@ -81,7 +81,7 @@ class SizeDistribution:
                 raise InputError(f"sizes = {text!r}: {word} is {number:g}, must be from {low:g} to {high:g}")
         if name == "power-law" and not numbers[1] < numbers[2] <= WIDEST_RATIO * numbers[1]:
             raise InputError(
-                f"sizes = {text!r}: LARGEST is {numbers[2]:g}, must be above SMALLEST, {WIDEST_RATIO:g} times at most"
+                f"sizes = {text!r}: LARGEST = {numbers[2]:g} must be above SMALLEST, at most {WIDEST_RATIO:g} times it"
             )
         return cls(name, numbers, random)
 

@@ -89,13 +89,13 @@ def pack(
         fraction_large: number fraction of large disks; d stays the mean of the two diameters.
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd.
-        progress: called after each minimisation with (nan, text), or True.
+        progress: called after each minimisation with (nan, text); True: print it.
         parameters: force-law parameters that replace values of `sp.parameters`.
 
     Returns:
         Converged packing. The relative error of the pressure is at most 1e-6 (sticky disks: 1e-6 of the mean contact
-        force over d). `provenance["pressure"]` is the value, `provenance["from_pressure"]` the initial pressure after a
-        decompression.
+        force over d). `provenance["pressure"]` is the value; after a decompression `provenance["from_pressure"]` is
+        the pressure at its start.
 
     Raises:
         InputError: an argument is out of range.
@@ -197,7 +197,7 @@ def decompress(
         pressure: target pressure in the units of the packing, from 1e-8 k.
         ranks: threads of FIRE; useful above 10 000 disks.
         tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
-        progress: called after each pressure with (fraction done, text), or True.
+        progress: called after each pressure with (fraction done, text); True: print it.
 
     Returns:
         Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, because

@@ -58,7 +58,7 @@ class ComplexModulus(Result):
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
         spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
             frequencies asked for (reduced); None for method "direct".
-        unit: of stress, for labels.
+        unit: unit of stress, for labels.
         eta_inf_bound: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
         direction: of shear, see `complex_modulus`.
     """

@@ -40,7 +40,7 @@ class Collapse:
         pressures: (k,) of the curves.
         omega: (m,) frequencies of the scaling regime, 1/tau_1.
         storage, loss: (k, m) mean G', G'' at these frequencies.
-        unit: of stress, for labels.
+        unit: unit of stress, for labels.
     """
 
     mu: float

@@ -61,15 +61,15 @@ class ContactDamping(DragLaw):
     """Drag on the relative velocity at every contact, Baumgarten & Tighe eqs 5 and 6.
 
     R = (tau_1/2) sum k_ij [(du_par')^2 + beta (du_perp' - a_i theta_i' - a_j theta_j')^2]; k_ij is the stiffness of the
-    contact, which is k in their units, and a_i, a_j are lever arms.
+    contact (k in units of the paper), and a_i, a_j are lever arms.
 
     SP: in the paper the lever arms are the radii. Their sum exceeds the distance r of the centres, so a rigid rotation
         of two overlapping disks dissipates energy, and G'' depends on the orientation of the packing to the order of
         the overlap. Lever arms to the middle of the overlap, R - (R_i + R_j - r)/2, dissipate nothing in a rotation.
 
     DP: the sum runs over all contacts of a vertex with an edge. du' is the velocity of the vertex relative to the point
-        of contact on the edge, theta' is the local rotation of either outline, and both lever arms are d/2. A rigid
-        rotation dissipates nothing.
+        of contact on the edge, theta' is the local rotation of either outline, and both lever arms are half the
+        distance of vertex and edge. A rigid rotation dissipates nothing.
 
     alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
     same bracket, lengths in mean sizes. It is available for simulated flow (`shear`, `oscillate`, ...), but
@@ -177,14 +177,14 @@ class ContactDamping(DragLaw):
 @checked_class
 @dataclass(frozen=True)
 class StokesDrag(DragLaw):
-    """Drag against the affine flow on every particle, Baumgarten & Tighe eqs 7 and 8.
+    """Drag on the velocity of every particle relative to the affine flow, Baumgarten & Tighe eqs 7 and 8.
 
     R = (k tau_1/2) sum |u_i' - v_aff(r_i)|^2 + (eta_F/2) gamma'^2 A. DP: the sum runs over vertices, each with 1/n_v of
     the drag on its polygon, so a rigidly moving polygon has the drag of a disk.
 
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.
-        tau: tau_1; the drag coefficient is k tau_1. In units "eps" k is eps over the square of the mean size of all
+        tau: tau_1; the drag coefficient is k tau_1. In units "eps", k is eps over the squared mean size of all
             particles, rattlers included.
 
     Example:

@@ -32,13 +32,13 @@ CORRELATION_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took lanes a
 
 @dataclass(frozen=True)
 class DisplacementCorrelation(Result):
-    """C(delta) of one packing at one frequency.
+    """Correlation C(delta) of non-affine displacements at one frequency.
 
     Attributes:
         delta: (m,) distances along the flow, centres of bins, up to half the box.
         correlation: (m,) C; 1 if two sites move alike.
-        pairs: (m,) pairs in each bin.
-        unit: of length, for labels.
+        pairs: (m,) number of pairs in each bin.
+        unit: unit of length, for labels.
     """
 
     delta: Array

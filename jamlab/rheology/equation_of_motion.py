@@ -37,7 +37,7 @@ def dynamical_matrices(
         packing: SP or DP. Rattlers are included. Fixed particles have zero rows in K and their drag in B.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
         prestress: False sets the contact forces in K to zero (eq 4). SP only.
-        direction: of shear, see `complex_modulus`.
+        direction: shear direction, see `complex_modulus`.
 
     Raises:
         InputError: droplets with prestress=False, because line tension is a pre-stress.

@@ -37,11 +37,11 @@ class ModeCharacter(Result):
         strengths: (m,) g of its Maxwell element, unit of stress.
         translation: (m,) share of the motion that moves droplets as a whole, relative to the packing.
         rotation: (m,) share that turns them as a whole.
-        along: (m,) share of the rest along their own outlines.
-        across: (m,) share of the rest across their outlines; the four shares add up to 1.
+        along: (m,) share of the remaining motion along their own outlines.
+        across: (m,) share of the remaining motion across their outlines; the four shares add up to 1.
         sliding: (m,) share of the dissipation by tangential motion at contacts; the rest is normal. nan under Stokes
             drag.
-        unit: of stress, for labels.
+        unit: unit of stress, for labels.
     """
 
     rates: Array
@@ -86,7 +86,7 @@ def mode_character(packing: Packing, damping: Damping | None = None) -> ModeChar
         >>> p = list(jamlab.compress(jamlab.jam(8, "dp", 1), to=0.9, step=0.02))[-1]
         >>> m = jamlab.mode_character(p, jamlab.StokesDrag(eta_f=1.0))
         >>> slow, fast = m.share("across", fastest=1), m.share("across", slowest=100)
-        >>> slow < 0.2 < 0.6 < fast  # what relaxes fast are shapes
+        >>> slow < 0.2 < 0.6 < fast  # shapes relax fast
         True
     """
     damping, _ = damping or ContactDamping(), packing.polygon_offsets  # disks only translate and rotate

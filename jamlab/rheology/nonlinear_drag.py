@@ -35,9 +35,9 @@ class NonlinearModulus(Result):
     Attributes:
         omega: (m,) angular frequencies, 1/tau_1.
         storage, loss: (m,) G', G''; they depend on the stress.
-        tau: (m,) equivalent time tau_alpha, tau_1.
-        error_bound: (m,) bound, by an estimate, of the relative error of the linear solution, not of the method.
-        unit: of stress, for labels.
+        tau: (m,) equivalent time tau_alpha, in units of tau_1.
+        error_bound: (m,) estimated bound of the relative error of the linear solution, not of the approximation.
+        unit: unit of stress, for labels.
     """
 
     omega: Array
@@ -57,11 +57,11 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
     u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; eq 25 prints the exponent alpha, which does not
-    give tau_1 at alpha = 1). rho_0, the unit of length here, is the mean size of particles, 1 in the paper.
+    give tau_1 at alpha = 1). rho_0, the unit of length, is the mean particle size (1 in the paper).
 
     Args:
         omega: (m,) angular frequencies, 1/tau_1.
-        force: F_0.
+        force: typical contact force F_0.
         alpha: exponent of the drag law, from 0 to 2, both excluded.
         stiffness: k.
 

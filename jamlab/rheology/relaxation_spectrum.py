@@ -35,7 +35,7 @@ class RelaxationSpectrum(Result):
         rates: (m,) lambda_i, ascending, 1/tau_1. Of droplets those beyond 1e8 have three digits and beyond 1e12 none,
             since rounding decides what they dissipate; they carry less than 1e-6 of G*.
         strengths: (m,) g_i > 0, unit of stress.
-        unit: of stress, for labels.
+        unit: unit of stress, for labels.
     """
 
     g0: float

@@ -81,7 +81,7 @@ def fit_scaling_exponents(
     begin = np.array(start)[free]
     best = fill_in(begin)
     if free.any() and np.isinf(spread(best)):
-        raise InputError(f"no two curves overlap at the start {best}: give another one, or curves of wider range")
+        raise InputError(f"no two curves overlap at the start {best}: give another start, or curves of wider range")
     if free.tolist() == [False, True]:  # b moves curves upwards alone: the square of their spread is a parabola in it
         below, at, above = (spread((best[0], best[1] + step)) ** 2 for step in (-1, 0, 1))
         if (bend := below - 2 * at + above) > 0:

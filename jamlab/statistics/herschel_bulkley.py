@@ -28,7 +28,7 @@ class HerschelBulkley:
             their errors, as much larger.
         misfit: root of chi squared per degree of freedom: 1 if the points scatter as their errors say; nan of three.
         rates, stress, stress_stderr: (m,) what was fitted.
-        unit: of stress, for labels.
+        unit: unit of stress, for labels.
     """
 
     yield_stress: float

@@ -302,7 +302,7 @@ class Minimizer {
     return total;
   }
 
-  // The strains of the box as coordinates beside those of the disks.
+  // The strains of the box as coordinates beside the positions.
   void add_border(Cell &cell, Sums &total) const
   {
     const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(border.inertia);

@@ -60,7 +60,7 @@ class Lattice {
     return true;
   }
 
-  // A translation in vectors of the cell, in those of the box.
+  // A translation in vectors of the cell, in vectors of the box.
   Image in_box(const Image &m) const
   {
     return {m.first * combination[0].first + m.second * combination[1].first,

@@ -6,7 +6,7 @@
 //
 //     F(s, g) = [[exp(s), g], [0, exp(-s)]],   centre -> F centre + u,
 //
-// may be coordinates as well; they stand behind those of the polygons, as sqrt(n) s and sqrt(n) g.
+// may be coordinates as well; they stand behind the coordinates of the polygons, as sqrt(n) s and sqrt(n) g.
 #pragma once
 
 #include "../block_cholesky.h"

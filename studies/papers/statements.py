@@ -177,8 +177,8 @@ def measure(name: str, tables: "EnsembleTables") -> Measured:
 
 
 def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
-    """Compute a statistic of a sample of packings, with its variants: those of the statistic alone on the same
-    resamples, those of the sample on their own. Without a sample the statistic takes the tables, and does all that."""
+    """Compute a statistic of a sample of packings, with its variants: of the statistic alone on the same
+    resamples, of the sample on their own. Without a sample the statistic takes the tables, and does all that."""
     function, settings = find(wanted.statistic), keywords(wanted.settings)
     variants = [keywords(text) for text in wanted.variants.split("; ") if text]
     if not wanted.sample:

@@ -30,7 +30,7 @@ def show(name):
 show("droplet-minimisers")
 
 # %%
-# The shear modulus, with the minimisation before it: linear response goes on where finite strain meets rounding at one
+# The shear modulus, with the minimisation before it: linear response works where finite strain meets rounding at one
 # end and changing contacts at the other.
 
 show("shear-modulus")

@@ -77,18 +77,18 @@ def write_page(
     observables: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write one self-contained interactive page of a sweep.
+    """Write a packing or a sweep as one self-contained interactive HTML page.
 
     A slider selects the state. Force network, rattlers, voids and displacements can be switched on.
-    Pointing at a contact shows force and gap, at a particle shape factor, z and area. 80 states of 64 droplets take 6
-    MB and half a minute.
+    Pointing at a contact shows its force and gap; pointing at a particle, its shape factor, z and area. 80 states of 64
+    droplets take 6 MB and half a minute.
 
     Args:
         path: HTML file to create or replace, .html.
         packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`.
         every: show every k-th state.
         observables: known values by name, (states,): rho, z, z_all, rattlers, pressure, g. Others are measured.
-        progress: called after each state with (fraction done, text), or True.
+        progress: called after each state with (fraction done, text); True: print it.
 
     Raises:
         InputError: no packing; packings that differ in model, units, number or sizes of particles; more than 20 000

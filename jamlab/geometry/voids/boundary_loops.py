@@ -111,8 +111,8 @@ def _join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Ar
 
 
 def trace(packing: Packing) -> Boundary:
-    """Trace the boundary of what particles cover, flat walls with all behind their planes. Where it would go on with a
-    mirror image it goes on along the plane, to the next piece that comes from one."""
+    """Trace the boundary of what particles cover, flat walls with all behind their planes. Where it would continue with
+    a mirror image it continues along the plane, to the next piece that comes from one."""
     whole: Boundary = packing.kind.boundary(mirrored(packing))
     if not packing.flat_walls.any():
         return whole

@@ -42,10 +42,10 @@ class Voids(Result):
     """Voids of a packing, one entry each.
 
     Attributes:
-        sides: (m,) int64, l, particles on the boundary. Of a void that does not percolate only the loop around it
-            counts, not the islands inside; a particle with several pieces in the loop counts once, two periodic images
-            of a particle count twice. Of a void that percolates: different particles on all its loops.
-        area: (m,) area; the sum is (1 - rho) times the cell.
+        sides: (m,) int64, l, number of particles on the boundary. Void that does not percolate: on the loop around
+            it, not on islands inside; a particle with several pieces in the loop counts once, two periodic images of
+            it twice. Void that percolates: different particles on all its loops.
+        area: (m,) area; the sum is (1 - rho) times the box area.
         perimeter: (m,) length of the whole boundary, islands included.
         centroid: (m, 2) centre of area, inside the cell; nan for a void that percolates.
         percolating: (m,) int64, independent directions in which a void winds around the torus: 0, 1 or 2.
@@ -262,7 +262,7 @@ def void_paths(found: Voids) -> list[Any]:
 
 @dataclass(frozen=True)
 class VoidStatistics(Result):
-    """Voids of one or several packings by number of sides; voids that percolate are counted apart.
+    """Voids of one or several packings by number of sides; voids that percolate are counted separately.
 
     Attributes:
         sides: (m,) int64, every l that occurs, ascending.
@@ -318,7 +318,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
     """Compute P_l, mean area and mean shape of the voids of one or several packings together.
 
     Raises:
-        InputError: if none is given.
+        InputError: no voids are given.
 
     Example:
         >>> v = [jamlab.voids(jamlab.pack(n=32, pressure=1e-2, seed=seed)) for seed in (1, 2)]
