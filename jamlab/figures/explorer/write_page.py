@@ -107,7 +107,9 @@ def write_page(
     states = [packings] if isinstance(packings, Packing) else list(packings)
     fragment = explorer_fragment(states, every=every, observables=observables, progress=progress)
     first, count = states[0], len(states[::every])
-    title = f"{first.n} {first.kind.particles}{f', {count} states' if count > 1 else ''}"
+    walls = int(first.flat_walls.sum())
+    title = f"{first.n - walls} {first.kind.particles}{' between flat walls' if walls else ''}"
+    title += f", {count} states" if count > 1 else ""
     lead = f"{_ENSEMBLES[first.ensemble]} {unit_labels(first)['meaning']}. Particles are numbered from 0 as in jamlab."
     write_sections(path, title, lead, [("", fragment)], _facts(first, states[-1]))
 
