@@ -26,16 +26,14 @@ class Why(StrEnum):
     UNKNOWN = "no promise"  # the table has too few packings
 
 
-def judge(
-    rows: Sequence[dict[str, Any]], cost: str = "", nearest: str | None = None
-) -> tuple[pd.DataFrame, int | None]:
+def judge(rows: Sequence[dict[str, Any]], cost: str = "", nearest: str = "") -> tuple[pd.DataFrame, int | None]:
     """Build the table of options, and say which row is taken: the first of the cheapest, or just the first, of those
     with `why` None; else, if there is a column `nearest`, the one whose value of it is least; else none."""
     free = [k for k, option in enumerate(rows) if option["why"] is None]
     known = [k for k, option in enumerate(rows) if nearest and not math.isnan(option[nearest])]
     row = min(free, key=lambda k: rows[k].get(cost, 0.0), default=None)
     if row is None:
-        row = min(known, key=lambda k: rows[k][nearest or cost], default=None)
+        row = min(known, key=lambda k: rows[k][nearest], default=None)
     why = [Why.TAKEN if k == row else option["why"] or Why.COSTS_MORE for k, option in enumerate(rows)]
     return pd.DataFrame(rows).assign(why=list(map(str, why))), row
 

@@ -280,7 +280,7 @@ def _flipped(packing: Packing) -> Packing:
 
 def _drop(before: Minimum, after: Minimum) -> float:
     """Fall of the stress along the shear, whichever way it goes."""
-    return float(np.sign(after.strain - before.strain) * (before.stress - after.stress))
+    return float(np.sign(after.strain) * (before.stress - after.stress))
 
 
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1

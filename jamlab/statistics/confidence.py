@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 
@@ -111,10 +112,8 @@ def bootstrap(
     drawn = np.full((resamples, *value.shape), np.nan)
     for k in range(resamples):
         sample = [a.take(rng.integers(len(a), size=len(a)), axis=0) for a in arrays]
-        try:
+        with suppress(JamlabError):
             drawn[k] = statistic(sample)
-        except JamlabError:
-            continue
     missing = (np.isnan(drawn).sum(axis=0) > resamples // 2) | _by_one_packing(arrays, statistic, value)
     tail = 0.5 * (1 - level)
     ends = np.full((2, *value.shape), np.nan)

@@ -90,6 +90,7 @@ def test_energy_and_forces_are_the_same_for_images_turns_and_translations():
 @pytest.mark.parametrize("shears", [False, True])
 def test_a_relaxation_ends_in_a_minimum_and_keeps_the_area(shears):
     found = pressed(shears=shears)
+    assert not found.relaxed(DESCENT, 500, shears=shears).crossed
     energy, forces, hessian = found.derivatives(shears=shears)
     assert energy == pytest.approx(found.energy) and energy > 1e-3
     assert np.abs(forces).max() <= 1e-9 * found.contact_force

@@ -73,6 +73,8 @@ def test_a_stress_is_held_while_contacts_open_close_and_rub():
     """What a rubbing contact is held by bears a part of the stress."""
     found = jamlab.creep(jamlab.pack(16, 1e-2, 3), 0.02, 20.0)
     assert found.strain[-1] > 0.3 and np.ptp(found.contacts) > 3
+    steady = replace(found, time=np.arange(3.0), strain=2 * np.arange(3.0))
+    assert steady.slope == 1 and steady.final_rate == 2
     assert found.stress == pytest.approx(np.full(len(found.time), found.residual + 0.02), abs=1e-7)
 
 

@@ -7,7 +7,7 @@ import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import noise_level, remove_background
 from jamlab.micrographs.picture_files import distance_inside
-from jamlab.micrographs.segmentation import find_markers, granulometry
+from jamlab.micrographs.segmentation import edge_of, find_markers, granulometry
 from jamlab.micrographs.walls import shape_factor
 
 pytest.importorskip("skimage")
@@ -30,6 +30,10 @@ def test_distances_are_those_of_pixels():
     exact = np.sqrt(((places[:, None] - away) ** 2).sum(axis=2).min(axis=1)).reshape(thin.shape)
     np.testing.assert_array_equal(distance_inside(thin), exact)
     assert np.isinf(distance_inside(np.ones((9, 12), dtype=bool))).all()
+
+
+def test_the_edge_of_a_picture_has_four_sides():
+    assert set(edge_of(np.arange(12).reshape(3, 4))) == set(range(12)) - {5, 6}
 
 
 def test_light_of_a_strip_is_levelled():

@@ -5,7 +5,7 @@ import pytest
 
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
-from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.power_laws import fit_exponent, power_law
 
 X = np.geomspace(1e-4, 0.3, 25)
 
@@ -16,6 +16,7 @@ def test_one_free_power_law_is_recovered(exponent):
     assert fit.exponents == pytest.approx([exponent], rel=1e-12)
     assert fit.coefficients == pytest.approx([3.2], rel=1e-12)
     assert fit.spread < 1e-12
+    assert fit_exponent(X[:3], X[:3] ** exponent) == pytest.approx(exponent) and np.isnan(fit_exponent(X[:2], X[:2]))
     assert fit(0.01) == pytest.approx(3.2 * 0.01**exponent)
 
 
