@@ -147,10 +147,10 @@ def follow(packing: Packing, phi: float) -> Packing:
     return moved.with_state(positions=positions)
 
 
-def unstable_directions(packing: Packing) -> tuple[Array, float] | None:
-    """Displacements (k, n_sites, 2), the largest 1, along up to six modes that give way, the lowest first, and its
-    eigenvalue, 0 where rounding hides it; None for a minimum, for a loose packing, and for forces so large beside the
-    pressure that no Hessian tells."""
+def unstable_directions(packing: Packing) -> tuple[Array, float, int] | None:
+    """Displacements (k, n_sites, 2), the largest 1, along modes that give way, the lowest first, its eigenvalue, 0
+    where rounding hides it, and how many give way, of which k may be fewer; None for a minimum, for a loose packing,
+    and for forces so large beside the pressure that no Hessian tells."""
     try:
         elastic_tensor(packing)
     except UnstableError as error:
@@ -159,7 +159,7 @@ def unstable_directions(packing: Packing) -> tuple[Array, float] | None:
         # with one site fixed, all others may move where its own droplet slides
         whole = modes.mean(axis=1, keepdims=True) if packing.fixed is None else 0.0
         directions[:, force_network(packing).held] = modes - whole
-        return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue
+        return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue, error.count
     except ConvergenceError:
         return None
     return None

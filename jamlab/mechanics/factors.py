@@ -116,17 +116,20 @@ FLOPPY = PairLaw.floppy
 # Part of the energy of the response that a floppy mode within rounding of zero may hide.
 HIDDEN = 1e-6
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
-_NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for
-_PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where six modes are not told apart
+_NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
+_PER_NAMED = 1200  # coordinates for each of them in large systems, whose droplets slide in proportion to their number
+_PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where modes are not told apart
 _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
 
 
 class UnstableError(ConvergenceError):
     """A packing that gives way: some of its modes have no stiffness, or a negative one. `eigenvalue`: the lowest that
-    was found, 0 if rounding hides it; `modes`: (k, n) displacements along up to six of them, the lowest first."""
+    was found, 0 if rounding hides it; `modes`: (k, n) displacements along some of them, the lowest first; `count`: how
+    many are negative, of which k may be fewer; 1 where rounding hides them."""
 
-    def __init__(self, message: str, eigenvalue: float, modes: Array) -> None:
+    def __init__(self, message: str, eigenvalue: float, modes: Array, count: int = 1) -> None:
         super().__init__(message)
+        self.count = count
         self.eigenvalue = eigenvalue
         self.modes = modes
 
@@ -178,6 +181,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -
 
 def _instability(matrix: sparse.csc_array) -> UnstableError:
     """The error for a matrix with negative eigenvalues, with those next to zero."""
+    most = max(_NAMED, matrix.shape[0] // _PER_NAMED)
     if matrix.shape[0] <= _DENSE:
         values, vectors = np.linalg.eigh(matrix.toarray())
         count = int((values < 0).sum())
@@ -186,7 +190,7 @@ def _instability(matrix: sparse.csc_array) -> UnstableError:
         inverse = linalg.LinearOperator(matrix.shape, matvec=factors.solve, dtype=np.float64)
         count = factors.negative
         start = np.random.default_rng(0).standard_normal(matrix.shape[0])
-        wanted = max(1, min(_NAMED, count))
+        wanted = max(1, min(most, count))
         for some, blur in ((wanted, 0.0), (1, _BLURRED)):
             how = {"k": some, "tol": blur, "maxiter": _PATIENT}
             try:
@@ -198,10 +202,11 @@ def _instability(matrix: sparse.csc_array) -> UnstableError:
                     break
         else:
             raise ConvergenceError(f"none of {count} negative modes of a Hessian was found in {_PATIENT} iterations")
-    order = np.argsort(values)[: min(_NAMED, max(1, int((values < 0).sum())))]
+    order = np.argsort(values)[: min(most, max(1, int((values < 0).sum())))]
     lowest = float(values[order[0]])
     return UnstableError(
         f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {lowest:.3g}",
         lowest,
         vectors[:, order].T,
+        count,
     )

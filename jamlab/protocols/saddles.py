@@ -120,15 +120,15 @@ def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
 
 
 def rests_on_rattlers(session: Session) -> bool:
-    """Whether the state that a session holds is stopped along every mode that gives way.
+    """Whether the state that a session holds is stopped along every mode that gives way, all of which are known.
 
     A droplet squeezed between two others slides until it touches a rattler, or until a vertex passes the end of a flat.
     Either stops it with hardly any force, and the Hessian, which leaves rattlers out and knows no distance, sees a
     saddle for ever. The rattler is held fixed here. The way back is uphill, by less than rounding on a level flat.
     """
     packing = session.packing()
-    if (unstable := unstable_directions(packing)) is None:
-        return False
+    if (unstable := unstable_directions(packing)) is None or unstable[2] > len(unstable[0]):
+        return False  # or modes that give way are not known
     probe, pushes = _PROBE * mean_size(packing), []
     for direction in unstable[0]:
         unit = direction / np.linalg.norm(direction)

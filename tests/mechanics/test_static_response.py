@@ -88,6 +88,16 @@ def test_negative_modes_are_handed_over_the_lowest_first(size, scale):
         static_response(matrix, np.ones((size, 1)))
     assert caught.value.eigenvalue == pytest.approx(scale * values[5], rel=0.1)  # of which rounding takes some
     np.testing.assert_allclose(np.abs(caught.value.modes @ vectors[:, [5, 3]]), np.eye(2), atol=0.1)
+    assert caught.value.count == 2
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_more_negative_modes_than_are_handed_over_are_counted(size):
+    values = _stiff(size)
+    values[:8] = -np.arange(1, 9)
+    with pytest.raises(UnstableError) as caught:
+        static_response(_with_eigenvalues(values)[0], np.ones((size, 1)))
+    assert caught.value.count == 8 > len(caught.value.modes) == 6
 
 
 def test_a_soft_mode_above_rounding_counts_in_full():

@@ -144,6 +144,15 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
             assert np.array_equal(session.packing().positions, packing.positions)
 
 
+def test_a_packing_rests_on_rattlers_only_if_all_that_slides_was_tried(monkeypatch):
+    packing = jamlab.read(ON_RATTLER)
+    modes, lowest, count = elasticity.unstable_directions(packing)
+    for more in (0, 1):
+        monkeypatch.setattr(saddles, "unstable_directions", lambda _, more=more: (modes, lowest, count + more))
+        with jamlab.Session(packing) as session:
+            assert saddles.rests_on_rattlers(session) is (not more)
+
+
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     """The same mechanism for `relaxed` and for `compress` with an error, which would follow the saddle."""
     on_saddle = jamlab.read(SADDLE)
