@@ -29,7 +29,6 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
   edge_list.clear();
   block_list.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
-  find_reaches();
   find_edges();
 
   for (int ii = 0; ii < list->inum; ii++) {
@@ -54,19 +53,6 @@ void ContactCandidates::end_block()
   block_list.push_back(block);
 }
 
-void ContactCandidates::find_reaches()
-{
-  const int row = atom->ntypes + 1;
-  const double skin = neighbor->skin;
-  reaches.assign(row * row, {0.0, 0.0});
-  for (int i = 1; i < row; i++)
-    for (int j = 1; j < row; j++) {
-      if (laws->start[i][j] < 0.0) continue;    // left to other styles of pair_style hybrid
-      const double touching = laws->start[i][j] + skin, listed = laws->cutoff(i, j);
-      reaches[i * row + j] = {touching * touching, listed * listed};
-    }
-}
-
 void ContactCandidates::find_edges()
 {
   flats.clear();
@@ -76,7 +62,6 @@ void ContactCandidates::find_edges()
     error->one(FLERR, "Pair style circuloline: types in flat reach all over the box: use one rank");
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
-  if (nall == 0) return;
   for (int i = 0; i < nall; i++) {
     const int head = laws->disk(atom->type[i]) ? i : outline->next(i);
     if (head >= 0) all_frames[i] = frame({i, head});
@@ -105,9 +90,10 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm 
   const bool idisk = laws->disk(type[i]);
   const tagint own = idisk ? 0 : molecule[i];
   const double px = x[i][0], py = x[i][1];
-  const Reach *const reach = &reaches[type[i] * (atom->ntypes + 1)];
-  auto try_edge = [&](int tail, double touching, int special = 0) {
-    if (foot_on_edge(px, py, all_frames[tail]).rsq < touching)
+  const double skin = neighbor->skin, *const start = laws->start[type[i]];    // below 0: left to other styles
+  auto try_edge = [&](int tail, int special = 0) {
+    const double width = start[type[tail]], reach = width + skin;
+    if (width >= 0.0 && foot_on_edge(px, py, all_frames[tail]).rsq < reach * reach)
       add(i, tail | special << SBBITS, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
   };
 
@@ -116,19 +102,15 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm 
     if (molecule[j] == own && one_outline(i, j)) continue;
     const int jtype = type[j];
     if (forms[jtype] != form) continue;
-    const Reach &one = reach[jtype];
     if (laws->disk(jtype)) {
-      if (idisk && !earlier(j, i)) try_edge(j, one.touching, listed >> SBBITS & 3);
+      if (idisk && !earlier(j, i)) try_edge(j, listed >> SBBITS & 3);
       continue;
     }
-    const int jprev = outline->prev(j);
-    if (outline->next(j) >= 0) try_edge(j, one.touching);
-    if (jprev < 0) continue;
-    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list may not hold
-    if (rx * rx + ry * ry > one.listed) try_edge(jprev, one.touching);
+    if (outline->next(j) >= 0) try_edge(j);
+    if (outline->prev(j) >= 0) try_edge(outline->prev(j));    // the list may not hold its tail
   }
   for (const int wall : flats)    // which neighbor lists hold near its atom alone
-    if (!idisk && forms[type[wall]] == form) try_edge(wall, reach[type[wall]].touching);
+    if (!idisk && forms[type[wall]] == form) try_edge(wall);
 }
 
 /* the same outline, not its periodic image: no contact with itself */

@@ -64,11 +64,6 @@ class ContactCandidates : protected Pointers {
     bool operator<(const Candidate &) const;
   };
 
-  struct Reach {        // squares of distances at a neighbor build, for a pair of types
-    double touching;    // what can touch before the next one
-    double listed;      // atoms that the neighbor list holds for sure: under respa they have moved since
-  };
-
   struct Neighbors {    // of one atom, as LAMMPS lists them
     const int *list;
     int count;
@@ -79,7 +74,6 @@ class ContactCandidates : protected Pointers {
   const FixPolygonOutline *outline = nullptr;
   const ContactLaws *laws = nullptr;
   std::vector<int> flats;    // owned atoms that are lines along x
-  std::vector<Reach> reaches;
   std::vector<CandidateRow> row_list;
   std::vector<int> near_list;
   std::vector<Block> block_list;
@@ -89,7 +83,6 @@ class ContactCandidates : protected Pointers {
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
   std::vector<Candidate> of_point;    // of one point
 
-  void find_reaches();
   void find_edges();
   EdgeFrame frame(const Edge &) const;
   void find_near_point(int, Neighbors, ContactForm);

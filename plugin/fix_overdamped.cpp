@@ -188,7 +188,7 @@ void FixOverdamped::final_integrate()
   const bool ended = interval > 0.0 && state.time == state.end;
   if (droplets) {
     const Field predicted(velocity.begin(), velocity.begin() + atom->nlocal);
-    const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
+    const double stress_before = stress(), dissipation_before = dissipation(), rate = state.rate;
     const double energy_before = state.sums.energy;
     solver->update_contacts(atom->nlocal, atom->nghost, implicit_time);
     if (!correct_droplets(predicted, rate, find_velocities())) {
@@ -196,10 +196,10 @@ void FixOverdamped::final_integrate()
       return;
     }
     add_up();
-    const double work = 0.5 * state.strain_step * (stress + state.stress);
-    const double dissipated = 0.5 * state.last_step * (dissipation + state.dissipation);
+    const double work = 0.5 * state.strain_step * (stress_before + stress());
+    const double dissipated = 0.5 * state.last_step * (dissipation_before + dissipation());
     const double gap = work - dissipated - (state.sums.energy - energy_before) / area();
-    if (!balances(gap, dissipation) && state.last_step > shortest_droplet_step()) {
+    if (!balances(gap, dissipation_before) && state.last_step > shortest_droplet_step()) {
       step_back();
       return;
     }
@@ -332,8 +332,6 @@ void FixOverdamped::add_up()
   if (fixed_bit) add_walls();
   state.sums.viscous += settings.fluid * state.rate;
   state.sums.dissipation += settings.fluid * state.rate * state.rate;
-  state.stress = (state.sums.elastic + state.sums.viscous) / area();
-  state.dissipation = state.sums.dissipation / area();
 }
 
 /* step of droplets that keeps the error at the tolerance, which goes as the square of the step */

@@ -91,7 +91,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     double step = 0.0;         // that the error allows next; 0: nothing has moved yet
     double last_step = 0.0, step_before = 0.0;
     double end = 0.0;          // of the present interval
-    double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
+    double work = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
     double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
     double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
@@ -171,6 +171,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   void set_time_step(double dt);
   double longest_step() const;
   double area() const;
+  double stress() const { return (state.sums.elastic + state.sums.viscous) / area(); }
+  double dissipation() const { return state.sums.dissipation / area(); }    // per time and area
 
   void send_to_ghosts(Field &) override;
   void add_from_ghosts(Field &) override;

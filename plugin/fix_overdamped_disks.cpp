@@ -135,8 +135,8 @@ double FixOverdamped::try_stages(double step)
     stage.velocities.resize(nall);
     for (int i = 0; i < nall; i++) stage.velocities[i] = with_lean(u[i], -strain);
     stage.rate = state.rate;
-    stage.stress = state.stress;
-    stage.dissipation = state.dissipation;
+    stage.stress = stress();
+    stage.dissipation = dissipation();
     stage.thetas = disks->thetas();
   };
   keep(0, 0.0);

@@ -95,7 +95,7 @@ double FixOverdamped::droplet_error() const
 bool FixOverdamped::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();
-  const double power = std::max(fabs(state.stress * state.rate), std::min(dissipation_before, state.dissipation));
+  const double power = std::max(fabs(stress() * state.rate), std::min(dissipation_before, dissipation()));
   const double together = OVERALL * tolerance * std::max(fabs(state.work), state.dissipated);
   const double left = gap * state.gap > 0.0 ? std::max(STRICTEST, 1.0 - fabs(state.gap) / together) : 1.0;
   return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(state.sums.energy) / area();

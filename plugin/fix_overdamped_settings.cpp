@@ -259,12 +259,12 @@ double FixOverdamped::compute_vector(int n)
     case 0: return state.time;
     case 1: return state.strain;
     case 2: return state.rate;
-    case 3: return (state.sums.elastic + state.sums.viscous) / a;    // shear stress
+    case 3: return stress();
     case 4: return state.sums.elastic / a;
     case 5: return state.sums.viscous / a;
     case 6: return -0.5 * (state.sums.xx + state.sums.yy) / a;       // pressure
     case 7: return (state.sums.xx - state.sums.yy) / a;              // first normal stress difference
-    case 8: return state.dissipation;                    // per time and area
+    case 8: return dissipation();
     case 9: return state.sums.energy / a;                      // elastic
     case 10: return state.work;                          // done since the start, per area
     case 11: return state.dissipated;
