@@ -223,7 +223,7 @@ _MOVED = ("approach", "sliding", "nonaffine", *BESIDE)
 _FLOWED = ("stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
 COLUMNS = {  # of the tables that figures are drawn from
     "states": (*_OF, *STATES[3:], *LATER),
-    "stabilized_disks": (*_OF[:3], "state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),
+    "stabilized_disks": (*_OF[:3], "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
     "onset": (*_OF, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": (*_OF, "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
