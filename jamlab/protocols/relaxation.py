@@ -10,6 +10,7 @@ import logging
 from dataclasses import astuple, dataclass, replace
 from typing import Any, Protocol
 
+from jamlab.arrays import Array
 from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_numbers
@@ -135,8 +136,7 @@ def descend_by_fire(session: Session, tolerance: float) -> None:
         session.minimize(tolerance, style="fire", steps=_FIRE_STEPS_DROPLETS)
     except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
         session.load(before, anew=True)
-    if len(session.self_crossings()):  # from there no minimum is one of a packing
-        session.set_positions(before.positions)
+    undo_if_folded(session, before.positions)
 
 
 def _entangled(session: Session) -> bool:
@@ -280,3 +280,9 @@ def descend_droplets(
 def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
     """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
     return largest_force < LOOSE_FORCE and session.contact_energy() < contact_energy
+
+
+def undo_if_folded(session: Session, before: Array) -> None:
+    """Go back to positions in which no polygon has folded over itself: from there no minimum is one of a packing."""
+    if len(session.self_crossings()):
+        session.set_positions(before)
