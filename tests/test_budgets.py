@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-ENDINGS = {".py", ".pyi", ".cpp", ".h", ".cmake", ".js", ".txt", ".yaml"}
-BUDGETS = {"jamlab": 32_517, "studies": 8_000, "tests": 22_777, "plugin": 11_800}
+BUDGETS = {"jamlab": 28_000, "studies": 8_000, "tests": 22_000, "plugin": 11_000}  # of Python, and of C++
 DECKS = 800  # decks and their parts, without molecule files and the examples
 
 
@@ -18,7 +17,7 @@ def lines(folder, endings):
 
 @pytest.mark.parametrize(("folder", "most"), BUDGETS.items())
 def test_lines_of_a_folder(folder, most):
-    assert lines(folder, ENDINGS if folder == "plugin" else {".py"}) <= most
+    assert lines(folder, {".cpp", ".h"} if folder == "plugin" else {".py"}) <= most
 
 
 def test_lines_of_decks():
