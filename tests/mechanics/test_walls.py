@@ -232,6 +232,9 @@ def test_cells_voids_and_fractions_end_at_flat_walls(request, made):
     assert cells.area.sum() == pytest.approx(slab, rel=1e-12) and not cells.area[-2:].any()
     assert found.area.sum() == pytest.approx((1 - rho) * slab, rel=1e-9)
     assert jamlab.particle_areas(p).sum() == pytest.approx(rho * slab, rel=1e-6)
+    rim = 0.5 * (p.diameters[:-2] if p.model == "sp" else p.params["delta"])
+    y = p.positions[~p.fixed_sites, 1]
+    assert [(y - rim).min(), (y + rim).max()] == pytest.approx([low, high], abs=0.05)  # they press on the walls
     y = found.centroid[found.percolating == 0, 1] % p.box[1, 1]
     assert ((low < y) & (y < high)).all() and jamlab.slab(p).packing_fraction == rho
     if p.model == "sp":  # by points on a grid
