@@ -198,6 +198,9 @@ def told(given):
     small, large, most = (bound.filter(like=name, axis=0).to_numpy()[0] for name in ("512", "32768", "bound"))
     yield f"from {most[0]:.2f} at p = 10⁻² to {most[1]:.3f}"
     yield f"{small[0]:.2f} and {large[1]:.3f}, with an exponent of {number('T5-mean-approach', given):.2f}"
+    yield "go as $p^{{{:.2f}}}$ and $p^{{{:.2f}}}$".format(
+        *(number(f"T5-rms-{k}", given) for k in ("approach", "sliding"))
+    )
     length = lengths(pages.draw("baumgarten-7", given).table)
     yield f"from {length[0]:.1f} to {length[-1]:.1f} d"
     yield f"an exponent of −{-number('T7-logarithm', given):.2f}(7)"
@@ -222,7 +225,7 @@ def told(given):
         yield f"| {' | '.join(stiffness(given, n, packings) for n in (32, 64, 128, 256))} |"
     yield f"| {stiffness(given, 32, along_x)} | | | {stiffness(given, 256, along_x)} |"
     ratios = [number("B5-g-sizes-sp", given, of) for of in ("", f"packings = {along_x}", f"packings = {sheared}")]
-    yield "at Δρ = 0.1, is {:.2f} for all packings and {:.2f} for packings with G_x > 0".format(*ratios)
+    yield "at Δρ = 0.1, is {:.2f} for all packings and {:.2f} for packings with $G_x > 0$".format(*ratios)
     yield f"the opposite size effect, {ratios[2]:.2f}."
     stable = measure("BT-G0-sp-phi", given).variants[f"packings = {sheared}"]
     yield f"{float(stable.value):.3f} ± {float(stable.high - stable.low) / NORMAL:.3f}"

@@ -131,14 +131,17 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             look = style(index) | {"fillstyle": "none", "linestyle": "none"}
             draw(axes, f"root mean square {name}", FEWER, f"rms_{name}", None, **look)
     for n in (SIZE, FEWER):
-        draw(bound, f"mean approach, N = {n}", n, "mean_approach", **size_style(n) | {"linestyle": "none"})
+        look = size_style(n) | {"linestyle": "none"}
+        p, mean = draw(bound, f"mean approach, N = {n}", n, "mean_approach", **look)
     with suppress(InputError):
         squares = root_mean_squares(tables)["approach"]
         most = mean_over_packings(list(squares.values()))
         out.curve(bound, r"bound $(G_0 V / k N_c)^{1/2}$", list(squares), most, color=BLACK, linewidth=1.6)
-        level = float(np.interp(np.log(PLATEAU_FROM), np.log(list(squares)), most.value))
+        level = float(np.interp(np.log(PLATEAU_FROM), np.log(p), mean.value))
         out.curve(bound, r"a plateau below $10^{-4}$", [min(squares), PLATEAU_FROM], [level] * 2, **PAPER)
-    label(axes, r"pressure $p$  [$k$]", r"displacement per strain, median (full), r.m.s. (open)  [$d$]")
+    for text, fill in (("median", "full"), ("root mean square", "none")):
+        axes.plot([], [], color=BLACK, marker="s", linestyle="none", fillstyle=fill, label=text)
+    label(axes, r"pressure $p$  [$k$]", r"displacement per strain  [$d$]")
     label(bound, r"pressure $p$  [$k$]", r"mean approach per strain  [$d$]")
     return out
 
@@ -217,10 +220,10 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         for text, fill in (("no pre-stress", "full"), ("with pre-stress", "none")):
             axes.plot([], [], color=BLACK, marker="o", linestyle="none", fillstyle=fill, label=text)
         power = "" if a == 1 else f"^{{{a:g}}}"
-        axes.set_ylim(top=300 * axes.get_ylim()[1])  # room for the legend
-        label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N{power}$  [$k\,\tau_1$]", ncols=2)
+        label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N{power}$  [$k\,\tau_1$]", legend=False)
         axes.autoscale(axis="x", tight=True)
         axes.margins(x=0.03)
+    out.legend_above(panels[0], ncols=6)
     return out
 
 

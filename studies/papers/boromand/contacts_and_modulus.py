@@ -156,7 +156,7 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
 def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
     out, (top, bottom) = drawing("boromand-5", 1, 2, 5.8, 4.8)
-    for axes, column, table in ((top, "z", 1), (bottom, "g", 2)):
+    for axes, column in ((top, "z"), (bottom, "g")):
         for series, (model, by) in SERIES.items():
             x = by.removeprefix("d_")
             colour = GREEN if x == "phi" else MODEL_STYLE[model]["color"]
@@ -168,19 +168,21 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             onset = paper({"SP(φ)": "BT-phiJ-sp", "SP(ρ)": "BT-rhoJ-sp", "DP(ρ)": "BT-rhoJ-dp"}[series])
             d = np.linspace(1e-4, 0.2 if by == "d_phi" else 1 - onset, 60)  # fits against rho end at rho = 1
             fit = table_fit(series, "z")(d) + SUBTRACTED if column == "z" else table_fit(series, "G")(d)
-            text = f"paper: fit of table {table}, {series}"
+            text = f"paper: tables 1 (a), 2 (b), {series}"
             out.curve(axes, text, onset + d, fit, linestyle="--", color=colour, linewidth=1.4)
         axes.axvline(paper("B5-z-parts"), color="#777777", linestyle="-.", linewidth=0.9)
     for n, width in zip(SHOWN["sp"], (1.0, 2.0), strict=True):
         for packings, e in stable_curves(tables, n, "phi", FRACTIONS):
             look = {"linestyle": ":" if packings != STABILIZED else "-", "linewidth": width, "color": BLACK}
-            out.curve(bottom, f"SP(φ), N = {n}, {packings}", *e.mean, **look)
+            out.curve(
+                bottom, f"SP(φ), N = {n}, {packings}", *e.mean, label=f"SP(φ), N = {n}, {in_words(packings)}", **look
+            )
     top.axhline(6.0, color="#777777", linewidth=0.9, linestyle=":")  # full in the plane
     # far beyond confluence phi says little, and the paper's panel ends near there
-    label(top, r"packing fraction $\rho$ or $\phi$", "coordination z", legend=False)
+    label(top, r"packing fraction $\rho$ or $\phi$", r"coordination $z$", legend=False)
     label(bottom, r"packing fraction $\rho$ or $\phi$", f"shear modulus {G_UNITS}", **BESIDE)
-    bottom.set_title(f"points: {AVERAGED}", fontsize=9, loc="right")
     for axes, ends in ((top, (3.8, 6.5)), (bottom, (0, 0.36))):
+        axes.set_title(f"points: {AVERAGED}", fontsize=9, loc="right")
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim(*ends)
     return out
@@ -193,6 +195,11 @@ def stable_curves(tables: EnsembleTables, n: int, by: str, places: Array) -> Ite
             e = tables.curve("sp", n, by, "g", places, packings)
             if np.isfinite(e.y).any():
                 yield packings, e
+
+
+def in_words(packings: str) -> str:
+    """Write which packings are averaged as a legend does."""
+    return packings.replace("G_x", "$G_x$")
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -210,7 +217,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
         else:
             out.slope(part, paper("B6-g-single-dp"), (1e-3, 1e-1), 2e-3 if model == "dp" else 8e-4)
-            part.set_title(AVERAGED, fontsize=9, loc="right")
+        part.set_title(AVERAGED, fontsize=9, loc="right")
         _mark_regimes(part, by)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         y_name = r"$z - z_J$" if column == "d_z" else G_UNITS
@@ -254,7 +261,8 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         for packings, e in every:
             look = size_style(n) | {"linestyle": dict(zip(PACKINGS, (":", "--", "-"), strict=True))[packings]}
             found = mean_over_packings([e.y / e.x**0.5])[0]
-            out.curve(axes, f"N = {n}, {packings}", average(e.x), found, **look | {"marker": ""})
+            text = f"N = {n}, {in_words(packings)}"
+            out.curve(axes, f"N = {n}, {packings}", average(e.x), found, label=text, **look | {"marker": ""})
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
     axes.set_ylim(0, 2.2)

@@ -101,7 +101,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     out.curve(b, name, y.value - 1, x, **look)
     out.curve(c, name, *tables.curve("dp", 64, "left", "missing", LEFT).band, **look)
     out.slope(c, paper("B9-exponent-dp"), (8e-3, 0.03), 0.2)
-    label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
+    label(a, r"true packing fraction $\rho$", r"coordination $z$", loc="upper left")
     label(b, r"shape factor $\mathcal{A} - 1$", r"true packing fraction $\rho$", loc="lower right")
     label(c, r"$1 - \rho$", r"$z_{conf} - z$", loc="upper left")
     return out

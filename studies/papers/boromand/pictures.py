@@ -81,17 +81,22 @@ def _zoom_on_borders(axes: Any, found: Voids) -> None:
     three = np.flatnonzero(found.sides == 3)
     shapes = found.shape[three]
     middle = found.centroid[three[np.argsort(shapes)[len(three) // 2]]]
-    box = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 1}
-    look: dict[str, Any] = {"fontsize": 10, "weight": "bold", "ha": "center", "va": "center", "bbox": box}
+    look: dict[str, Any] = {"fontsize": 10, "weight": "bold", "ha": "center", "va": "center"}
     half = CLOSE * float(found.packing.box[0, 0])
     for k in three:
         place = found.centroid[k]
         if (np.abs(place - middle) < 0.9 * half).all():
-            axes.annotate(f"{found.shape[k]:.2f}", place, **look)
+            axes.annotate(f"{found.shape[k]:.2f}", place, xytext=(36, 0), textcoords="offset points", **look)
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
     for text in list(axes.texts):
         text.set_clip_on(True)
+    ideal = axes.inset_axes([0.72, 0.02, 0.26, 0.26])
+    arc = 2j / 3**0.5 + np.exp(1j * np.linspace(-2, -1, 20) * np.pi / 3)  # of the upper of three disks that touch
+    border = np.concatenate([arc * np.exp(-2j * np.pi * k / 3) for k in range(3)])
+    ideal.fill(border.real, border.imag, facecolor=SIDE_COLOURS[3], edgecolor="black")
+    ideal.set(aspect="equal", xlim=(-0.8, 0.8), ylim=(-0.7, 0.9), xticks=[], yticks=[])
+    ideal.annotate(f"ideal: {PLATEAU_BORDER:.2f}", (0, 0.72), **look)
 
 
 def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
@@ -107,7 +112,7 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
         text = f"({axes.get_gid()}) {model.upper()}, ρ = {reached:.3f}, "
         if axes is panels[-1]:
             _zoom_on_borders(axes, found)
-            text += rf"$\mathcal{{A}}$ of three-sided voids, ideal {PLATEAU_BORDER:.2f}"
+            text += r"$\mathcal{A}$ of three-sided voids"
         else:
             text += f"{len(found.area)} voids"
         axes.set_title(text, fontsize=11)
