@@ -148,8 +148,11 @@ print "state-{name} $(pe:%.17g) $(ke:%.17g)"
 """
 
 
-@pytest.mark.parametrize("boundary", ["p p p", "f f p"])  # with ghosts, whose number changes, and without
-def test_computes_are_asked_at_any_point_of_a_step(tmp_path, boundary):
+@pytest.mark.parametrize(
+    ("boundary", "ranks", "newton"),  # with ghosts, whose number changes, and without
+    [("p p p", 1, "on"), ("f f p", 1, "on"), pytest.param("p p p", 3, "off", marks=pytest.mark.slow)],
+)
+def test_computes_are_asked_at_any_point_of_a_step(tmp_path, boundary, ranks, newton):
     """fix adapt asks between the neighbor build, which sorts atoms, and the forces: sorting changes nothing."""
     state = outlines.scene(31)
     if boundary[0] == "f":
@@ -158,10 +161,50 @@ def test_computes_are_asked_at_any_point_of_a_step(tmp_path, boundary):
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
     for sort in (0, 3):
-        here = outlines.deck("data").replace("sort 0 0.0", f"sort {sort} 0.2").replace("p p p", boundary)
+        here = outlines.deck("data", newton).replace("sort 0 0.0", f"sort {sort} 0.2").replace("p p p", boundary)
         deck += here + MOVING.format(name=sort)
-    found = run(tmp_path, deck, 1)
+    found = run(tmp_path, deck, ranks)
     assert found["state-3"] == pytest.approx(found["state-0"], rel=1e-10)
+
+
+RERUN = """
+fix move all nve
+timestep 0.002
+velocity all create 0.05 7 loop geom
+velocity all set NULL NULL 0.0
+dump moved all custom 20 moved.dump id mol type x y ix iy
+dump_modify moved format float %.17g
+run 40
+print "state-run $(pe:%.17g) $(pxy:%.17g)"
+undump moved
+unfix move
+rerun moved.dump dump x y ix iy box yes
+print "state-rerun $(pe:%.17g) $(pxy:%.17g)"
+"""
+RANKS = [
+    (1, "on"),
+    (2, "off"),
+    *(pytest.param(n, newton, marks=pytest.mark.slow) for n, newton in ((3, "on"), (4, "off"))),
+]
+
+
+@pytest.mark.parametrize(("ranks", "newton"), RANKS)
+def test_files_are_read_alike_on_any_number_of_ranks(tmp_path, ranks, newton):
+    """A dump by rerun; restart files of a mixed law and of single diameters, whose energies are known by hand."""
+    laws = "pair_style circuloline 0.5 1.0 disks 1*2\npair_modify mix sixthpower\n" + LAWS.format(circuloline="")
+    (tmp_path / "data").write_text(outlines.data(outlines.scene(31)))
+    deck = outlines.deck("data", newton) + "compute v all pressure NULL virial\nthermo_modify press v\n" + RERUN
+    for name, start, again in (
+        ("mixed", DISKS + laws, ""),
+        ("sizes", SIZES.format(ghost="", s=1.0), SIZES.splitlines()[8]),
+    ):
+        deck += start.replace("units lj", f"units lj\nnewton {newton}") + f"write_restart {name}\nclear\n"
+        deck += f"read_restart {name}\n{again.format(ghost='')}\nthermo_modify norm no\nrun 0\n"
+        deck += f'print "state-{name} $(pe:%.17g)"\n'
+    found = run(tmp_path, deck, ranks)
+    assert found["state-rerun"] == pytest.approx(found["state-run"], rel=1e-12)
+    mixed = RULES["sixthpower"] / 2 * (1 - 0.5 / 0.7) ** 2
+    assert [*found["state-mixed"], *found["state-sizes"]] == pytest.approx([mixed, 0.5 * 0.2**2.5], rel=1e-12)
 
 
 @pytest.mark.parametrize("first", [511, -512, 260])
