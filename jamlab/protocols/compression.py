@@ -214,15 +214,15 @@ def _sweep(
             yield packing
             if not found.converged and target != targets[-1]:
                 raise ConvergenceError(
-                    f"the state at {by} = {before:.6g} is no minimum: {_why_none(found)}. The sweep ends there; take "
-                    f"steps well below {stride:.2g}"
+                    f"the state at {by} = {before:.6g} is no minimum, the sweep ends there: {_why_none(found, stride)}"
                 )
 
 
-def _why_none(found: Relaxed) -> str:
-    if found.evaluation.max_force > found.tolerance:
-        return f"its largest force is {found.evaluation.max_force:.2g} for a tolerance of {found.tolerance:.2g}"
-    return "its forces balance, but it is a saddle, and no minimum was found beside it"
+def _why_none(found: Relaxed, stride: float) -> str:
+    force, tolerance = found.evaluation.max_force, found.tolerance
+    if force > tolerance:
+        return f"its largest force is {force:.2g}, not {tolerance:.2g}; take steps well below {stride:.2g}"
+    return "its forces balance, but it is a saddle, and no minimum was found beside it; use another seed"
 
 
 @dataclass

@@ -54,8 +54,9 @@ def relax_off_saddles(
 
 def stopped_beside(session: Session, packing: Packing, found: Relaxed, relax_again: Callable[[], Relaxed]) -> Relaxed:
     """The state beside a saddle in which rattlers stop all that slides. A stop pushes back, so that another slide along
-    the mode leads to its other end: the first end is asked first."""
-    for returns in (0, _RETURNS):
+    the mode leads to its other end: the first end is asked first. A rattler that gives way sets droplets free that had
+    been stopped: in the end they slide until rattlers stop all of them."""
+    for returns in (0, _RETURNS, _SLIDES):
         session.load(packing)
         left = leave_saddles(session, found, relax_again, returns=returns, stopped=True)
         if left.converged:
@@ -72,7 +73,8 @@ def leave_saddles(
     stopped: bool = False,
 ) -> Relaxed:
     """The minimum beside a state that a session was relaxed to, which does not count as converged where none is found.
-    `relax_again`: of what lies near a minimum; `stopped`: a state that `rests_on_rattlers` counts in the end."""
+    `relax_again`: of what lies near a minimum; `stopped`: a state that `rests_on_rattlers` counts in the end;
+    `returns`: of a mode until it is given up; with `_SLIDES` none is, and such a state counts as soon as it is met."""
     tried = np.zeros((0, session.packing().positions.size))
     for _ in range(_SLIDES):
         packing = session.packing()
@@ -83,7 +85,7 @@ def leave_saddles(
         modes = unstable[0].reshape(len(unstable[0]), -1)
         modes = modes / np.linalg.norm(modes, axis=1, keepdims=True)
         fresh = (np.abs(modes @ tried.T) > _ALIKE).sum(axis=1) <= returns
-        if not fresh.any():
+        if not fresh.any() or (returns == _SLIDES and rests_on_rattlers(session)):
             break  # what stops them is taken out of the Hessian, rattlers
         tried = np.vstack([tried, modes[fresh]])
         for direction in unstable[0][fresh]:
