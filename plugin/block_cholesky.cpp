@@ -279,12 +279,5 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
   for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }
 
-template <int D> double BlockCholesky<D>::memory_usage() const
-{
-  return (values.capacity() + product.capacity() + solved.capacity()) * sizeof(double) +
-         panels.capacity() * sizeof(Panel) +
-         (graph.other.capacity() + lower.capacity() + 4 * rank.capacity()) * sizeof(int);
-}
-
 template class LAMMPS_NS::BlockCholesky<2>;    // vertices
 template class LAMMPS_NS::BlockCholesky<3>;    // disks, which rotate

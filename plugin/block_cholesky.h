@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "vector_bytes.h"
+
 #include <array>
 #include <vector>
 
@@ -28,7 +30,7 @@ template <int D> class BlockCholesky {
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
   double updates() const { return updated; }    // products of two blocks in a factorisation
-  double memory_usage() const;
+  double memory_usage() const { return bytes(values, product, solved, panels, graph.other, lower); }
 
  private:
   struct Graph {    // of each row, the other rows that it has blocks with, in order

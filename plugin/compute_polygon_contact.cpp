@@ -51,23 +51,12 @@ void ComputePolygonContact::compute_local()
       capacity = std::max(64, 2 * capacity);
       memory->grow(array_local, capacity, COLUMNS, "polygon/contact:array_local");
     }
-    const PairCirculoline::ContactForce push = pair->contact_force(contact);
-    const double row[COLUMNS] = {static_cast<double>(molecule[contact.vertex]),
-                                 static_cast<double>(molecule[contact.tail]),
-                                 static_cast<double>(tag[contact.vertex]),
-                                 static_cast<double>(tag[contact.tail]),
-                                 push.gap,
-                                 push.magnitude,
-                                 push.fx,
-                                 push.fy,
-                                 contact.foot.dx,
-                                 contact.foot.dy,
-                                 static_cast<double>(tag[contact.head])};
-    std::copy_n(row, COLUMNS, array_local[size_local_rows++]);
+    const auto [gap, energy, magnitude, f] = pair->contact_force(contact);
+    const tagint ids[] = {molecule[contact.vertex], molecule[contact.tail], tag[contact.vertex],
+                          tag[contact.tail]};
+    const jamlab::Vector &r = contact.foot.r;
+    const double numbers[] = {gap, magnitude, f.x, f.y, r.x, r.y};
+    double *const row = std::copy_n(ids, 4, array_local[size_local_rows++]);
+    *std::copy_n(numbers, 6, row) = static_cast<double>(tag[contact.head]);
   }
-}
-
-double ComputePolygonContact::memory_usage()
-{
-  return static_cast<double>(capacity) * COLUMNS * sizeof(double);
 }

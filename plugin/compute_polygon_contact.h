@@ -26,7 +26,7 @@ class ComputePolygonContact : public Compute {
   ~ComputePolygonContact() override;
   void init() override;
   void compute_local() override;
-  double memory_usage() override;
+  double memory_usage() override { return 8.0 * capacity * size_local_cols; }
 
  private:
   class PairCirculoline *pair;

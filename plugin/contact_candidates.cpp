@@ -11,16 +11,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 using namespace LAMMPS_NS;
 
-static constexpr int BLOCK = 512;    // facings: some 40 kB with their edges and contacts
+static constexpr int BLOCK = 512;    // rows: some 40 kB with their edges and contacts
 
-/* what can come within the width of a contact before the next build. Ends move by
-   less than half the skin, so nothing farther than width + skin now can touch
-   until then. */
-void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &contact_laws,
-                           ContactForm form)
+/* Finds what can come within the width of a contact before the next build. Ends move by less than
+   half the skin, so nothing farther than width + skin now can touch until then. */
+void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list,
+                              const ContactLaws &contact_laws, ContactForm form)
 {
   outline = fix;
   laws = &contact_laws;
@@ -37,14 +37,14 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
     of_point.clear();
     find_near_point(i, {list->firstneigh[i], list->numneigh[i]}, form);
     keep(i);
-    if (static_cast<int>(row_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
+    if (static_cast<int>(row_list.size()) >= last_block().end + BLOCK) end_block();
   }
   end_block();
 }
 
 void ContactCandidates::end_block()
 {
-  const Block last = block_list.empty() ? Block{0, 0, 0, 0} : block_list.back();
+  const Block last = last_block();
   const int end = static_cast<int>(row_list.size());
   if (end == last.end) return;
   const Block block = {last.end, end, last.edge_end, static_cast<int>(edge_list.size())};
@@ -68,8 +68,8 @@ void ContactCandidates::find_edges()
   }
 }
 
-/* A line along x is an edge beyond the box on either side. Its length is a power of two: the foot lies at the x of the
-   vertex to the last digit. */
+/* A line along x is an edge beyond the box on either side. Its length is a power of two: the foot
+   lies at the x of the vertex to the last digit. */
 EdgeFrame ContactCandidates::frame(const Edge &edge) const
 {
   EdgeFrame found = edge_frame(atom->x[edge.tail], atom->x[edge.head]);
@@ -80,21 +80,19 @@ EdgeFrame ContactCandidates::frame(const Edge &edge) const
   return found;
 }
 
-/* edges near vertex or disk i. The neighbor list holds at least one end of each.
-   A disk has the contact with a vertex or an edge; of two disks, the earlier one. */
+/* Finds edges near vertex or disk i. The neighbor list holds at least one end of each. A disk has
+   the contact with a vertex or an edge; of two disks, the earlier one. */
 void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm form)
 {
-  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const int *const type = atom->type, *const forms = laws->form[type[i]];
   const tagint *const molecule = atom->molecule;
   const bool idisk = laws->disk(type[i]);
   const tagint own = idisk ? 0 : molecule[i];
-  const double px = x[i][0], py = x[i][1];
-  const double skin = neighbor->skin, *const start = laws->start[type[i]];    // below 0: left to other styles
+  const double *const start = laws->start[type[i]];    // below 0: left to other styles
   auto try_edge = [&](int tail, int special = 0) {
-    const double width = start[type[tail]], reach = width + skin;
-    if (width >= 0.0 && foot_on_edge(px, py, all_frames[tail]).rsq < reach * reach)
-      add(i, tail | special << SBBITS, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
+    const double width = start[type[tail]], reach = width + neighbor->skin;
+    if (width >= 0.0 && foot_on_edge(atom->x[i], all_frames[tail]).rsq < reach * reach)
+      add(i, special, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
   };
 
   for (const int listed : neighbors) {
@@ -109,41 +107,41 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm 
     if (outline->next(j) >= 0) try_edge(j);
     if (outline->prev(j) >= 0) try_edge(outline->prev(j));    // the list may not hold its tail
   }
-  for (const int wall : flats)    // which neighbor lists hold near its atom alone
+  for (const int wall : flats)    // neighbor lists hold it near its own atom alone
     if (!idisk && forms[type[wall]] == form) try_edge(wall);
 }
 
-/* the same outline, not its periodic image: no contact with itself */
+/* whether two atoms are of the same outline, in one image, which has no contact with itself */
 bool ContactCandidates::one_outline(int i, int j) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws->disk(atom->type[i]) && !laws->disk(atom->type[j]);
 }
 
-/* what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds */
-void ContactCandidates::add(int i, int listed, Edge edge)
+/* special: as in PairLaws */
+void ContactCandidates::add(int i, int special, Edge edge)
 {
-  const int tail = edge.tail,
-            law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
+  const int tail = edge.tail;
+  const int law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], special);
   of_point.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
 }
 
-/* in an order that does not depend on where atoms are stored: sums have the same
-   digits. One row for each outline near a point. */
+/* Keeps candidates in an order that does not depend on where atoms are stored, so that sums have
+   the same digits, with one row for each outline near a point. */
 void ContactCandidates::keep(int i)
 {
   std::sort(of_point.begin(), of_point.end());
   for (std::size_t n = 0; n < of_point.size(); n++) {
     const Candidate &candidate = of_point[n];
-    if (n > 0 && candidate.edge.tail == of_point[n - 1].edge.tail) continue;    // found from both ends
+    if (n > 0 && candidate.edge.tail == of_point[n - 1].edge.tail) continue;    // found twice
     int &number = edge_from[candidate.edge.tail];
     if (number < 0) {
-      number = static_cast<int>(edge_list.size()) - (block_list.empty() ? 0 : block_list.back().edge_end);
+      number = static_cast<int>(edge_list.size()) - last_block().edge_end;
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    const bool same = n > 0 && row_list.back().law == candidate.law && candidate.same_outline(of_point[n - 1]);
-    if (!same) row_list.push_back({i, candidate.law, size, size});
+    if (n == 0 || row_list.back().law != candidate.law || !candidate.same_outline(of_point[n - 1]))
+      row_list.push_back({i, candidate.law, size, size});
     near_list.push_back(number);
     row_list.back().end++;
   }
@@ -151,12 +149,10 @@ void ContactCandidates::keep(int i)
 
 bool ContactCandidates::Candidate::operator<(const Candidate &o) const
 {
-  if (molecule != o.molecule) return molecule < o.molecule;
-  if (!(image == o.image)) return image < o.image;
-  return tag < o.tag;
+  return std::tie(molecule, image, tag) < std::tie(o.molecule, o.image, o.tag);
 }
 
-/* one order for a pair of edges or disks, the same whichever of their images meet */
+/* orders a pair of edges or disks, the same whichever of their images meet */
 bool ContactCandidates::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];
@@ -165,12 +161,6 @@ bool ContactCandidates::earlier(int i, int j) const
 
 void ContactCandidates::measure_edges(const Block &block)
 {
-  for (int n = block.edge_begin; n < block.edge_end; n++) frame_list[n - block.edge_begin] = frame(edge_list[n]);
-}
-
-double ContactCandidates::memory_usage() const
-{
-  return row_list.capacity() * sizeof(CandidateRow) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
-      edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
-      all_frames.capacity() * sizeof(EdgeFrame) + of_point.capacity() * sizeof(Candidate);
+  for (int n = block.edge_begin; n < block.edge_end; n++)
+    frame_list[n - block.edge_begin] = frame(edge_list[n]);
 }

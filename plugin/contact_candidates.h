@@ -6,15 +6,14 @@
 #include "edge_geometry.h"
 #include "fix_polygon_outline.h"
 #include "pointers.h"
+#include "vector_bytes.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Which edges can touch which vertex or disk until the next neighbor build.
-
-   A wall is an outline like that of a polygon. A disk is a point; to another disk
-   it is an edge without length. */
+/* Which edges can touch which vertex or disk until the next neighbor build. A wall is an outline
+   like a polygon's. A disk is a point; to another disk it is an edge without length. */
 class ContactCandidates : protected Pointers {
  public:
   ContactCandidates(class LAMMPS *lmp) : Pointers(lmp) {}
@@ -22,23 +21,23 @@ class ContactCandidates : protected Pointers {
   struct Edge {
     int tail, head;
   };
-  struct CandidateRow {      // what is near a point
-    int i;             // the point
-    int law;           // number in PairLaws, of all that is near
-    int begin, end;    // range in near()
+  struct CandidateRow {    // edges of one law near a point
+    int i;                 // the point
+    int law;               // number in PairLaws
+    int begin, end;        // range in near()
   };
 
   // after each neighbor build
   void build(const FixPolygonOutline *, const class NeighList *, const ContactLaws &, ContactForm);
 
-  // Facings in parts that stay in the cache from the measuring of their edges until their contacts are pushed apart
+  // A block of rows stays in the cache until the forces of its contacts are known.
   struct Block {
-    int begin, end;             // facings
-    int edge_begin, edge_end;   // edges near them, which near() counts from edge_begin
+    int begin, end;              // rows
+    int edge_begin, edge_end;    // edges near them, which near() counts from edge_begin
   };
   const std::vector<Block> &blocks() const { return block_list; }
 
-  // lengths and directions of the edges of a block at present positions, before its contacts are sought
+  // finds the frames of the edges of a block at present positions, before its contacts
   void measure_edges(const Block &);
 
   const CandidateRow *rows() const { return row_list.data(); }
@@ -48,8 +47,11 @@ class ContactCandidates : protected Pointers {
     return row_list[block.end - 1].end - row_list[block.begin].begin;
   }
   const Edge *edges(const Block &block) const { return &edge_list[block.edge_begin]; }
-  const EdgeFrame *frames() const { return frame_list.data(); }    // of the block that was measured last
-  double memory_usage() const;
+  const EdgeFrame *frames() const { return frame_list.data(); }    // of the last measured block
+  double memory_usage() const
+  {
+    return bytes(row_list, near_list, edge_list, frame_list, edge_from, all_frames, of_point);
+  }
 
  private:
   struct Candidate {
@@ -59,7 +61,8 @@ class ContactCandidates : protected Pointers {
     int law;
     bool same_outline(const Candidate &o) const
     {
-      return molecule == o.molecule && image == o.image && edge.tail != edge.head && o.edge.tail != o.edge.head;
+      return molecule == o.molecule && image == o.image && edge.tail != edge.head &&
+          o.edge.tail != o.edge.head;
     }
     bool operator<(const Candidate &) const;
   };
@@ -79,14 +82,15 @@ class ContactCandidates : protected Pointers {
   std::vector<Block> block_list;
   std::vector<Edge> edge_list;
   std::vector<EdgeFrame> frame_list;
-  std::vector<int> edge_from;           // number of the edge that starts at each atom, -1 if this block has none
+  std::vector<int> edge_from;           // of each atom the number of its edge in this block, or -1
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
-  std::vector<Candidate> of_point;    // of one point
+  std::vector<Candidate> of_point;      // of one point
 
+  Block last_block() const { return block_list.empty() ? Block{} : block_list.back(); }
   void find_edges();
   EdgeFrame frame(const Edge &) const;
   void find_near_point(int, Neighbors, ContactForm);
-  void add(int, int, Edge);
+  void add(int, int special, Edge);
   void end_block();
   void keep(int);
   bool earlier(int, int) const;

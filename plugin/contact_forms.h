@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include "edge_geometry.h"
 #include "contact_candidates.h"
 
 namespace LAMMPS_NS {
@@ -14,13 +13,13 @@ struct Contact {
   Foot foot;    // of crossing edges all 0
 };
 
-/* Each form below appends its contacts. Which edge is nearest and what touches cannot be
-   predicted, so nothing branches on it: a contact is written first, and counted if it is one.
+/* Each form below appends its contacts. Which edge is nearest and what touches cannot be predicted,
+   so nothing branches on it: a contact is written first, and counted if it is one.
 
    outline: every vertex meets every other outline once, at its closest point. */
-inline std::size_t outline_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
-                                    const Position *x, const PairLaws &laws,
-                                    Contact *contacts)
+inline std::size_t outline_contacts(const ContactCandidates &candidates,
+                                    ContactCandidates::Block block, const Position *x,
+                                    const PairLaws &laws, Contact *contacts)
 {
   const EdgeFrame *frames = candidates.frames();
   const ContactCandidates::Edge *edges = candidates.edges(block);
@@ -37,18 +36,18 @@ inline std::size_t outline_contacts(const ContactCandidates &candidates, Contact
   for (Contact *contact = contacts; contact < contacts + count; contact++) {
     const ContactCandidates::CandidateRow &row = candidates.rows()[contact->vertex];
     const EdgeFrame &frame = frames[contact->tail];
-    const ContactCandidates::Edge edge = edges[contact->tail];
-    *contact = {row.i, edge.tail, edge.head, row.law, foot_on_edge(x[row.i][0], x[row.i][1], frame)};
+    const auto [tail, head] = edges[contact->tail];
+    *contact = {row.i, tail, head, row.law, foot_on_edge(x[row.i], frame)};
   }
   return count;
 }
 
-/* segment/smooth: every pair of edges has half the energy of each of the four
-   distances from an end of one to the other. A vertex ends two edges, so it meets
-   every edge of other outlines once, with its full energy. */
-inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
-                                    const Position *x, const PairLaws &laws,
-                                           Contact *contacts)
+/* segment/smooth: every pair of edges has half the energy of each of the four distances from an end
+   of one to the other. A vertex ends two edges, so it meets every edge of other outlines once, with
+   its full energy. */
+inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates,
+                                           ContactCandidates::Block block, const Position *x,
+                                           const PairLaws &laws, Contact *contacts)
 {
   const EdgeFrame *frames = candidates.frames();
   const ContactCandidates::Edge *edges = candidates.edges(block);
@@ -56,10 +55,9 @@ inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates, 
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
-    const double px = x[row.i][0], py = x[row.i][1];
     const double reachsq = laws[row.law].widthsq;
     for (int n = row.begin; n < row.end; n++) {
-      const Foot foot = foot_on_edge(px, py, frames[near[n]]);
+      const Foot foot = foot_on_edge(x[row.i], frames[near[n]]);
       contacts[count] = {row.i, edges[near[n]].tail, edges[near[n]].head, row.law, foot};
       count += foot.rsq < reachsq;
     }
@@ -67,8 +65,9 @@ inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates, 
   return count;
 }
 
-inline std::size_t find_contacts(ContactForm form, const ContactCandidates &candidates, ContactCandidates::Block block,
-                                 const Position *x, const PairLaws &laws, Contact *contacts)
+inline std::size_t find_contacts(ContactForm form, const ContactCandidates &candidates,
+                                 ContactCandidates::Block block, const Position *x,
+                                 const PairLaws &laws, Contact *contacts)
 {
   return form == OUTLINE ? outline_contacts(candidates, block, x, laws, contacts)
                          : smooth_segment_contacts(candidates, block, x, laws, contacts);

@@ -18,7 +18,8 @@ static_assert(NUMBER_OF_CONTACT_FORMS == SEGMENT_SMOOTH + 1, "one name for each 
 inline std::string contact_form_names(const char *separator)
 {
   std::string names;
-  for (const char *name : CONTACT_FORMS) names += (names.empty() ? "" : separator) + std::string(name);
+  for (const char *name : CONTACT_FORMS)
+    names += (names.empty() ? "" : separator) + std::string(name);
   return names;
 }
 
@@ -36,10 +37,10 @@ enum Role {
 struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **start = nullptr;
   int **form = nullptr;
-  double longest_edge = 0.0;    // no edge may outgrow this, so that neighbor lists hold one of its ends
+  double longest_edge = 0.0;    // limit, so that neighbor lists hold an end of each edge
   std::vector<Role> role;
 
-  bool disk(int type) const { return role[type] >= DISK; }    // or a line: its edge has no other end
+  bool disk(int type) const { return role[type] >= DISK; }    // or a line, without another end
   bool flat(int type) const { return role[type] == FLAT; }
 
   /* how far apart two atoms may be whose contact has its width at the start of the run: an
@@ -58,8 +59,11 @@ struct PairLaw {
 
 class PairLaws {
  public:
-  // special: 0, or of bonded disks that of their factor in special_bonds
-  static int number(int ntypes, int i, int j, int special) { return (special * (ntypes + 1) + i) * (ntypes + 1) + j; }
+  // special: 0, or of bonded disks the number of their factor in special_bonds
+  static int number(int ntypes, int i, int j, int special)
+  {
+    return (special * (ntypes + 1) + i) * (ntypes + 1) + j;
+  }
 
   // beyond: width, at which contacts are still found
   void set(const ContactLaws &laws, int ntypes, const double *special_factors, double beyond = 0.0)
@@ -68,9 +72,9 @@ class PairLaws {
     for (int special = 0; special < SPECIAL; special++)
       for (int i = 1; i <= ntypes; i++)
         for (int j = 1; j <= ntypes; j++) {
+          const double eps = special_factors[special] * laws.eps[i][j];
           const double width = laws.width[i][j], reach = width + beyond;
-          table[number(ntypes, i, j, special)] = {special_factors[special] * laws.eps[i][j], width, 1.0 / width,
-                                                  reach * reach};
+          table[number(ntypes, i, j, special)] = {eps, width, 1.0 / width, reach * reach};
         }
   }
   const PairLaw &operator[](int number) const { return table[number]; }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "block_assembly.h"
+#include "kernels/vector.h"
 #include "slip_row.h"
 
 #include <vector>
@@ -12,36 +13,41 @@ namespace LAMMPS_NS {
 /* A vertex and the point (1 - t) tail + t head of the edge that it meets. */
 struct DropletMeeting {
   int vertex, tail, head;
-  double t, nx, ny, distance;    // unit vector from the edge to the vertex
-  double stiffness, force;       // second and, as a push, first derivative of the energy by the distance
-  double tx, ty, length;         // direction and length of the edge; 0: the vertex meets a corner of it
+  double t;
+  jamlab::Vector normal;    // unit vector from the edge to the vertex
+  double distance;
+  double stiffness, force;    // second and minus the first derivative of the energy by the distance
+  jamlab::Vector along;       // direction of the edge
+  double length;              // of the edge; 0: the vertex meets a corner of it
 };
 
-// contacts of this rank at its positions, and gaps up to `beyond`, which bear no force; false if outlines cross, where
-// a contact has no direction
-bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &, double beyond = 0.0);
+// Finds contacts of this rank at its positions, and gaps up to `beyond`, which bear no force.
+// Returns false if outlines cross, where a contact has no direction.
+bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &,
+                   double beyond = 0.0);
 
 /* Virial of forces f between points r apart: sums of f_x r_y, f_x r_x and f_y r_y. */
 struct Virial {
   double xy = 0.0, xx = 0.0, yy = 0.0;
 
-  void add(double fx, double fy, double x, double y)
+  void add(const jamlab::Vector &f, const jamlab::Vector &r)
   {
-    xy += fx * y;
-    xx += fx * x;
-    yy += fy * y;
+    xy += f.x * r.y;
+    xx += f.x * r.x;
+    yy += f.y * r.y;
   }
 };
 
 /* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
-   jamlab.mechanics.energy_terms. Displacements are those beside an affine shear, which comes apart. */
+   jamlab.mechanics.energy_terms. Displacements are relative to an affine shear, which is given
+   separately. */
 class DropletStiffness {
  public:
   DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
 
   void take(const std::vector<DropletMeeting> &);
 
-  // out += factor K (p, strain), ghosts included in both; returns the virial of that, of this rank
+  // out += factor K (p, strain), with ghosts; returns the virial of these forces, of this rank
   Virial add_product(const Field &p, double strain, double factor, Field &out);
 
   void assemble(double factor, BlockAssembly<2> &) const;    // factor K
@@ -54,14 +60,15 @@ class DropletStiffness {
   const std::vector<DropletMeeting> *meetings = nullptr;
   struct Edge {    // block of its line tension
     int i, j;
-    double x, y, xx, xy, yy;
-    bool own_i, own_j;    // takes part of the force here
+    jamlab::Vector r;
+    double xx, xy, yy;
+    bool own_i, own_j;    // this rank adds the force on that vertex
     double share;
   };
   std::vector<Edge> edges;
-  struct Vertex {    // of an area: slope da/dx
+  struct Vertex {    // of an area
     int i, prev, next, polygon;
-    double slope_x, slope_y, x, y;
+    jamlab::Vector slope, r;    // da/dx; place
   };
   std::vector<Vertex> vertices;
   std::vector<double> stretch;

@@ -22,14 +22,16 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr char WHO[] = "Fix polygon/area";
+static constexpr int OWN_MASK = PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE;
 
 /* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"),
-    energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
+    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"),
+    rest_area(lmp, WHO, "rest area"), energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
-    error->all(FLERR, "Fix polygon/area needs: ka a0, each a number, d_name from fix property/atom, or v_name");
+    error->all(FLERR, "{} needs: ka a0, each a number, d_name from fix property/atom, or v_name",
+               WHO);
 
   stiffness.read(arg[3]);
   rest_area.read(arg[4]);
@@ -49,7 +51,7 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
 
 int FixPolygonArea::setmask()
 {
-  return PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE;
+  return OWN_MASK;
 }
 
 FixPolygonArea::~FixPolygonArea()
@@ -85,12 +87,12 @@ bool FixPolygonArea::first_to_add()
 {
   for (Fix *fix : modify->get_fix_list()) {
     if (fix == this) return true;
-    if (fix->setmask() & (PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE)) return false;
+    if (fix->setmask() & OWN_MASK) return false;
   }
   return false;
 }
 
-/* what post_force is not told */
+/* keeps the flag that post_force is not told */
 void FixPolygonArea::pre_reverse(int eflag, int /*vflag*/)
 {
   eflag_caller = eflag;
@@ -105,8 +107,8 @@ void FixPolygonArea::post_force(int vflag)
   done = false;
 }
 
-/* for the bond style: where all its bonds are edges of these rings, their tension is added in the same pass.
-   Returns their energy, of the edges that start at vertices of this rank. */
+/* for the bond style: where all its bonds are edges of these rings, their tension is added in the
+   same pass. Returns their energy, of the edges that start at vertices of this rank. */
 bool FixPolygonArea::add_tension_too(double gamma, double eta, double &energy_of_edges)
 {
   polygon_rings.refresh(groupbit);
@@ -122,22 +124,22 @@ double FixPolygonArea::add_forces(double gamma, double eta)
   find_parameters();
   energy = 0.0;
   double length = 0.0;
-  polygon_rings.areas_and_centers(shape, vflag_either, [&](const PolygonRings::RingSegment &segment) {
-    length += add_area_force(segment, gamma, eta);
-  });
+  const auto act = [&](const auto &segment) { length += add_area_force(segment, gamma, eta); };
+  polygon_rings.areas_and_centers(shape, vflag_either, act);
   return gamma * length;
 }
 
-/* returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere. */
-double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, double gamma, double eta)
+/* returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere.
+   */
+double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, double gamma,
+                                      double eta)
 {
   const PolygonRings::Vertex *const vertices = &polygon_rings.vertices()[segment.begin];
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
-  const double *const ex = polygon_rings.edges(segment).x, *const ey = polygon_rings.edges(segment).y;
-  const int size = segment.end - segment.begin;
-  const double excess = shape[3 * segment.polygon] - a0[segment.polygon];
-  const double half_pressure = -0.5 * ka[segment.polygon] * excess;
-  const double per_vertex = -half_pressure * excess / polygon_rings.polygons()[segment.polygon].size;
+  const auto [ex, ey] = polygon_rings.edges(segment);
+  const int size = segment.end - segment.begin, k = segment.polygon;
+  const double excess = excess_of(k), half_pressure = -0.5 * ka[k] * excess;
+  const double per_vertex = -half_pressure * excess / polygon_rings.polygons()[k].size;
   energy += per_vertex * size;
 
   pulls.resize(std::max<std::size_t>(pulls.size(), size + 1));
@@ -145,27 +147,28 @@ double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, 
   double length = 0.0;
 #pragma omp simd reduction(+ : length)
   for (int n = 0; n <= size; n++) {
-    const double long_enough =
-        sqrt(std::max(ex[n] * ex[n] + ey[n] * ey[n] + eta * eta, std::numeric_limits<double>::min()));
+    const double square = ex[n] * ex[n] + ey[n] * ey[n] + eta * eta;
+    const double long_enough = sqrt(std::max(square, std::numeric_limits<double>::min()));
     pull[n] = gamma / long_enough;
     length += n ? long_enough : 0.0;
   }
   for (int n = 0; n < size; n++) {
-    const double fx = half_pressure * (ey[n] + ey[n + 1]), fy = -half_pressure * (ex[n] + ex[n + 1]);
+    const double fx = half_pressure * (ey[n] + ey[n + 1]);
+    const double fy = -half_pressure * (ex[n] + ex[n + 1]);
     f[vertices[n].i][0] += fx + pull[n + 1] * ex[n + 1] - pull[n] * ex[n];
     f[vertices[n].i][1] += fy + pull[n + 1] * ey[n + 1] - pull[n] * ey[n];
-    if (vflag_either || eflag_atom) tally(segment.polygon, vertices[n], per_vertex, fx, fy);
+    if (vflag_either || eflag_atom) tally(k, vertices[n], per_vertex, {fx, fy});
   }
   return length;
 }
 
-void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double share, double fx, double fy)
+void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double share,
+                           const jamlab::Vector &f)
 {
   const PolygonRings::Polygon &polygon = polygon_rings.polygons()[k];
-  double r[2];
-  polygon_rings.position(vertex, polygon, r);
-  const double rx = r[0] - shape[3 * k + 1] / polygon.size, ry = r[1] - shape[3 * k + 2] / polygon.size;
-  double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
+  const jamlab::Vector center{shape[3 * k + 1] / polygon.size, shape[3 * k + 2] / polygon.size};
+  const jamlab::Vector r = polygon_rings.position(vertex, polygon) - center;
+  double v[6] = {r.x * f.x, r.y * f.y, 0.0, r.x * f.y, 0.0, 0.0};
   if (vflag_either) v_tally(vertex.i, v);
   if (eflag_atom) eatom[vertex.i] += share;
 }
@@ -188,9 +191,8 @@ void FixPolygonArea::check_rest_areas() const
 {
   for (std::size_t k = 0; k < a0.size(); k++) {
     if (a0[k] <= 0.0)
-      error->one(FLERR,
-                 "Fix polygon/area: rest area of polygon {} is {}, must be positive; vertices that fix deposit "
-                 "or create_atoms made have it from an atom-style variable v_name",
+      error->one(FLERR, "{}: rest area of polygon {} is {}, must be positive; vertices that fix "
+                 "deposit or create_atoms made have it from an atom-style variable v_name", WHO,
                  polygon_rings.polygons()[k].molecule, a0[k]);
     if (ka[k] < 0.0)
       error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative",
@@ -210,10 +212,4 @@ void *FixPolygonArea::extract(const char *str, int &dim)
   dim = 0;
   if (strcmp(str, "ka") == 0) return stiffness.constant();
   return nullptr;
-}
-
-double FixPolygonArea::memory_usage()
-{
-  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) +
-         polygon_rings.memory_usage();
 }

@@ -13,13 +13,14 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr char ID[] = "POLYGON_OUTLINE";
-static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link, on its way to another rank
+static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link that travels
 static constexpr int PER_GHOST = PER_ATOM + 2;
 
 /* fix ID all POLYGON/OUTLINE: made by the other styles, not by users */
@@ -46,16 +47,19 @@ FixPolygonOutline::~FixPolygonOutline()
 /* the one instance, made if there is none */
 FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 {
-  if (auto *const made = dynamic_cast<FixPolygonOutline *>(lmp->modify->get_fix_by_id(ID))) return made;
+  Fix *const present = lmp->modify->get_fix_by_id(ID);
+  if (auto *const made = dynamic_cast<FixPolygonOutline *>(present)) return made;
   const std::string who(caller);
   if (lmp->domain->dimension != 2) lmp->error->all(FLERR, who + " requires a 2d simulation");
   if (!lmp->atom->molecule_flag) lmp->error->all(FLERR, who + " requires atoms with molecule IDs");
   if (lmp->atom->molecular != Atom::MOLECULAR)
-    lmp->error->all(FLERR, who + " takes outlines from the bonds of each atom: use atom_style molecular, bond or full");
+    lmp->error->all(FLERR, who + " takes outlines from the bonds of each atom: use atom_style "
+                    "molecular, bond or full");
   if (lmp->atom->map_style == Atom::MAP_NONE)
     lmp->error->all(FLERR, who + " requires an atom map: use atom_modify map array");
 
-  return dynamic_cast<FixPolygonOutline *>(lmp->modify->add_fix(fmt::format("{} all POLYGON/OUTLINE", ID)));
+  Fix *const made = lmp->modify->add_fix(fmt::format("{} all POLYGON/OUTLINE", ID));
+  return dynamic_cast<FixPolygonOutline *>(made);
 }
 
 int FixPolygonOutline::setmask()
@@ -102,11 +106,13 @@ int FixPolygonOutline::bonds_of(int i) const
 {
   unsigned sum = 0;
   for (int m = 0; m < atom->num_bond[i]; m++)
-    if (atom->bond_type[i][m] > 0) sum += 2654435761u * static_cast<unsigned>(atom->bond_atom[i][m]) + 1u;
+    if (atom->bond_type[i][m] > 0)
+      sum += 2654435761u * static_cast<unsigned>(atom->bond_atom[i][m]) + 1u;
   return static_cast<int>(sum);
 }
 
-/* in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds */
+/* in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds
+   */
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
@@ -131,7 +137,7 @@ void FixPolygonOutline::read_bonds()
 {
   struct Record {
     tagint molecule, tag, partner;    // partner 0: the atom itself
-    double x, y;              // in the box
+    double x[2];                      // in the box
     ImageOffset image;
   };
   std::vector<Record> own;
@@ -141,17 +147,17 @@ void FixPolygonOutline::read_bonds()
     links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0, bonds_of(i)};
     if (molecule <= 0) continue;    // no molecule
     owned[atom->tag[i]] = i;
-    own.push_back({molecule, atom->tag[i], 0, atom->x[i][0], atom->x[i][1], ImageOffset(atom->image[i])});
+    const double *const x = atom->x[i];
+    own.push_back({molecule, atom->tag[i], 0, {x[0], x[1]}, ImageOffset(atom->image[i])});
     for (int m = 0; m < atom->num_bond[i]; m++)
       if (atom->bond_type[i][m] > 0)
-        own.push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
+        own.push_back({molecule, atom->tag[i], atom->bond_atom[i][m], {}, {}});
   }
 
   auto records = gather_records(own, world);
   std::sort(records.begin(), records.end(), [](const Record &p, const Record &q) {
-    if (p.molecule != q.molecule) return p.molecule < q.molecule;
-    if ((p.partner == 0) != (q.partner == 0)) return p.partner == 0;    // atoms, then bonds
-    return p.tag < q.tag;
+    const bool p_bond = p.partner, q_bond = q.partner;    // bonds follow the atoms of a molecule
+    return std::tie(p.molecule, p_bond, p.tag) < std::tie(q.molecule, q_bond, q.tag);
   });
 
   std::vector<OutlineAtom> atoms;
@@ -165,8 +171,7 @@ void FixPolygonOutline::read_bonds()
       if (record.partner)
         bonds.push_back({record.tag, record.partner});
       else
-        atoms.push_back({record.tag, record.x + image.a * domain->xprd + image.b * domain->xy,
-                         record.y + image.b * domain->yprd});
+        atoms.push_back({record.tag, image.unwrapped(record.x, domain)});
     }
     const auto found = outline_links(atoms, bonds);
     for (std::size_t k = 0; k < found.size(); k++)
@@ -190,8 +195,9 @@ void FixPolygonOutline::warn_of_crossings() const
   MPI_Allreduce(MPI_IN_PLACE, &crossed, 1, MPI_INT, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   if (crossed && comm->me == 0)
-    error->warning(FLERR, "{} polygons cross their own outline, the first is molecule {}: which side is inside is a "
-                   "guess; see the fourth column of compute polygon", crossed, lowest);
+    error->warning(FLERR, "{} polygons cross their own outline, the first is molecule {}: which "
+                   "side is inside is a guess; see the fourth column of compute polygon", crossed,
+                   lowest);
 }
 
 void FixPolygonOutline::grow_arrays(int nmax)
@@ -238,10 +244,4 @@ void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
     unpack_exchange(i, buf);
     images[i] = {static_cast<int>(buf[PER_ATOM]), static_cast<int>(buf[PER_ATOM + 1])};
   }
-}
-
-double FixPolygonOutline::memory_usage()
-{
-  return links.capacity() * sizeof(OutlineLink) + images.capacity() * sizeof(ImageOffset) +
-      (successor.capacity() + predecessor.capacity()) * sizeof(int) + tags.capacity() * sizeof(tagint);
 }

@@ -5,21 +5,22 @@
 #include "fix.h"
 #include "image_offset.h"
 #include "molecule_outline.h"
+#include "vector_bytes.h"
 
 #include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Which vertex follows which on the outline of its molecule. The outlines are the
-   bonds: read at the start of every run, and whenever molecules have come or gone
-   in between; atom IDs and their order mean nothing. One instance serves all styles
-   of this plugin; they make it when there is none.
+/* Which vertex follows which on the outline of its molecule. The outlines are the bonds, which are
+   read at the start of every run, and whenever molecules have come or gone in between; atom IDs and
+   their order mean nothing. One instance serves all styles of this plugin, which make it when there
+   is none.
 
-   A polygon and its periodic images are different copies. The image flags say to
-   which copy an atom or ghost belongs: two atoms of one molecule that need the same
-   lattice translation to their unwrapped place are of one copy. So a polygon may be
-   wider than half the box, and it meets its own images as it meets other polygons. */
+   A polygon and its periodic images are different copies. Image flags say to which copy an atom or
+   ghost belongs: two atoms of one molecule that need the same lattice translation to their
+   unwrapped place are of one copy. So a polygon may be wider than half the box, and it meets its
+   own images as it meets other polygons. */
 class FixPolygonOutline : public Fix {
  public:
   FixPolygonOutline(class LAMMPS *, int, char **);
@@ -28,8 +29,8 @@ class FixPolygonOutline : public Fix {
 
   int setmask() override;
   void init() override { unread = true; }
-  // neighbor lists are new: so are the ghosts. The styles ask for a refresh when they need it, also those that compute
-  // without these calls (rerun, gcmc).
+  // Neighbor lists and ghosts are new. The styles ask for a refresh when they need it, also styles
+  // that compute without these calls (rerun, gcmc).
   void setup_post_neighbor() override { rebuilds = ++all_rebuilds; }
   void post_neighbor() override { rebuilds = ++all_rebuilds; }
   void min_post_neighbor() override { rebuilds = ++all_rebuilds; }
@@ -40,11 +41,12 @@ class FixPolygonOutline : public Fix {
   int unpack_exchange(int, double *) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
-  double memory_usage() override;
+  double memory_usage() override { return bytes(links, images, successor, predecessor, tags); }
 
   void read_bonds();    // collective: needs no ghosts and no neighbor list
-  bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
-  // which neighbor lists these are: they change with the pair; 0 and more until this fix has seen them made
+  // collective, before the first use after a neighbor build; returns the number of the refresh
+  bigint refresh();
+  // Identifies neighbor lists. The first number is 0 until this fix has seen lists made.
   std::pair<bigint, bigint> lists() const { return {rebuilds, neighbor_calls()}; }
 
   // of owned atoms and ghosts, at the last refresh

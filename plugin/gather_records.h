@@ -20,7 +20,8 @@ template <class Record> std::vector<Record> gather_records(std::vector<Record> o
   MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, world);
   for (int r = 1; r < ranks; r++) starts[r] = starts[r - 1] + sizes[r - 1];
   std::vector<Record> all((starts.back() + sizes.back()) / sizeof(Record));
-  MPI_Allgatherv(own.data(), size, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, world);
+  MPI_Allgatherv(own.data(), size, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE,
+                 world);
   return all;
 }
 

@@ -2,12 +2,15 @@
 
 #pragma once
 
+#include "domain.h"
+#include "kernels/vector.h"
 #include "lmptype.h"
 
 namespace LAMMPS_NS {
 
-/* Lattice vectors from the box to the unwrapped place of an atom, by the image flags of LAMMPS along
-   x and y. Flags begin anew after 2 IMGMAX boxes: so do these, and only differences of them count. */
+/* Lattice vectors from the box to the unwrapped place of an atom, by the image flags of LAMMPS
+   along x and y. Flags begin anew after 2 IMGMAX boxes, and so do these: only their differences
+   count. */
 struct ImageOffset {
   int a = 0, b = 0;
 
@@ -21,6 +24,11 @@ struct ImageOffset {
   ImageOffset operator-(const ImageOffset &o) const { return {a - o.a, b - o.b}; }
   bool operator==(const ImageOffset &o) const { return a == o.a && b == o.b; }
   bool operator<(const ImageOffset &o) const { return a < o.a || (a == o.a && b < o.b); }
+
+  jamlab::Vector unwrapped(const double *x, const Domain *box) const
+  {
+    return jamlab::Vector{x[0] + a * box->xprd, x[1]} + jamlab::Vector{b * box->xy, b * box->yprd};
+  }
 
  private:
   static int wrapped(int n) { return ((n + IMGMAX) & IMGMASK) - IMGMAX; }

@@ -2,10 +2,7 @@
 
 #include "molecule_outline.h"
 
-#include "edge_geometry.h"
-
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 
@@ -27,12 +24,13 @@ struct Bonded {    // atoms bonded to one atom: two at most on an outline
 
 int place_of(const std::vector<OutlineAtom> &atoms, tagint tag)
 {
-  const auto found = std::lower_bound(atoms.begin(), atoms.end(), tag,
-                                      [](const OutlineAtom &atom, tagint t) { return atom.tag < t; });
+  const auto earlier = [](const OutlineAtom &atom, tagint t) { return atom.tag < t; };
+  const auto found = std::lower_bound(atoms.begin(), atoms.end(), tag, earlier);
   return found == atoms.end() || found->tag != tag ? -1 : static_cast<int>(found - atoms.begin());
 }
 
-std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds)
+std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms,
+                                 const std::vector<OutlineBond> &bonds)
 {
   std::vector<Bonded> bonded(atoms.size());
   for (const auto &bond : bonds) {
@@ -60,26 +58,22 @@ std::vector<int> walk(const std::vector<Bonded> &bonded, int start)
 
 double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> &ring)
 {
-  const double x = atoms[ring[0]].x, y = atoms[ring[0]].y;
+  const jamlab::Vector origin = atoms[ring[0]].r;
   double sum = 0.0;
-  for (std::size_t k = 0; k < ring.size(); k++) {
-    const OutlineAtom &p = atoms[ring[k]], &q = atoms[ring[(k + 1) % ring.size()]];
-    sum += (p.x - x) * (q.y - y) - (p.y - y) * (q.x - x);
-  }
+  for (std::size_t k = 0; k < ring.size(); k++)
+    sum += cross(atoms[ring[k]].r - origin, atoms[ring[(k + 1) % ring.size()]].r - origin);
   return sum;
 }
 
 }    // namespace
 
-int LAMMPS_NS::edge_crossings(const std::vector<double> &r)
+int LAMMPS_NS::edge_crossings(const std::vector<jamlab::Vector> &r)
 {
-  const std::size_t size = r.size() / 2;
+  const std::size_t size = r.size();
   int crossings = 0;
   for (std::size_t a = 0; a < size; a++)
-    for (std::size_t b = a + 2; b < size; b++) {
-      const double *p = &r[2 * a], *q = &r[2 * ((a + 1) % size)], *s = &r[2 * b], *t = &r[2 * ((b + 1) % size)];
-      if (edges_cross(p, q, s, t)) crossings++;
-    }
+    for (std::size_t b = a + 2; b < size; b++)
+      crossings += edges_cross(r[a], r[(a + 1) % size], r[b], r[(b + 1) % size]);
   return crossings;
 }
 
@@ -112,13 +106,13 @@ std::vector<OutlineLink> LAMMPS_NS::outline_links(const std::vector<OutlineAtom>
   }
 
   if (!open && twice_area(atoms, path) < 0.0) std::reverse(path.begin(), path.end());
-  std::vector<double> r;
-  for (const int k : path) r.insert(r.end(), {atoms[k].x, atoms[k].y});
+  std::vector<jamlab::Vector> r;
+  for (const int k : path) r.push_back(atoms[k].r);
   const int crossings = open ? 0 : edge_crossings(r);
   for (int n = 0; n < size; n++) {
-    const bool last = open && n == size - 1, front = open && n == 0;
-    links[path[n]] = {last ? 0 : atoms[path[(n + 1) % size]].tag, front ? 0 : atoms[path[(n + size - 1) % size]].tag,
-                      open ? CHAIN : RING, size, 0, crossings};
+    const tagint next = open && n == size - 1 ? 0 : atoms[path[(n + 1) % size]].tag;
+    const tagint prev = open && n == 0 ? 0 : atoms[path[(n + size - 1) % size]].tag;
+    links[path[n]] = {next, prev, open ? CHAIN : RING, size, 0, crossings};
   }
   links[*std::min_element(path.begin(), path.end())].first = 1;
   return links;

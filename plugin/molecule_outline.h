@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "kernels/vector.h"
 #include "lmptype.h"
 
 #include <vector>
@@ -23,26 +24,25 @@ struct OutlineLink {
   int size;             // atoms of the ring or chain
   int first;            // 1 on one vertex of each ring or chain, that of the lowest ID
   int crossings;        // of a ring: pairs of its edges that pass through each other
-  int bonds = 0;        // sum over those that the atom itself lists: fix bond/swap and others change them in a run
+  int bonds = 0;        // sum over the bonds that the atom itself lists, which may change in a run
 };
 
 struct OutlineAtom {
   tagint tag;
-  double x, y;    // unwrapped
+  jamlab::Vector r;    // unwrapped
 };
 
 struct OutlineBond {
   tagint a, b;
 };
 
-/* Links of the atoms of one molecule, in the order of `atoms`, which is that of
-   their IDs. Bonds to atoms of other molecules do not count, nor does one that
-   both of its atoms list. Counter-clockwise is decided by the area of the ring:
-   the order of the IDs is free. */
-std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds);
+/* Links of the atoms of one molecule, in the order of `atoms`, which are sorted by ID. Bonds to
+   atoms of other molecules do not count, nor does a second listing of a bond. The area of the ring
+   decides which way is counter-clockwise: the order of the IDs is free. */
+std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms,
+                                       const std::vector<OutlineBond> &bonds);
 
-// pairs of edges of the closed polygon x0 y0 x1 y1 ... that pass through each other
-
-int edge_crossings(const std::vector<double> &r);
+// pairs of edges of the closed polygon r that pass through each other
+int edge_crossings(const std::vector<jamlab::Vector> &r);
 
 }    // namespace LAMMPS_NS

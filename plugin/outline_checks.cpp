@@ -13,7 +13,8 @@
 #include "neigh_list.h"
 
 #include <algorithm>
-#include <cmath>
+#include <string>
+#include <tuple>
 
 using namespace LAMMPS_NS;
 
@@ -29,14 +30,18 @@ struct Finding {
   tagint ends[2] = {0, 0}, molecule = 0;
   int type = 0, kind = 0;
 
-  bool operator<(const Finding &o) const { return fault != o.fault ? fault < o.fault : length < o.length; }
+  bool operator<(const Finding &o) const
+  {
+    return std::tie(fault, length) < std::tie(o.fault, o.length);
+  }
 };
 
 bool same_law(const ContactLaws &laws, int ntypes, int a, int b)
 {
   if (a == b) return true;
   for (int k = 1; k <= ntypes; k++)
-    if (laws.eps[a][k] != laws.eps[b][k] || laws.width[a][k] != laws.width[b][k] || laws.form[a][k] != laws.form[b][k])
+    if (laws.eps[a][k] != laws.eps[b][k] || laws.width[a][k] != laws.width[b][k] ||
+        laws.form[a][k] != laws.form[b][k])
       return false;
   return laws.role[a] == laws.role[b];
 }
@@ -48,16 +53,16 @@ Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaw
   const OutlineLink &link = outline.link(i);
   Finding found{NONE, 0.0, {atom->tag[i], link.next}, atom->molecule[i], type, link.kind};
   if (laws.disk(type)) return found;
-  if (link.kind != RING && !(link.kind == CHAIN && laws.role[type] == WALL)) found.fault = NOT_AN_OUTLINE;
+  if (link.kind != RING && !(link.kind == CHAIN && laws.role[type] == WALL))
+    found.fault = NOT_AN_OUTLINE;
   if (found.fault || !link.next) return found;    // the end of a chain
 
   const int j = outline.next(i), some = atom->map(link.next);    // in the same copy; any image
-  const Domain *const domain = lmp->domain;
-  const ImageOffset apart = some < 0 ? ImageOffset() : outline.image(some) - outline.image(i);
-  const double *const *x = atom->x;
-  found.length = some < 0 ? 1e300
-                          : std::hypot(x[some][0] - x[i][0] + apart.a * domain->xprd + apart.b * domain->xy,
-                                       x[some][1] - x[i][1] + apart.b * domain->yprd);
+  found.length = 1e300;
+  if (some >= 0) {
+    const ImageOffset apart = outline.image(some) - outline.image(i);
+    found.length = size(apart.unwrapped(atom->x[some], lmp->domain) - jamlab::point(atom->x[i], 0));
+  }
   if (j < 0 || found.length > laws.longest_edge)
     found.fault = TOO_LONG;
   else if (!same_law(laws, atom->ntypes, type, atom->type[j]))
@@ -73,37 +78,42 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
                                const ContactLaws &laws)
 {
   Finding own;
-  for (int ii = 0; ii < list->inum; ii++) own = std::max(own, fault_of(lmp, outline, laws, list->ilist[ii]));
+  for (int ii = 0; ii < list->inum; ii++)
+    own = std::max(own, fault_of(lmp, outline, laws, list->ilist[ii]));
   const std::vector<Finding> all = gather_records(std::vector<Finding>{own}, lmp->world);
   const Finding &worst = *std::max_element(all.begin(), all.end());
   if (worst.fault == NONE) return;
 
-  Error *const error = lmp->error;
-  const tagint tag = worst.ends[0];
-  if (worst.fault == NOT_AN_OUTLINE && worst.kind == CHAIN)
-    error->all(FLERR, "{}: the bonds of molecule {} (atom {}) make an open chain and no closed ring: add the missing "
-               "bond, or name type {} in walls of pair_style circuloline", STYLE, worst.molecule, tag, worst.type);
-  if (worst.fault == NOT_AN_OUTLINE && worst.kind == TANGLE)
-    error->all(FLERR, "{}: the bonds of molecule {} (atom {}) branch, or are more than one ring: an outline is one "
-               "ring of bonds, with two at each vertex, and has a molecule ID of its own", STYLE, worst.molecule, tag);
-  if (worst.fault == NOT_AN_OUTLINE)
-    error->all(FLERR, "{}: atom {} of type {} has no bonds to be the vertex of an outline: name type {} in disks of "
-               "pair_style circuloline, or leave it to another style of pair_style hybrid", STYLE, tag, worst.type,
-               worst.type);
-  if (worst.fault == OTHER_LAW)
-    error->all(FLERR, "{}: atoms {} and {} of one outline have types with different coefficients: give the vertices of "
-               "an outline one type, or their types the same pair_coeff", STYLE, tag, worst.ends[1]);
-  if (worst.fault == TOO_LONG)
-    error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than the {:.6g} that pair_style "
-               "circuloline allows: raise its second argument (that raises the ghost cutoff, now {:.6g}), or check "
-               "the image flags, which must make the polygon whole", STYLE, tag, worst.ends[1], worst.length,
-               laws.longest_edge, lmp->comm->cutghostuser);
-  error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than half the box, so that the bond "
-             "between them takes another image: use a larger box or more vertices per polygon", STYLE, tag,
-             worst.ends[1], worst.length);
+  const auto [fault, length, ends, molecule, type, kind] = worst;
+  const auto stop = [&](const std::string &what) { lmp->error->all(FLERR, "{}: {}", STYLE, what); };
+  const std::string edge = fmt::format(
+      "the edge between atoms {} and {} is {:.6g} long, more than ", ends[0], ends[1], length);
+  if (fault == NOT_AN_OUTLINE && kind == CHAIN)
+    stop(fmt::format("the bonds of molecule {} (atom {}) make an open chain and no closed ring: "
+                     "add the missing bond, or name type {} in walls of pair_style circuloline",
+                     molecule, ends[0], type));
+  if (fault == NOT_AN_OUTLINE && kind == TANGLE)
+    stop(fmt::format("the bonds of molecule {} (atom {}) branch, or are more than one ring: an "
+                     "outline is one ring of bonds, with two at each vertex, and has a molecule ID "
+                     "of its own", molecule, ends[0]));
+  if (fault == NOT_AN_OUTLINE)
+    stop(fmt::format("atom {} of type {} has no bonds to be the vertex of an outline: name type {} "
+                     "in disks of pair_style circuloline, or leave it to another style of pair_style "
+                     "hybrid", ends[0], type, type));
+  if (fault == OTHER_LAW)
+    stop(fmt::format("atoms {} and {} of one outline have types with different coefficients: give "
+                     "the vertices of an outline one type, or their types the same pair_coeff",
+                     ends[0], ends[1]));
+  if (fault == TOO_LONG)
+    stop(edge + fmt::format("the {:.6g} that pair_style circuloline allows: raise its second "
+                            "argument (that raises the ghost cutoff, now {:.6g}), or check the image "
+                            "flags, which must make the polygon whole", laws.longest_edge,
+                            lmp->comm->cutghostuser));
+  stop(edge + "half the box, so that the bond between them takes another image: use a larger box "
+              "or more vertices per polygon");
 }
 
-/* factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends */
+/* Factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends. */
 void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
 {
   const double *const factors = lmp->force->special_lj;
@@ -113,12 +123,13 @@ void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
     for (int k = 0, level = 1; k < atom->nspecial[i][2]; k++) {
       while (k >= atom->nspecial[i][level - 1]) level++;
       const int j = atom->map(atom->special[i][k]);
-      if (j < 0 || factors[level] == 1.0 || laws.start[atom->type[i]][atom->type[j]] < 0.0) continue;
-      const bool idisk = laws.disk(atom->type[i]), jdisk = laws.disk(atom->type[j]);
-      if ((idisk && jdisk) || (!idisk && !jdisk && atom->molecule[i] == atom->molecule[j])) continue;
-      lmp->error->one(FLERR,
-                      "{}: bonds join atoms {} and {}, of which one is on an outline, so that special_bonds cannot "
-                      "weaken their contacts: use special_bonds lj/coul 1 1 1",
-                      STYLE, atom->tag[i], atom->special[i][k]);
+      if (j < 0 || factors[level] == 1.0) continue;
+      const int itype = atom->type[i], jtype = atom->type[j];
+      const bool idisk = laws.disk(itype), jdisk = laws.disk(jtype);
+      const bool one_outline = !idisk && !jdisk && atom->molecule[i] == atom->molecule[j];
+      if (laws.start[itype][jtype] < 0.0 || (idisk && jdisk) || one_outline) continue;
+      lmp->error->one(FLERR, "{}: bonds join atoms {} and {}, of which one is on an outline, so "
+                      "that special_bonds cannot weaken their contacts: use special_bonds lj/coul "
+                      "1 1 1", STYLE, atom->tag[i], atom->special[i][k]);
     }
 }

@@ -22,9 +22,17 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
 
+static void add_virial(double *sum, double share, const double *xx_yy_xy)
+{
+  sum[0] += share * xx_yy_xy[0];
+  sum[1] += share * xx_yy_xy[1];
+  sum[3] += share * xx_yy_xy[2];
+}
+
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
-    Pair(lmp), in_use(), outline(nullptr), candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)),
-    candidates_for(-1, -1), user_cutoff(0.0), raised_cutoff(-1.0)
+    Pair(lmp), in_use(), outline(nullptr),
+    candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), candidates_for(-1, -1),
+    user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -54,13 +62,10 @@ PairCirculoline::~PairCirculoline()
 void PairCirculoline::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-
   renew_candidates();
-
   // LAMMPS clears what ghosts collect, and returns it, only if a newton flag is on
-
   const bool own = !force->newton;
-  if (own) ghosts.assign(atom->nlocal + atom->nghost, {0.0, 0.0, 0.0, {0.0, 0.0, 0.0}});
+  if (own) ghosts.assign(atom->nlocal + atom->nghost, {});
   if (evflag)
     own ? apply_contacts<true, true>() : apply_contacts<false, true>();
   else
@@ -68,22 +73,21 @@ void PairCirculoline::compute(int eflag, int vflag)
   if (own) return_from_ghosts();
 }
 
-/* push each vertex away from the edge that it touches */
+/* pushes each vertex away from the edge that it touches */
 template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
 {
   const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
   Returned *const returned = ghosts.data();
-  const bool parts = vflag_either || eflag_atom || !eflag_global;    // other than the energy of all contacts
+  const bool parts = vflag_either || eflag_atom || !eflag_global;    // more than the energy
   visit_contacts([=](const Contact &contact) {
     const ContactForce push = contact_force(contact);
-    const double hx = contact.foot.t * push.fx, hy = contact.foot.t * push.fy;
+    const jamlab::Vector of_head = push.f * contact.foot.t;
     const int atoms[3] = {contact.vertex, contact.tail, contact.head};
-    const double fx[3] = {push.fx, hx - push.fx, -hx}, fy[3] = {push.fy, hy - push.fy, -hy};
+    const jamlab::Vector forces[3] = {push.f, of_head - push.f, of_head * -1.0};
     for (int k = 0; k < 3; k++) {
-      double &sum_x = OWN ? returned[atoms[k]].fx : f[atoms[k]][0];
-      double &sum_y = OWN ? returned[atoms[k]].fy : f[atoms[k]][1];
-      sum_x += fx[k];
-      sum_y += fy[k];
+      double *const sum = OWN ? &returned[atoms[k]][FORCE] : f[atoms[k]];
+      sum[0] += forces[k].x;
+      sum[1] += forces[k].y;
     }
     if (TALLY && !parts)
       eng_vdwl += push.energy;
@@ -101,12 +105,13 @@ template <class Act> void PairCirculoline::visit_contacts(Act act, double beyond
     if (!in_use[k]) continue;
     for (const auto &block : candidates[k].blocks()) {
       candidates[k].measure_edges(block);
-      const std::size_t room = candidates[k].most_contacts(block) + 1;    // one is written beyond the last
+      // one contact is written beyond the last
+      const std::size_t room = candidates[k].most_contacts(block) + 1;
       if (found.size() < room) found.resize(room);
       const auto form = static_cast<ContactForm>(k);
-      const Contact *const last =
-          &found[LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data())];
-      for (const Contact *contact = found.data(); contact < last; contact++) act(*contact);
+      const std::size_t count =
+          LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data());
+      for (std::size_t n = 0; n < count; n++) act(found[n]);
     }
   }
 }
@@ -118,18 +123,14 @@ const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
   return all_found;
 }
 
-/* half of the energy and virial belongs to the vertex, half to the edge, whose
-   ends share it as they share the force */
+/* Half of the energy and virial belongs to the vertex, half to the edge, whose ends share it as
+   they share the force. */
 void PairCirculoline::tally(const Contact &contact, const ContactForce &push, bool own)
 {
   const Foot &foot = contact.foot;
-  const double v[3] = {foot.dx * push.fx, foot.dy * push.fy, foot.dx * push.fy};
+  const double v[3] = {foot.r.x * push.f.x, foot.r.y * push.f.y, foot.r.x * push.f.y};
   if (eflag_global) eng_vdwl += push.energy;
-  if (vflag_global) {
-    virial[0] += v[0];
-    virial[1] += v[1];
-    virial[3] += v[2];
-  }
+  if (vflag_global) add_virial(virial, 1.0, v);
   if (!eflag_atom && !vflag_atom) return;
 
   const int atoms[3] = {contact.vertex, contact.tail, contact.head};
@@ -137,16 +138,12 @@ void PairCirculoline::tally(const Contact &contact, const ContactForce &push, bo
   for (int k = 0; k < 3; k++) {
     const int i = atoms[k];
     if (own) {
-      ghosts[i].energy += share[k] * push.energy;
-      for (int d = 0; d < 3; d++) ghosts[i].virial[d] += share[k] * v[d];
+      ghosts[i][ENERGY] += share[k] * push.energy;
+      for (int d = 0; d < 3; d++) ghosts[i][VIRIAL + d] += share[k] * v[d];
       continue;
     }
     if (eflag_atom) eatom[i] += share[k] * push.energy;
-    if (vflag_atom) {
-      vatom[i][0] += share[k] * v[0];
-      vatom[i][1] += share[k] * v[1];
-      vatom[i][3] += share[k] * v[2];
-    }
+    if (vflag_atom) add_virial(vatom[i], share[k], v);
   }
 }
 
@@ -155,14 +152,9 @@ void PairCirculoline::return_from_ghosts()
   comm->reverse_comm(this);
   for (int i = 0; i < atom->nlocal; i++) {
     const Returned &sum = ghosts[i];
-    atom->f[i][0] += sum.fx;
-    atom->f[i][1] += sum.fy;
-    if (eflag_atom) eatom[i] += sum.energy;
-    if (vflag_atom) {
-      vatom[i][0] += sum.virial[0];
-      vatom[i][1] += sum.virial[1];
-      vatom[i][3] += sum.virial[2];
-    }
+    for (int d = 0; d < 2; d++) atom->f[i][d] += sum[FORCE + d];
+    if (eflag_atom) eatom[i] += sum[ENERGY];
+    if (vflag_atom) add_virial(vatom[i], 1.0, &sum[VIRIAL]);
   }
 }
 
@@ -174,18 +166,19 @@ PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &cont
   const double d = sqrt(foot.rsq), overlap = 1.0 - d * law.per_width;
   const double magnitude = d > 0.0 ? law.eps * overlap * law.per_width : 0.0;
   const double per_d = d > 0.0 ? magnitude / d : 0.0;
-  return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
+  return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, foot.r * per_d};
 }
 
-/* for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a flow has moved
-   atoms since the forces. Candidates are known by local and ghost index, which neighbor lists and commands change. */
+/* for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a
+   flow has moved atoms since the forces. Candidates are known by local and ghost index, which
+   neighbor lists and commands change. */
 const std::vector<Contact> &PairCirculoline::present_contacts()
 {
   const int nall = atom->nlocal + atom->nghost;
   const auto lists = FixPolygonOutline::shared(lmp, WHO)->lists();
   if ((lists == candidates_for || lists.first == 0) &&
       (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
-    error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
+    error->one(FLERR, "{}: atoms have changed since the last run: use run 0 first", WHO);
   comm->forward_comm();
   renew_candidates();
   return find_contacts();
@@ -216,16 +209,16 @@ void PairCirculoline::init_style()
   outline = FixPolygonOutline::shared(lmp, WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
-      error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "
-                     "of a polygon with its own periodic images");
+      error->warning(FLERR, "{}: neigh_modify exclude molecule/intra hides the contacts of a "
+                     "polygon with its own periodic images", WHO);
   std::fill_n(in_use, NUMBER_OF_CONTACT_FORMS, false);
   for (int i = 0; i <= atom->ntypes; i++)
     for (int j = 0; j <= atom->ntypes; j++) laws.start[i][j] = -1.0;
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
-/* computes that would take the neighbors of a vertex for its contacts without a
-   word; LAMMPS itself refuses those that call single() */
+/* Some computes would take the neighbors of a vertex for its contacts without a word. LAMMPS itself
+   refuses computes that call single(). */
 void PairCirculoline::refuse_computes() const
 {
   for (const char *style : {"^pair/local", "/tally$"})
@@ -235,13 +228,13 @@ void PairCirculoline::refuse_computes() const
         if (atom->molecule[i] && (atom->mask[i] & compute->groupbit)) vertices = 1;
       MPI_Allreduce(MPI_IN_PLACE, &vertices, 1, MPI_INT, MPI_MAX, world);
       if (vertices)
-        error->all(FLERR, "Pair style circuloline: compute {} of style {} knows pairs of atoms only, and a contact "
-                   "is a vertex and an edge: use compute polygon/contact, or a group without polygons",
-                   compute->id, compute->style);
+        error->all(FLERR, "{}: compute {} of style {} knows pairs of atoms only, and a contact is "
+                   "a vertex and an edge: use compute polygon/contact, or a group without polygons",
+                   WHO, compute->id, compute->style);
     }
 }
 
-/* ghosts reach as far as comm_modify says where this style needs no more */
+/* restores the ghost cutoff of comm_modify, unless another command has changed it since */
 void PairCirculoline::lower_ghost_cutoff()
 {
   if (comm->cutghostuser == raised_cutoff) comm->cutghostuser = user_cutoff;
@@ -249,8 +242,8 @@ void PairCirculoline::lower_ghost_cutoff()
   user_cutoff = comm->cutghostuser;
 }
 
-/* neighbors are what may touch; ghosts must hold also the far end of an edge that
-   touches. fix adapt calls this again during a run. */
+/* Neighbors are what may touch; ghosts must hold also the far end of an edge that touches. Fix
+   adapt calls this again during a run. */
 double PairCirculoline::init_one(int i, int j)
 {
   const bool unknown = !setflag[i][j] && !(setflag[i][i] && setflag[j][j]);
@@ -267,42 +260,41 @@ double PairCirculoline::init_one(int i, int j)
   if (start < 0.0)
     start = laws.start[j][i] = width;
   else if (width > start)
-    error->all(FLERR,
-               "Pair style circuloline: delta of types {} and {} grew to {} from {} at the start of the run, for "
-               "which the neighbor lists are made: start with the largest value",
-               i, j, width, start);
+    error->all(FLERR, "{}: delta of types {} and {} grew to {} from {} at the start of the run, "
+               "for which the neighbor lists are made: start with the largest value", WHO, i, j,
+               width, start);
 
   const double cutoff = laws.cutoff(i, j);
-  const double ghosts = laws.disk(i) && laws.disk(j) ? cutoff : std::max(cutoff, start + laws.longest_edge);
-  if (comm->mode != Comm::SINGLE) return ghosts;    // there each type has the ghosts of its own cutoff
+  const bool disks = laws.disk(i) && laws.disk(j);
+  const double ghosts = disks ? cutoff : std::max(cutoff, start + laws.longest_edge);
+  if (comm->mode != Comm::SINGLE) return ghosts;    // each type has the ghosts of its own cutoff
   comm->cutghostuser = raised_cutoff = std::max(comm->cutghostuser, ghosts + neighbor->skin);
   return cutoff;
 }
 
-/* a contact of two types that no pair_coeff names */
+/* mixes the contact of two types that no pair_coeff names */
 void PairCirculoline::mix(int i, int j)
 {
   if (!setflag[i][i] || !setflag[j][j])
-    error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {} (a data file has it if "
-               "written with write_data ... pair ij)", i, j);
+    error->all(FLERR, "{}: no pair_coeff for types {} and {} (a data file has it if written with "
+               "write_data ... pair ij)", WHO, i, j);
   if (laws.form[i][i] != laws.form[j][j])
-    error->all(FLERR, "Pair style circuloline: types {} and {} have the contact forms {} and {}: give pair_coeff {} {} "
-               "eps delta form", i, j, CONTACT_FORMS[laws.form[i][i]], CONTACT_FORMS[laws.form[j][j]], i, j);
+    error->all(FLERR, "{}: types {} and {} have the contact forms {} and {}: give pair_coeff {} {} "
+               "eps delta form", WHO, i, j, CONTACT_FORMS[laws.form[i][i]],
+               CONTACT_FORMS[laws.form[j][j]], i, j);
   laws.eps[i][j] = mix_energy(laws.eps[i][i], laws.eps[j][j], laws.width[i][i], laws.width[j][j]);
   laws.form[i][j] = laws.form[i][i];
 }
 
-/* outlines touch where their rims do: the arithmetic mean, whatever pair_modify
-   says, but for a value that fix adapt has put in its place */
+/* Outlines touch where their rims do: the width is the arithmetic mean, whatever pair_modify says,
+   unless fix adapt has put another value in its place. */
 void PairCirculoline::mix_widths(int i, int j)
 {
   Given &pair = given(i, j);
   if (laws.start[i][j] >= 0.0 && laws.width[i][j] != pair.mixed) return;
   if (laws.width[i][i] <= 0.0 || laws.width[j][j] <= 0.0)
-    error->all(FLERR,
-               "Pair style circuloline: types {} and {} have no widths of their own to mix: give pair_coeff {} {} "
-               "eps delta",
-               i, j, i, j);
+    error->all(FLERR, "{}: types {} and {} have no widths of their own to mix: give pair_coeff {} "
+               "{} eps delta", WHO, i, j, i, j);
   laws.width[i][j] = pair.mixed = 0.5 * (laws.width[i][i] + laws.width[j][j]);
 }
 
@@ -314,14 +306,8 @@ int PairCirculoline::pack_reverse_comm(int n, int first, double *buf)
 
 void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 {
-  for (int k = 0; k < n; k++) {
-    Returned one, &sum = ghosts[indices[k]];
-    std::memcpy(&one, buf + k * RETURNED, sizeof(Returned));
-    sum.fx += one.fx;
-    sum.fy += one.fy;
-    sum.energy += one.energy;
-    for (int d = 0; d < 3; d++) sum.virial[d] += one.virial[d];
-  }
+  for (int k = 0; k < n; k++)
+    for (double &sum : ghosts[indices[k]]) sum += *buf++;
 }
 
 void *PairCirculoline::extract(const char *str, int &dim)
@@ -336,7 +322,7 @@ void *PairCirculoline::extract(const char *str, int &dim)
 
 double PairCirculoline::memory_usage()
 {
-  double bytes = Pair::memory_usage() + ghosts.capacity() * sizeof(Returned);
-  for (const auto &of_form : candidates) bytes += of_form.memory_usage();
-  return bytes;
+  double total = Pair::memory_usage() + bytes(ghosts, found, all_found, tags);
+  for (const auto &of_form : candidates) total += of_form.memory_usage();
+  return total;
 }

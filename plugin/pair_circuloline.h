@@ -5,21 +5,20 @@
 #include "atom.h"
 #include "contact_forms.h"
 #include "pair.h"
-#include "contact_candidates.h"
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Repulsion between outlines of a width: polygons (closed rings of bonds), walls
-   (open chains) and disks, in the forms of contact_forms.h.
+/* Repulsion between outlines of a width: polygons (closed rings of bonds), walls (open chains) and
+   disks, in the forms of contact_forms.h.
 
-   A periodic image of a polygon is another polygon, also to itself. A contact is
-   evaluated by the rank that owns its vertex, disk or edge, and its energy and
-   virial shared by its three atoms; forces on ghosts go back by reverse
-   communication whatever the newton setting. */
+   A periodic image of a polygon is another polygon, also to itself. A contact is evaluated by the
+   rank that owns its vertex, disk or edge, and its energy and virial shared by its three atoms.
+   Forces on ghosts go back by reverse communication whatever the newton setting. */
 class PairCirculoline : public Pair {
  public:
   PairCirculoline(class LAMMPS *);
@@ -40,11 +39,12 @@ class PairCirculoline : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  struct ContactForce {    // of one contact: force on the vertex, the edge takes the opposite
-    double gap, energy, magnitude, fx, fy;
+  struct ContactForce {    // of one contact: f acts on the vertex, and -f on the edge
+    double gap, energy, magnitude;
+    jamlab::Vector f;
   };
   ContactForce contact_force(const Contact &) const;
-  double stiffness(const Contact &contact) const    // second derivative of its energy by the distance
+  double stiffness(const Contact &contact) const    // second derivative of the energy
   {
     const PairLaw &law = pair_laws[contact.law];
     return law.eps * law.per_width * law.per_width;
@@ -52,9 +52,10 @@ class PairCirculoline : public Pair {
 
   bool flat(int i) const { return laws.flat(atom->type[i]); }    // whether an atom is a flat wall
 
-  // of this rank, where ghosts are up to date; good until the next call. beyond: largest gap of what counts
+  // Contacts of this rank, where ghosts are up to date, with gaps up to `beyond`. The list is good
+  // until the next call. The second function is collective, and brings ghosts up to date.
   const std::vector<Contact> &find_contacts(double beyond = 0.0);
-  const std::vector<Contact> &present_contacts();    // the same, collective: brings ghosts up to date
+  const std::vector<Contact> &present_contacts();
 
  protected:
   double delta;         // width of the outlines of types that pair_coeff gives none
@@ -68,26 +69,23 @@ class PairCirculoline : public Pair {
   };
   std::vector<Given> given_coeffs;
   Given &given(int i, int j) { return given_coeffs[i * (atom->ntypes + 1) + j]; }
-  std::string role_types[FLAT + 1];    // as pair_style names them: the number of types may come later
+  std::string role_types[FLAT + 1];    // as pair_style names them, before types are known
   bool in_use[NUMBER_OF_CONTACT_FORMS];
 
   class FixPolygonOutline *outline;
   std::vector<ContactCandidates> candidates;    // one for each contact form
   std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
-  struct Returned {                       // to the owner of a ghost, where LAMMPS does not
-    double fx, fy, energy, virial[3];
-  };
-  static constexpr int RETURNED = sizeof(Returned) / sizeof(double);
+  enum { FORCE, ENERGY = 2, VIRIAL, RETURNED = 6 };
+  using Returned = std::array<double, RETURNED>;    // to a ghost's owner, if LAMMPS does not
   std::vector<Returned> ghosts;
 
-  std::vector<tagint> tags;                  // of atoms and ghosts when facings were found
-  std::pair<bigint, bigint> candidates_for;     // lists of neighbors
-  double user_cutoff, raised_cutoff;         // of ghosts: as comm_modify says, and as these contacts need it
+  std::vector<tagint> tags;                    // of atoms and ghosts when candidates were found
+  std::pair<bigint, bigint> candidates_for;    // the neighbor lists of the candidates
+  double user_cutoff, raised_cutoff;           // of ghosts, by comm_modify and by these contacts
 
   void allocate();
   void read_roles();
   void set(int, int, double eps, double width, int form);
-  template <class Value> void read_everywhere(FILE *, Value *, int count);
   void mix(int, int);
   void mix_widths(int, int);
   void find_candidates();

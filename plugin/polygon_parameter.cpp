@@ -32,7 +32,8 @@ void PolygonParameter::init(int group)
     int is_double, columns;
     index = atom->find_custom(name.c_str(), is_double, columns);
     if (index < 0 || !is_double || columns > 0)
-      error->all(FLERR, "{}: no per-atom property d_{} for {}: use fix property/atom", who, name, what);
+      error->all(FLERR, "{}: no per-atom property d_{} for {}: use fix property/atom", who, name,
+                 what);
   } else if (source != NUMBER) {
     index = input->variable->find(name.c_str());
     if (index < 0) error->all(FLERR, "{}: no variable {} for {}", who, name, what);
@@ -42,11 +43,13 @@ void PolygonParameter::init(int group)
   }
 }
 
-void PolygonParameter::evaluate(const PolygonRings &rings, bool checked, std::vector<double> &values)
+void PolygonParameter::evaluate(const PolygonRings &rings, bool checked,
+                                std::vector<double> &values)
 {
   const auto &polygons = rings.polygons();
   if (source == NUMBER || source == EQUAL) {
-    values.assign(polygons.size(), source == NUMBER ? number : input->variable->compute_equal(index));
+    if (source == EQUAL) number = input->variable->compute_equal(index);
+    values.assign(polygons.size(), number);
     return;
   }
   const double *of_atom = source == PROPERTY ? atom->dvector[index] : nullptr;
@@ -56,12 +59,14 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool checked, std::ve
     of_atom = per_atom.data();
   }
   values.resize(polygons.size());
-  for (const auto &segment : rings.segments()) values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
+  for (const auto &segment : rings.segments())
+    values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
   if (checked) check(rings, of_atom, values);
 }
 
 /* the same on all vertices, also on those of other ranks */
-void PolygonParameter::check(const PolygonRings &rings, const double *of_atom, const std::vector<double> &values) const
+void PolygonParameter::check(const PolygonRings &rings, const double *of_atom,
+                             const std::vector<double> &values) const
 {
   const auto &polygons = rings.polygons();
   std::vector<double> mean(polygons.size(), 0.0);
@@ -69,13 +74,14 @@ void PolygonParameter::check(const PolygonRings &rings, const double *of_atom, c
     for (int n = segment.begin; n < segment.end; n++) {
       const int i = rings.vertices()[n].i;
       if (of_atom[i] != values[segment.polygon])
-        error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who, what, name,
-                   polygons[segment.polygon].molecule, values[segment.polygon], of_atom[i]);
+        error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who,
+                   what, name, polygons[segment.polygon].molecule, values[segment.polygon],
+                   of_atom[i]);
       mean[segment.polygon] += of_atom[i] / polygons[segment.polygon].size;
     }
   rings.sum(mean, 1);
   for (std::size_t k = 0; k < polygons.size(); k++)
     if (std::fabs(mean[k] - values[k]) > ROUNDING * std::fabs(values[k]))
-      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} here, {} on average", who, what, name,
-                 polygons[k].molecule, values[k], mean[k]);
+      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} here, {} on "
+                 "average", who, what, name, polygons[k].molecule, values[k], mean[k]);
 }

@@ -15,10 +15,11 @@ namespace LAMMPS_NS {
    polygon must agree. */
 class PolygonParameter : protected Pointers {
  public:
-  PolygonParameter(class LAMMPS *lmp, const char *who, const char *what) : Pointers(lmp), who(who), what(what) {}
+  PolygonParameter(class LAMMPS *lmp, const char *who, const char *what) :
+      Pointers(lmp), who(who), what(what) {}
 
   void read(const char *argument);
-  void init(int igroup);                                               // finds the variable or property
+  void init(int igroup);    // finds the variable or property
   void evaluate(const PolygonRings &, bool check, std::vector<double> &);    // collective if check
   bool changes() const { return source == EQUAL || source == ATOM; }    // from step to step
   double *constant() { return source == NUMBER ? &number : nullptr; }

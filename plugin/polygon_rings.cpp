@@ -2,9 +2,7 @@
 
 #include "polygon_rings.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
@@ -37,9 +35,10 @@ void PolygonRings::init(int groupbit)
 /* number of the polygon of a vertex, which is new if it is its first one */
 int PolygonRings::polygon_of(int i, std::unordered_map<tagint, int> &number)
 {
-  const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
-  if (found.second) polygon_list.push_back({atom->molecule[i], outline->link(i).size, 0, {0.0, 0.0}, false});
-  return found.first->second;
+  const tagint molecule = atom->molecule[i];
+  const auto [place, is_new] = number.emplace(molecule, static_cast<int>(polygon_list.size()));
+  if (is_new) polygon_list.push_back({molecule, outline->link(i).size, 0, {0.0, 0.0}, false});
+  return place->second;
 }
 
 /* vertices of closed rings; atoms without bonds have no area and are left alone */
@@ -48,13 +47,14 @@ bool PolygonRings::takes_part(int i, int groupbit) const
   return (atom->mask[i] & groupbit) && outline->link(i).kind == RING;
 }
 
-/* by all ranks: the message of one rank that stops is lost now and then */
+/* All ranks stop, since the message of one rank alone is lost now and then. */
 void PolygonRings::refuse_other_bonds(int groupbit) const
 {
   tagint lowest = MAXTAGINT, found[2] = {0, 0};    // molecule and kind
   for (int i = 0; i < atom->nlocal; i++) {
     const int kind = outline->link(i).kind;
-    if (!(atom->mask[i] & groupbit) || kind == LONE || kind == RING || atom->tag[i] >= lowest) continue;
+    if (!(atom->mask[i] & groupbit) || kind == LONE || kind == RING) continue;
+    if (atom->tag[i] >= lowest) continue;
     lowest = atom->tag[i];
     found[0] = atom->molecule[i];
     found[1] = kind;
@@ -65,8 +65,8 @@ void PolygonRings::refuse_other_bonds(int groupbit) const
 
   if (own != lowest) found[0] = found[1] = 0;
   MPI_Allreduce(MPI_IN_PLACE, found, 2, MPI_LMP_TAGINT, MPI_MAX, world);
-  error->all(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an area: use a group "
-             "without it, or mend its bonds", who, found[0], lowest,
+  error->all(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an "
+             "area: use a group without it, or mend its bonds", who, found[0], lowest,
              found[1] == CHAIN ? "make an open chain" : "branch or make more than one ring");
 }
 
@@ -108,8 +108,8 @@ void PolygonRings::walk(int start, int polygon, int groupbit, std::vector<char> 
     seen[i] = 1;
     const int prev = outline->prev(i), next = outline->next(i);
     if (prev < 0 || next < 0)
-      error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify cutoff", who,
-                 atom->tag[i], atom->molecule[i]);
+      error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify "
+                 "cutoff", who, atom->tag[i], atom->molecule[i]);
     vertex_list.push_back({i, prev, next, outline->image(i)});
     polygon_list[polygon].first = polygon_list[polygon].first || outline->link(i).first;
     i = atom->map(outline->link(i).next);
@@ -145,8 +145,8 @@ void PolygonRings::refuse_cut_polygons() const
   sum(in_group, 1);
   for (std::size_t k = 0; k < polygon_list.size(); k++)
     if (in_group[k] != polygon_list[k].size)
-      error->one(FLERR, "{}: the group holds {:.0f} of the {} vertices of polygon {}, needs all or none", who,
-                 in_group[k], polygon_list[k].size, polygon_list[k].molecule);
+      error->one(FLERR, "{}: the group holds {:.0f} of the {} vertices of polygon {}, needs all or "
+                 "none", who, in_group[k], polygon_list[k].size, polygon_list[k].molecule);
 }
 
 void PolygonRings::find_origins()
@@ -156,37 +156,36 @@ void PolygonRings::find_origins()
     for (int n = segment.begin; n < segment.end; n++) {
       const Vertex &vertex = vertex_list[n];
       if (!outline->link(vertex.i).first) continue;
-      const double own[4] = {atom->x[vertex.i][0], atom->x[vertex.i][1], static_cast<double>(vertex.image.a),
-                             static_cast<double>(vertex.image.b)};
-      std::copy_n(own, 4, &origin[4 * segment.polygon]);
+      double *const own = &origin[4 * segment.polygon];
+      std::copy_n(atom->x[vertex.i], 2, own);
+      own[2] = vertex.image.a;
+      own[3] = vertex.image.b;
     }
   sum(origin, 4);
-  for (std::size_t k = 0; k < polygon_list.size(); k++) std::copy_n(&origin[4 * k], 2, polygon_list[k].origin);
+  for (std::size_t k = 0; k < polygon_list.size(); k++)
+    std::copy_n(&origin[4 * k], 2, polygon_list[k].origin);
   for (const auto &segment : segment_list) {
     const double *const own = &origin[4 * segment.polygon];
     const ImageOffset first(static_cast<int>(own[2]), static_cast<int>(own[3]));
-    for (int n = segment.begin; n < segment.end; n++) vertex_list[n].image = vertex_list[n].image - first;
+    for (int n = segment.begin; n < segment.end; n++)
+      vertex_list[n].image = vertex_list[n].image - first;
   }
-}
-
-void PolygonRings::position(const Vertex &vertex, const Polygon &polygon, double *r) const
-{
-  const double *x = atom->x[vertex.i];
-  r[0] = x[0] + vertex.image.a * domain->xprd + vertex.image.b * domain->xy - polygon.origin[0];
-  r[1] = x[1] + vertex.image.b * domain->yprd - polygon.origin[1];
 }
 
 void PolygonRings::sum(std::vector<double> &values, int width) const
 {
   if (all_shared == 0) return;
   std::vector<double> sums(width * all_shared, 0.0);
-  for (const Shared &one : shared) std::copy_n(&values[width * one.polygon], width, &sums[width * one.place]);
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, world);
-  for (const Shared &one : shared) std::copy_n(&sums[width * one.place], width, &values[width * one.polygon]);
+  for (const auto &[polygon, place] : shared)
+    std::copy_n(&values[width * polygon], width, &sums[width * place]);
+  const int size = static_cast<int>(sums.size());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), size, MPI_DOUBLE, MPI_SUM, world);
+  for (const auto &[polygon, place] : shared)
+    std::copy_n(&sums[width * place], width, &values[width * polygon]);
 }
 
-/* a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same closed
-   sum; one near the polygon keeps its digits. */
+/* a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same sum; one near the
+   polygon keeps its digits. */
 void PolygonRings::measure(const RingSegment &segment, bool centers, double *value)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
@@ -232,10 +231,4 @@ std::vector<tagint> PolygonRings::molecules() const
   std::vector<tagint> all = gather_records(own, world);
   std::sort(all.begin(), all.end());
   return all;
-}
-
-double PolygonRings::memory_usage() const
-{
-  return polygon_list.capacity() * sizeof(Polygon) + segment_list.capacity() * sizeof(RingSegment) +
-      vertex_list.capacity() * sizeof(Vertex) + 2 * (edge_x.capacity() + place_x.capacity()) * sizeof(double);
 }

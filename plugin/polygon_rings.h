@@ -2,17 +2,18 @@
 
 #pragma once
 
+#include "atom.h"
 #include "image_offset.h"
-#include "lmptype.h"
 #include "pointers.h"
+#include "vector_bytes.h"
 
 #include <unordered_map>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* The closed rings of a group, as far as this rank owns their vertices, and sums
-   over whole polygons wherever the periodic boundary or the sub-domains cut them. */
+/* The closed rings of a group, as far as this rank owns their vertices, and sums over whole
+   polygons wherever the periodic boundary or the sub-domains cut them. */
 class PolygonRings : protected Pointers {
  public:
   PolygonRings(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
@@ -32,21 +33,23 @@ class PolygonRings : protected Pointers {
     bool first;          // this rank owns that vertex
   };
 
-  // collective: the rings of the group, from the bonds alone; refuses a group that cuts a polygon
+  // collective: finds the rings of the group from the bonds, and refuses a group that cuts a
+  // polygon
   void init(int groupbit);
   void refresh(int groupbit);    // collective, before use after a neighbor build
   bigint refreshed() const { return outline_refresh; }
-  bool hold_all_bonds() const { return all_bonds; }    // no atom outside the group has bonds, on any rank
+  bool hold_all_bonds() const { return all_bonds; }    // no atom outside the group has any
 
   const std::vector<Polygon> &polygons() const { return polygon_list; }
   const std::vector<RingSegment> &segments() const { return segment_list; }
   const std::vector<Vertex> &vertices() const { return vertex_list; }
 
-  // collective: values[width * polygon + k] of every rank becomes the sum over the ranks that share the polygon
+  // collective: values[width * polygon + k] becomes its sum over the ranks that share the polygon
   void sum(std::vector<double> &values, int width) const;
 
-  // collective: area, then, where centers are wanted, the sum of x and of y from the origin: three values for each
-  // polygon. act(run) is called when they are known, at once where this rank owns the whole polygon.
+  // collective: three values for each polygon, its area and, where centers are wanted, the sums of
+  // x and y from the origin. act(segment) is called when they are known, which is at once where
+  // this rank owns the whole polygon.
   template <class Act> void areas_and_centers(std::vector<double> &values, bool centers, Act act)
   {
     values.assign(3 * polygon_list.size(), 0.0);
@@ -59,21 +62,30 @@ class PolygonRings : protected Pointers {
       if (!whole(segment)) act(segment);
   }
 
-  // when act(run) is called: vectors along the polygon, the first to the first vertex of the run, the last from its
-  // last
+  // when act(segment) is called: edges, from the one that ends at the first vertex of the segment
+  // to the one that starts at its last
   struct Edges {
-    const double *x, *y;    // one more than the run has vertices
+    const double *x, *y;    // one more than the segment has vertices
   };
-  Edges edges(const RingSegment &segment) const { return {&edge_x[first_edge(segment)], &edge_y[first_edge(segment)]}; }
+  Edges edges(const RingSegment &segment) const
+  {
+    return {&edge_x[first_edge(segment)], &edge_y[first_edge(segment)]};
+  }
 
   // from the origin of its polygon, unwrapped
-  void position(const Vertex &, const Polygon &, double *) const;
+  jamlab::Vector position(const Vertex &vertex, const Polygon &polygon) const
+  {
+    return vertex.image.unwrapped(atom->x[vertex.i], domain) - jamlab::point(polygon.origin, 0);
+  }
 
   std::vector<tagint> molecules() const;    // collective: of all polygons, in order
-  double memory_usage() const;
+  double memory_usage() const
+  {
+    return bytes(polygon_list, segment_list, vertex_list, edge_x, edge_y, place_x, place_y);
+  }
 
  private:
-  struct Shared {    // a polygon of which other ranks own vertices, too, and its place among all such
+  struct Shared {    // a polygon of which other ranks own vertices too; its place among all those
     int polygon, place;
   };
 
@@ -88,7 +100,10 @@ class PolygonRings : protected Pointers {
   std::size_t all_shared = 0;    // polygons, of all ranks
   std::vector<double> edge_x, edge_y, place_x, place_y;
 
-  std::size_t first_edge(const RingSegment &segment) const { return segment.begin + (&segment - segment_list.data()); }
+  std::size_t first_edge(const RingSegment &segment) const
+  {
+    return segment.begin + (&segment - segment_list.data());
+  }
   bool whole(const RingSegment &segment) const
   {
     return segment.end - segment.begin == polygon_list[segment.polygon].size;

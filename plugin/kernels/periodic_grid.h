@@ -1,15 +1,16 @@
-// Points in a periodic parallelogram, sorted into bins of its reduced cell: what may lie near a place, in every image.
+// Points in a periodic parallelogram, sorted into bins of its reduced cell.
 //
-// The lattice is first reduced to its shortest vectors (Lagrange-Gauss), so that few images are needed even in a
-// strongly sheared box. Wrapping only serves the search: callers compute distances from the points as they were given.
+// The grid finds the points that may lie near a place, in every image. The lattice is first reduced
+// to its shortest vectors (Lagrange-Gauss), so that few images are needed even in a strongly
+// sheared box. Wrapping only serves the search: callers compute distances from the given points.
 #pragma once
 
 #include "periodic_image.h"
 #include "vector.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdlib>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -17,14 +18,21 @@ namespace jamlab {
 
 enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
 
-// Translations of points and of their copies, in vectors of the box, fit in 64 bits as long as both are below these.
-constexpr double LARGEST_WRAP = 4503599627370496.0, LARGEST_COMBINATION = 137438953472.0;  // 2^52, 2^37
+// Translations of points and copies, in vectors of the box, fit in 64 bits below 2^52 and 2^37.
+constexpr double LARGEST_WRAP = 4503599627370496.0, LARGEST_COMBINATION = 137438953472.0;
 
-// Where a point lies in the reduced cell: fractions from 0 to 1, and by how many of its vectors it was moved there.
+// Where a point lies in the reduced cell: fractions from 0 to 1, and how many vectors moved it.
 struct Place {
   double f[2];
   Image wrap;
 };
+
+inline double largest_coordinate(int64_t n, const double *points)
+{
+  double largest = 0.0;
+  for (int64_t k = 0; k < 2 * n; ++k) largest = std::max(largest, std::fabs(points[k]));
+  return largest;
+}
 
 class Lattice {
  public:
@@ -34,16 +42,20 @@ class Lattice {
 
   explicit Lattice(const double *rows)
   {
-    for (int k = 0; k < 2; ++k) box[k] = cell[k] = {rows[2 * k], rows[2 * k + 1]};
-    for (int k = 0; k < 4; ++k) longest = std::max(k ? longest : 0.0, std::fabs(rows[k]));
+    for (int k = 0; k < 2; ++k) box[k] = cell[k] = point(rows, k);
+    longest = largest_coordinate(2, rows);
     reduce();
     largest_wrap = std::min(LARGEST_WRAP, 128 * LARGEST_WRAP / largest_combination());
     density = 1 / cross(cell[0], cell[1]);
-    for (int k = 0; k < 2; ++k) height[k] = 1 / (std::fabs(density) * std::hypot(cell[1 - k].x, cell[1 - k].y));
+    for (int k = 0; k < 2; ++k)
+      height[k] = 1 / (std::fabs(density) * std::hypot(cell[1 - k].x, cell[1 - k].y));
   }
 
   // Coordinates in vectors of the cell.
-  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) * density, cross(cell[0], p) * density}; }
+  Vector fraction(const Vector &p) const
+  {
+    return Vector{cross(p, cell[1]), cross(cell[0], p)} * density;
+  }
 
   // False for a point so far away that its image cannot be counted.
   bool locate(const Vector &p, Place &place) const
@@ -69,18 +81,18 @@ class Lattice {
 
   Vector translation(const Image &shift) const
   {
-    const double a = static_cast<double>(shift.first), b = static_cast<double>(shift.second);
-    return {a * box[0].x + b * box[1].x, a * box[0].y + b * box[1].y};
+    return box[0] * static_cast<double>(shift.first) + box[1] * static_cast<double>(shift.second);
   }
 
-  // Fraction of the cell that a distance takes, in either direction, beyond the rounding of fractions.
+  // Fraction of the cell that a distance takes in a direction, beyond the rounding of fractions.
   double margin(double reach, int k) const { return reach / height[k] + 1e-9; }
 
   // Whether so many points have more copies within reach of the cell than a search may visit.
   bool too_many_images(double reach, int64_t points, double most) const
   {
-    const double images = (2 * std::ceil(margin(reach, 0)) + 1) * (2 * std::ceil(margin(reach, 1)) + 1);
-    return !(images * static_cast<double>(points) <= most);
+    double copies = static_cast<double>(points);
+    for (int k = 0; k < 2; ++k) copies *= 2 * std::ceil(margin(reach, k)) + 1;
+    return !(copies <= most);
   }
 
   void report(double reach, double *search) const
@@ -97,7 +109,7 @@ class Lattice {
   double largest_combination() const
   {
     int64_t largest = 1;
-    for (const Image &row : combination) largest = std::max({largest, std::abs(row.first), std::abs(row.second)});
+    for (const auto &[a, b] : combination) largest = std::max({largest, std::abs(a), std::abs(b)});
     return static_cast<double>(largest);
   }
 
@@ -109,7 +121,8 @@ class Lattice {
         std::swap(combination[0], combination[1]);
       }
       const double times = std::rint(dot(cell[0], cell[1]) / dot(cell[0], cell[0]));
-      if (!(std::fabs(times) >= 1 && std::fabs(times) * largest_combination() < LARGEST_COMBINATION)) return;
+      const double largest = std::fabs(times) * largest_combination();
+      if (!(std::fabs(times) >= 1 && largest < LARGEST_COMBINATION)) return;
       const Vector shorter = cell[1] - cell[0] * times;
       if (!(dot(shorter, shorter) < dot(cell[1], cell[1]))) return;
       cell[1] = shorter;
@@ -120,15 +133,8 @@ class Lattice {
   }
 };
 
-// Rounding of a search that wraps points: a few units in the last place of the coordinates.
-inline double largest_coordinate(int64_t n, const double *points)
-{
-  double largest = 0.0;
-  for (int64_t k = 0; k < 2 * n; ++k) largest = std::max(largest, std::fabs(points[k]));
-  return largest;
-}
-
-inline bool locate_all(const Lattice &lattice, int64_t n, const double *points, std::vector<Place> &places)
+inline bool locate_all(const Lattice &lattice, int64_t n, const double *points,
+                       std::vector<Place> &places)
 {
   places.resize(n);
   for (int64_t i = 0; i < n; ++i)
@@ -136,44 +142,39 @@ inline bool locate_all(const Lattice &lattice, int64_t n, const double *points, 
   return true;
 }
 
-inline std::vector<int64_t> count_up(int64_t n)
-{
-  std::vector<int64_t> numbers(n);
-  for (int64_t i = 0; i < n; ++i) numbers[i] = i;
-  return numbers;
-}
-
-// Items at their places: numbers of points, or more that a search wants at hand.
-template <class Item> class PeriodicGrid {
+// Points at their places, by their numbers.
+class PeriodicGrid {
  public:
   struct Entry {
     double f[2];
-    Item item;
+    int64_t number;
   };
 
-  // Bins as large as the reach of the usual search, or as the mean distance of places if that is larger.
-  PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, const std::vector<Item> &items, double reach)
+  // Bins are as large as the reach of the usual search, or as the mean distance of places if that
+  // is larger.
+  PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, double reach)
   {
     const int64_t n = static_cast<int64_t>(places.size());
-    const double spread = std::sqrt(lattice.height[0] / std::max<double>(n, 1)) * std::sqrt(lattice.height[1]);
+    const double spread =
+        std::sqrt(lattice.height[0] / std::max<double>(n, 1)) * std::sqrt(lattice.height[1]);
     for (int k = 0; k < 2; ++k) {
       const double wanted = lattice.height[k] / std::max(reach, spread);
       bins[k] = wanted >= 1 ? static_cast<int64_t>(std::min<double>(wanted, 4.0 * n + 4.0)) : 1;
     }
-    if (bins[0] > (4 * n + 16) / bins[1]) bins[0] = bins[1] = 1;  // cannot be: their product is at most n
     std::vector<int64_t> bin(n);
     start.assign(bins[0] * bins[1] + 1, 0);
     for (int64_t i = 0; i < n; ++i) {
       bin[i] = locate(places[i].f[0], 0) * bins[1] + locate(places[i].f[1], 1);
       ++start[bin[i] + 1];
     }
-    for (std::size_t b = 1; b < start.size(); ++b) start[b] += start[b - 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<int64_t> next(start.begin(), start.end() - 1);
     entries.resize(n);
-    for (int64_t i = 0; i < n; ++i) entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, items[i]};
+    for (int64_t i = 0; i < n; ++i)
+      entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, i};
   }
 
-  // Call visit(entry, image) for every point that may lie between two fractions; image: the one that does.
+  // Calls visit(entry, image) for every point that may lie between two fractions, and its image.
   template <class Visit> void search(const double *low, const double *high, Visit &&visit) const
   {
     int64_t from[2], to[2];
@@ -187,7 +188,8 @@ template <class Item> class PeriodicGrid {
         const int64_t second = whole_cells(column, bins[1]), zero = second * bins[1];
         const int64_t last = std::min(to[1], zero + bins[1] - 1);
         const int64_t stop = start[offset + last - zero + 1];
-        for (int64_t k = start[offset + column - zero]; k < stop; ++k) visit(entries[k], Image{first, second});
+        for (int64_t k = start[offset + column - zero]; k < stop; ++k)
+          visit(entries[k], Image{first, second});
         column = last + 1;
       }
     }

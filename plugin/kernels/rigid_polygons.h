@@ -1,66 +1,70 @@
 // Rigid regular polygons with rims: energy, forces and exact second derivatives of their contacts.
 //
-// A vertex of one polygon and the nearest point of the outline of another, at a distance d below delta, have the energy
-// (eps/2) (1 - d/delta)^2, the form "outline". A polygon has three coordinates: its centre and R times its angle,
-// R the radius through its vertices. Two shears of the box at constant area,
+// A vertex of one polygon and the nearest point of the outline of another, at a distance d below
+// delta, have the energy (eps/2) (1 - d/delta)^2, the form "outline". A polygon has three
+// coordinates: its centre and R times its angle, with R the radius through its vertices. Two shears
+// of the box at constant area,
 //
 //     F(s, g) = [[exp(s), g], [0, exp(-s)]],   centre -> F centre + u,
 //
-// may be coordinates as well; they stand behind the coordinates of the polygons, as sqrt(n) s and sqrt(n) g.
+// may be coordinates as well; they follow the polygons' coordinates, as sqrt(n) s and sqrt(n) g.
 #pragma once
 
 #include "../block_cholesky.h"
 #include "periodic_image.h"
 #include "vector.h"
 
-#include <array>
-#include <utility>
 #include <vector>
 
 namespace jamlab {
 
-// What a step of a minimisation changes.
+// The part of the polygons that a step of a minimisation changes.
 struct RigidState {
   std::vector<double> q;       // x, y and R times the angle of each polygon
   double width, tilt, height;  // rows of the box: (width, 0), (tilt, height)
   double energy = 0.0;
   double virial = 0.0;         // sum of force times distance of centres
   double contact_force = 0.0;  // the largest of a contact
-  bool crossed = false;        // a vertex lies inside another polygon: no contact pushes it out again
-  std::vector<double> forces;  // -dE/dq, three numbers of each polygon, and of the box if it shears
+  bool crossed = false;        // a vertex lies inside another polygon, and no contact pushes it out
+  std::vector<double> forces;  // -dE/dq, three numbers of each polygon, and of a box that shears
+  Vector centre(int64_t i) const { return {q[3 * i], q[3 * i + 1]}; }
 };
 
 class RigidPolygons : public RigidState {
  public:
   // counts (n): vertices of each polygon; radii (n); box (2, 2); coordinates (n, 3)
-  RigidPolygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta, const double *box,
-                const double *coordinates, bool shears);
+  RigidPolygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
+                const double *box, const double *coordinates, bool shears);
 
   void evaluate(bool with_stiffness);
   double largest_force() const;  // of a polygon, its torque over its radius, or of the box
   void move(const std::vector<double> &step, double factor);
   void scale(double factor);  // box and centres
-  void keep();     // before a move
-  void go_back();  // to what was kept
+  void keep();                // the state before a move
+  void go_back();             // to the kept state
   const RigidState &kept() const { return before; }
   bool factorise(double shift, bool pin_loose = false);
   void solve(std::vector<double> &r) { factors.solve(r); }
-  std::vector<double> forces_of_scaling() const;  // that an isotropic strain brings, over the strain
+  std::vector<double> forces_of_scaling() const;  // forces that an isotropic strain brings, over it
   void write_stiffness(double *matrix) const;     // of all coordinates, dense
 
  private:
+  using Factors = LAMMPS_NS::BlockCholesky<3>;
+  using Block = Factors::Block;
   struct Pair {
     int64_t i, j;
     Image shift;  // of j
   };
   struct Stiffness {  // second derivatives of the energy of one pair
     int64_t i, j;
-    Vector apart;   // centre of i less that of the image of j
+    Vector apart;   // centre of i less the centre of the image of j
     double radial;  // first derivative of the energy along `apart`, times its length
-    std::array<double, 9> ii, ij, jj;
+    Block ii, ij, jj;
   };
   struct Contact {
-    Vector normal, arm, point, foot;  // unit vector; vertex from its own centre and from the other; foot from the other
+    Vector normal;       // unit vector
+    Vector arm;          // the vertex, from its own centre
+    Vector point, foot;  // the vertex and its foot, from the other centre
     double distance;
     bool corner;  // the foot is a vertex
   };
@@ -72,19 +76,20 @@ class RigidPolygons : public RigidState {
   std::vector<double> radii;
   std::vector<Vector> resting, spokes;  // vertices around their centres, at angle 0 and now
   std::vector<Pair> pairs;
-  RigidState listed;                    // for which pairs were listed
+  RigidState listed;                    // the state for which pairs were listed
   RigidState before;
   std::vector<Stiffness> stiffness, stiffness_before;
-  LAMMPS_NS::BlockCholesky<3> factors;
+  Factors factors;
 
-  double box_coordinate() const;  // of a strain of 1
+  double box_coordinate() const { return std::sqrt(static_cast<double>(n)); }  // of a strain of 1
   bool list_holds() const;
   void list_pairs();
   void turn_spokes();
   bool meet(const Vector &point, int64_t j, Contact &contact);
   void press(int64_t i, int64_t j, const Contact &contact, Stiffness *second, bool turned);
-  std::array<double, 9> shear_block(const Stiffness &pair, bool of_j) const;
-  std::array<double, 9> box_block(const Stiffness &pair) const;
+  Block shear_block(const Stiffness &pair, bool of_j) const;
+  Block box_block(const Stiffness &pair) const;
+  template <class Act> void visit_blocks(Act act) const;
 };
 
 }  // namespace jamlab

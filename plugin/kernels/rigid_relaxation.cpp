@@ -1,13 +1,13 @@
-// Rigid regular polygons relaxed to a minimum: Levenberg-Marquardt steps with the exact second derivatives.
-//
-// D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal & Wright, Numerical Optimization, algorithm 4.1.
+// Relaxes rigid regular polygons to a minimum by Levenberg-Marquardt steps with the exact second
+// derivatives: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal & Wright, Numerical
+// Optimization, algorithm 4.1.
 
 #include "kernel.h"
 #include "rigid_polygons.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
+#include <numeric>
 
 using namespace jamlab;
 
@@ -15,12 +15,13 @@ namespace {
 
 struct Settings {  // in the order of `RigidDescent` of Python
   double relative, absolute, loose;
-  double reach, first_shift, least_shift, last_shift, accepted, good, poor, shrink, grow, definite, searches, slack;
+  double reach, first_shift, least_shift, last_shift;
+  double accepted, good, poor, shrink, grow, definite, searches, slack;
 };
 
 constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part of it is rounding
 constexpr double FOLLOWED = 0.05;        // longest move by linear response
-constexpr double GIVING_WAY = 1e-3;      // curvature downhill over the largest contact force that makes a saddle
+constexpr double GIVING_WAY = 1e-3;      // curvature of a saddle over the largest contact force
 constexpr int BISECTIONS = 8, ITERATIONS = 12;
 
 double largest(const std::vector<double> &values)
@@ -32,14 +33,13 @@ double largest(const std::vector<double> &values)
 
 double product(const std::vector<double> &a, const std::vector<double> &b)
 {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
 class Relaxation {
  public:
-  Relaxation(RigidPolygons &polygons, const Settings &settings) : polygons(polygons), settings(settings) {}
+  Relaxation(RigidPolygons &polygons, const Settings &settings) :
+      polygons(polygons), settings(settings) {}
 
   // Scale box and centres; contacts respond linearly where they are stable.
   void follow(double factor)
@@ -81,7 +81,8 @@ class Relaxation {
       (polygons.factorise(0.5 * (low + high), true) ? high : low) = 0.5 * (low + high);
     polygons.factorise(high, true);
     std::vector<double> mode(polygons.forces.size());
-    for (std::size_t k = 0; k < mode.size(); ++k) mode[k] = std::sin(1.0 + 12.9898 * k);  // none of its symmetry
+    // a vector without the symmetry of the packing
+    for (std::size_t k = 0; k < mode.size(); ++k) mode[k] = std::sin(1.0 + 12.9898 * k);
     for (int k = 0; k < ITERATIONS; ++k) {
       polygons.solve(mode);
       const double most = largest(mode);
@@ -97,8 +98,8 @@ class Relaxation {
 
   bool ended() const
   {
-    return polygons.crossed || loose() ||
-           polygons.largest_force() <= std::max(settings.relative * polygons.contact_force, settings.absolute);
+    const double least = std::max(settings.relative * polygons.contact_force, settings.absolute);
+    return polygons.crossed || loose() || polygons.largest_force() <= least;
   }
 
   bool step(double &shift)
@@ -131,17 +132,20 @@ class Relaxation {
     if (polygons.crossed) return -1.0;
     const double gained = before.energy - polygons.energy;
     if (std::fabs(gained) >= ENERGY_DIGITS * before.energy) return gained;
-    return 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));  // no digits left: by the work
+    // the energy has no digits left, so the work of the forces counts
+    return 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));
   }
 
-  // A step that leads uphill cut short behind the contacts that stop it: regula falsi on the force along it.
+  // Cuts a step that leads uphill short, behind the contacts that stop it, by regula falsi on the
+  // force along the step.
   bool shortened(const std::vector<double> &u, double factor)
   {
     const double slope = product(polygons.kept().forces, u);
     double low = 0.0, high = factor, along_low = slope, along_high = product(polygons.forces, u);
     for (int k = 0; k < settings.searches; ++k) {
       const bool halve = polygons.crossed || along_high >= 0;
-      const double part = halve ? 0.5 : std::min(0.97, std::max(0.03, along_low / (along_low - along_high)));
+      const double zero = along_low / (along_low - along_high);
+      const double part = halve ? 0.5 : std::clamp(zero, 0.03, 0.97);
       const double middle = low + part * (high - low);
       polygons.go_back();
       polygons.keep();
@@ -181,13 +185,14 @@ class Relaxation {
 }  // namespace
 
 // Minimise the energy of rigid polygons, over the shears of the box as well if they are given.
-//   counts, radii (n); shears: 0 or 1; box (2, 2), coordinates (n, 3): in and out; factor: of box and centres before
-//   that; numbers (15): `Settings`; steps: at most; saddles: left at most; out (4): energy, largest force, sum of force
-//   times distance, largest contact force.
+//   counts, radii (n); shears: 0 or 1; box (2, 2), coordinates (n, 3): in and out; factor: scales
+//   box and centres first; numbers (15): `Settings`; steps, saddles: at most; out (4): energy,
+//   largest force, sum of force times distance, largest contact force.
 // Returns the number of steps, or -1 if polygons cross.
-JAMLAB_KERNEL relax_rigid_polygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
-                                   int64_t shears, double *box, double *coordinates, double factor,
-                                   const double *numbers, int64_t steps, int64_t saddles, double *out)
+JAMLAB_KERNEL relax_rigid_polygons(int64_t n, const int64_t *counts, const double *radii,
+                                   double eps, double delta, int64_t shears, double *box,
+                                   double *coordinates, double factor, const double *numbers,
+                                   int64_t steps, int64_t saddles, double *out)
 try {
   Settings settings;
   static_assert(sizeof(Settings) == 15 * sizeof(double), "numbers are copied");
@@ -210,11 +215,12 @@ try {
 }
 JAMLAB_OR_NO_MEMORY
 
-// Energy and its derivatives: forces (n + shears, 3), stiffness (3 (n + shears), 3 (n + shears)) out; returns 0, or -1
-// if polygons cross.
-JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
-                                      int64_t shears, const double *box, const double *coordinates, double *energy,
-                                      double *forces, double *stiffness)
+// Energy and its derivatives: forces (m) and stiffness (m, m) out, with m = 3 (n + shears).
+// Returns 0, or -1 if polygons cross.
+JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const double *radii,
+                                      double eps, double delta, int64_t shears, const double *box,
+                                      const double *coordinates, double *energy, double *forces,
+                                      double *stiffness)
 try {
   RigidPolygons polygons(n, counts, radii, eps, delta, box, coordinates, shears != 0);
   polygons.evaluate(true);

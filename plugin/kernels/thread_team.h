@@ -15,7 +15,8 @@ class ThreadTeam {
 
   const int members;
 
-  // Wait for all: awake for some 20 microseconds, then asleep, so that a busy machine runs the others.
+  // Waits for all threads: awake for some 20 microseconds, then asleep, so that a busy machine runs
+  // the others.
   void meet()
   {
     if (members == 1) return;
@@ -39,7 +40,8 @@ class ThreadTeam {
     asleep.fetch_sub(1);
   }
 
-  // Run work(0) .. work(members - 1), which must not throw. False: no thread could be started, and nothing has run.
+  // Runs work(0) .. work(members - 1), which must not throw. False: no thread could be started, and
+  // nothing has run.
   template <class Work> bool run(Work work)
   {
     std::vector<std::thread> others;

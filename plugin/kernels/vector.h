@@ -13,11 +13,20 @@ struct Vector {
   Vector operator+(const Vector &other) const { return {x + other.x, y + other.y}; }
   Vector operator-(const Vector &other) const { return {x - other.x, y - other.y}; }
   Vector operator*(double factor) const { return {factor * x, factor * y}; }
+  Vector &operator+=(const Vector &other) { return *this = *this + other; }
+  Vector &operator-=(const Vector &other) { return *this = *this - other; }
 };
 
 inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y; }
 inline double cross(const Vector &a, const Vector &b) { return a.x * b.y - a.y * b.x; }
-inline double size(const Vector &a) { return std::sqrt(dot(a, a)); }  // lengths lie between 1e-100 and 1e100
+inline double size(const Vector &a) { return std::sqrt(dot(a, a)); }  // for 1e-100 to 1e100
+
+// Whether the edges a-b and c-d pass through each other; touching ends do not count.
+inline bool edges_cross(const Vector &a, const Vector &b, const Vector &c, const Vector &d)
+{
+  return cross(b - a, c - a) * cross(b - a, d - a) < 0 &&
+         cross(d - c, a - c) * cross(d - c, b - c) < 0;
+}
 
 inline Vector point(const double *points, int64_t i) { return {points[2 * i], points[2 * i + 1]}; }
 

@@ -33,26 +33,26 @@ struct Polygons {
 };
 
 // All meetings nearer than reach, sorted by vertex, tail and image.
-int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach, double most_copies, double *search,
-                 std::vector<Meeting> &all)
+int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach, double most_copies,
+                 double *search, std::vector<Meeting> &all)
 {
   const int64_t n = polygons.n;
   double longest = 0.0;
   for (int64_t e = 0; e < n; ++e) longest = std::max(longest, size(polygons.edge(e)));
-  const double furthest = reach + 0.5 * longest;
   const double rounding = 1e-14 * (2 * largest_coordinate(n, polygons.x) + lattice.longest);
-  lattice.report(furthest + rounding, search);
-  if (lattice.too_many_images(furthest + rounding, n, most_copies)) return TOO_MANY_IMAGES;
+  const double furthest = reach + 0.5 * longest + rounding;
+  lattice.report(furthest, search);
+  if (lattice.too_many_images(furthest, n, most_copies)) return TOO_MANY_IMAGES;
   std::vector<Place> places;
   if (!locate_all(lattice, n, polygons.x, places)) return TOO_FAR;
-  const PeriodicGrid<int64_t> grid(lattice, places, count_up(n), reach + rounding);
+  const PeriodicGrid grid(lattice, places, reach + rounding);
 
   std::vector<int64_t> start(n + 1, 0);
   std::vector<Meeting> found;
   for (int64_t e = 0; e < n; ++e) {
     const Vector edge = polygons.edge(e), middle = polygons.at(e) + edge * 0.5;
     const double square = dot(edge, edge);
-    // around the box of the edge in fractions of the cell, seen from the image of the tail in it
+    // the box around the edge in fractions of the cell, seen from the image of the tail in it
     const Vector whole = lattice.fraction(edge);
     const double fraction[2] = {whole.x, whole.y};
     double low[2], high[2];
@@ -61,45 +61,42 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
       low[axis] = places[e].f[axis] + std::min(fraction[axis], 0.0) - margin;
       high[axis] = places[e].f[axis] + std::max(fraction[axis], 0.0) + margin;
     }
-    grid.search(low, high, [&](const PeriodicGrid<int64_t>::Entry &entry, const Image &image) {
-      const int64_t v = entry.item;
-      const Image shift = places[v].wrap - places[e].wrap - image;  // of the edge, that brings it beside the vertex
+    grid.search(low, high, [&](const PeriodicGrid::Entry &entry, const Image &image) {
+      const int64_t v = entry.number;
+      // this shift brings the edge beside the vertex
+      const Image shift = places[v].wrap - places[e].wrap - image;
       if (polygons.particle[v] == polygons.particle[e] && shift.home()) return;
       const double f[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
       if (f[0] < low[0] || f[0] > high[0] || f[1] < low[1] || f[1] > high[1]) return;
       const Image in_box = lattice.in_box(shift);
       const Vector moved = lattice.translation(in_box);
-      const Vector r = edge * 0.5 - (middle - polygons.at(v) + moved);  // from the tail to the vertex
-      const double place = square > 0 ? std::min(std::max(dot(r, edge) / square, 0.0), 1.0) : 0.0;
+      const Vector r = edge * 0.5 - (middle - polygons.at(v) + moved);  // vertex from the tail
+      const double place = square > 0 ? std::clamp(dot(r, edge) / square, 0.0, 1.0) : 0.0;
       const Vector apart = r - edge * place;
       if (!(dot(apart, apart) < reach * reach)) return;
       found.push_back({v, e, in_box, place, std::hypot(apart.x, apart.y), apart, moved});
       ++start[v + 1];
     });
   }
-  for (int64_t v = 0; v < n; ++v) start[v + 1] += start[v];
+  std::partial_sum(start.begin(), start.end(), start.begin());
   std::vector<int64_t> next(start.begin(), start.end() - 1);
   all.resize(found.size());
   for (const Meeting &meeting : found) all[next[meeting.vertex]++] = meeting;
   for (int64_t v = 0; v < n; ++v)
-    std::sort(all.begin() + start[v], all.begin() + start[v + 1], [](const Meeting &a, const Meeting &b) {
-      return a.tail != b.tail ? a.tail < b.tail : a.image < b.image;
-    });
+    std::sort(all.begin() + start[v], all.begin() + start[v + 1],
+              [](const Meeting &a, const Meeting &b) {
+                return a.tail != b.tail ? a.tail < b.tail : a.image < b.image;
+              });
   return 0;
 }
 
-// Whether the edge that starts in `own` crosses the edge of the meeting.
-bool crosses(const Polygons &polygons, int64_t own, const Meeting &meeting)
-{
-  const Vector a = polygons.at(own), b = a + polygons.edge(own);
-  const Vector c = polygons.at(meeting.tail) + meeting.shift, d = c + polygons.edge(meeting.tail);
-  return cross(b - a, c - a) * cross(b - a, d - a) < 0 && cross(d - c, a - c) * cross(d - c, b - c) < 0;
-}
-
+// Whether an edge that starts in a vertex crosses an edge that the vertex meets.
 bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, int64_t *crossing)
 {
   for (const Meeting &meeting : all) {
-    if (!crosses(polygons, meeting.vertex, meeting)) continue;
+    const Vector a = polygons.at(meeting.vertex), c = polygons.at(meeting.tail) + meeting.shift;
+    const Vector b = a + polygons.edge(meeting.vertex), d = c + polygons.edge(meeting.tail);
+    if (!edges_cross(a, b, c, d)) continue;
     crossing[0] = polygons.particle[meeting.vertex];
     crossing[1] = polygons.particle[meeting.tail];
     return true;
@@ -111,7 +108,8 @@ bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, in
 void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
 {
   const auto same = [&](const Meeting &a, const Meeting &b) {
-    return a.vertex == b.vertex && polygons.particle[a.tail] == polygons.particle[b.tail] && a.image == b.image;
+    return a.vertex == b.vertex && polygons.particle[a.tail] == polygons.particle[b.tail] &&
+           a.image == b.image;
   };
   const auto earlier = [&](const Meeting &a, const Meeting &b) {
     if (polygons.particle[a.tail] != polygons.particle[b.tail]) return a.tail < b.tail;
@@ -119,7 +117,8 @@ void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
     return a.distance != b.distance ? a.distance < b.distance : a.tail < b.tail;
   };
   for (auto first = all.begin(); first != all.end();) {
-    const auto last = std::find_if(first, all.end(), [&](const Meeting &m) { return m.vertex != first->vertex; });
+    const auto other = [&](const Meeting &m) { return m.vertex != first->vertex; };
+    const auto last = std::find_if(first, all.end(), other);
     std::sort(first, last, earlier);
     first = last;
   }
@@ -131,14 +130,14 @@ void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
 constexpr int64_t OUTLINES_CROSS = -3;
 
 // Meetings nearer than reach, sorted by vertex, tail and image.
-//   offsets (particles + 1), x (vertices, 2), box (2, 2); closest: only one of a vertex with each polygon; vertex,
-//   tail, place (room), separation, shift (room, 2) out: see VertexContacts; crossing (2) out: polygons that cross;
-//   search (5) out: see periodic_neighbors.
+//   offsets (particles + 1), x (vertices, 2), box (2, 2); closest: one with each polygon;
+//   vertex, tail, place (room), separation, shift (room, 2) out: see VertexContacts;
+//   crossing (2) out: polygons that cross; search (5) out: see visit_neighbors.
 // Returns the number of meetings, of which the first `room` are written, or why there are none.
-JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const double *x, const double *box,
-                              double reach, int64_t closest, double most_copies, int64_t room, int64_t *vertex,
-                              int64_t *tail, double *place, double *separation, double *shift, int64_t *crossing,
-                              double *search)
+JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const double *x,
+                              const double *box, double reach, int64_t closest, double most_copies,
+                              int64_t room, int64_t *vertex, int64_t *tail, double *place,
+                              double *separation, double *shift, int64_t *crossing, double *search)
 try {
   const Polygons polygons(particles, offsets, x);
   std::vector<Meeting> all;
