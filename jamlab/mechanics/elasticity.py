@@ -18,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.mechanics.factors import UnstableError, static_response
+from jamlab.mechanics.factors import NAMED, UnstableError, static_response
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness
 from jamlab.packing.deformation import at_phi
@@ -91,20 +91,21 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
         True
     """
-    force_network(packing).check_at_rest()
-    return _response(packing, prestress)
+    return _response(packing, prestress, NAMED)
 
 
 @per_packing
-def _response(packing: Packing, prestress: bool) -> ElasticTensor:
+def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
     network = force_network(packing)
+    network.check_at_rest()
     k = stiffness(network.packing, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     solution = np.zeros_like(right)
     moving = solved_coordinates(network.packing)
     if len(moving):  # one particle that presses on its own images moves with the box alone
         try:
-            solution[moving] = static_response(k.uu[moving][:, moving].tocsc(), right[moving], packing.law.floppy)
+            matrix = k.uu[moving][:, moving].tocsc()
+            solution[moving] = static_response(matrix, right[moving], packing.law.floppy, named)
         except UnstableError as error:
             modes = np.zeros((len(error.modes), len(right)))
             modes[:, moving] = error.modes
@@ -147,12 +148,12 @@ def follow(packing: Packing, phi: float) -> Packing:
     return moved.with_state(positions=positions)
 
 
-def unstable_directions(packing: Packing) -> tuple[Array, float, int] | None:
+def unstable_directions(packing: Packing, named: int = NAMED) -> tuple[Array, float, int] | None:
     """Displacements (k, n_sites, 2), the largest 1, along modes that give way, the lowest first, its eigenvalue, 0
-    where rounding hides it, and how many give way, of which k may be fewer; None for a minimum, for a loose packing,
-    and for forces so large beside the pressure that no Hessian tells."""
+    where rounding hides it, and how many give way, of which k may be fewer, beyond `named`; None for a minimum, for a
+    loose packing, and for forces so large beside the pressure that no Hessian tells."""
     try:
-        elastic_tensor(packing)
+        _response(packing, True, named)
     except UnstableError as error:
         modes = error.modes.reshape(len(error.modes), -1, 2)
         directions = np.zeros((len(modes), *packing.positions.shape))

@@ -116,7 +116,7 @@ FLOPPY = PairLaw.floppy
 # Part of the energy of the response that a floppy mode within rounding of zero may hide.
 HIDDEN = 1e-6
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
-_NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
+NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
 _PER_NAMED = 1200  # coordinates for each of them in large systems, whose droplets slide in proportion to their number
 _PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where modes are not told apart
 _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
@@ -134,29 +134,29 @@ class UnstableError(ConvergenceError):
         self.modes = modes
 
 
-def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY) -> Array:
+def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = NAMED) -> Array:
     """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
-    removes the two translations; `floppy`: see `PairLaw`."""
+    removes the two translations; `floppy`: see `PairLaw`; `named`: negative modes that an error names, at least."""
     solver = PositiveSolver()
     floppy *= float(matrix.diagonal().max())
     try:
         solver.factorise(matrix)
     except ConvergenceError:
-        return _beside_floppy_modes(matrix, load, floppy)
+        return _beside_floppy_modes(matrix, load, floppy, named)
     x = solver.solve(load)
     x += solver.solve(load - matrix @ x)
     if (np.einsum("nk,nk->k", x, load) >= floppy * np.einsum("nk,nk->k", x, x)).all():
         return x
-    return _beside_floppy_modes(matrix, load, floppy)
+    return _beside_floppy_modes(matrix, load, floppy, named)
 
 
-def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -> Array:
+def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, named: int) -> Array:
     """The response beside floppy modes, by proximal steps: all add the same along these, and ever less else."""
     solver = PositiveSolver()
     try:
         solver.factorise(matrix + floppy * sparse.eye_array(matrix.shape[0], format="csc"))
     except ConvergenceError as error:
-        raise _instability(matrix) from error
+        raise _instability(matrix, named) from error
     x, left, last, count = np.zeros_like(load), load, np.inf, 0
     while count < _STEPS:
         step, count = solver.solve(left), count + 1
@@ -179,9 +179,9 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -
     return x
 
 
-def _instability(matrix: sparse.csc_array) -> UnstableError:
+def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
     """The error for a matrix with negative eigenvalues, with those next to zero."""
-    most = max(_NAMED, matrix.shape[0] // _PER_NAMED)
+    most = max(named, matrix.shape[0] // _PER_NAMED)
     if matrix.shape[0] <= _DENSE:
         values, vectors = np.linalg.eigh(matrix.toarray())
         count = int((values < 0).sum())

@@ -129,7 +129,9 @@ def rests_on_rattlers(session: Session) -> bool:
     saddle for ever. The rattler is held fixed here. The way back is uphill, by less than rounding on a level flat.
     """
     packing = session.packing()
-    if (unstable := unstable_directions(packing)) is None or unstable[2] > len(unstable[0]):
+    if (unstable := unstable_directions(packing)) is not None and unstable[2] > len(unstable[0]):
+        unstable = unstable_directions(packing, unstable[2])
+    if unstable is None or unstable[2] > len(unstable[0]):
         return False  # or modes that give way are not known
     probe, pushes = _PROBE * mean_size(packing), []
     for direction in unstable[0]:

@@ -92,12 +92,13 @@ def test_negative_modes_are_handed_over_the_lowest_first(size, scale):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_more_negative_modes_than_are_handed_over_are_counted(size):
+def test_negative_modes_are_counted_and_as_many_named_as_are_asked_for(size):
     values = _stiff(size)
     values[:8] = -np.arange(1, 9)
-    with pytest.raises(UnstableError) as caught:
-        static_response(_with_eigenvalues(values)[0], np.ones((size, 1)))
-    assert caught.value.count == 8 > len(caught.value.modes) == 6
+    for asked, named in (({}, 6), ({"named": 7}, 7), ({"named": 20}, 8)):
+        with pytest.raises(UnstableError) as caught:
+            static_response(_with_eigenvalues(values)[0], np.ones((size, 1)), **asked)
+        assert (caught.value.count, len(caught.value.modes)) == (8, named)
 
 
 def test_a_soft_mode_above_rounding_counts_in_full():

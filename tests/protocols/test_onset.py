@@ -148,10 +148,11 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
 def test_a_packing_rests_on_rattlers_only_if_all_that_slides_was_tried(monkeypatch):
     packing = jamlab.read(ON_RATTLER)
     modes, lowest, count = elasticity.unstable_directions(packing)
-    for more in (0, 1):
-        monkeypatch.setattr(saddles, "unstable_directions", lambda _, more=more: (modes, lowest, count + more))
+    few, more = (modes[:1], lowest, count + 1), (np.repeat(modes, 2, axis=0)[: count + 1], lowest, count + 1)
+    for found, held in (([few, few], False), ([few, more], True)):  # named at first, and when all are asked for
+        monkeypatch.setattr(saddles, "unstable_directions", lambda *_, found=found: found.pop(0))
         with jamlab.Session(packing) as session:
-            assert saddles.rests_on_rattlers(session) is (not more)
+            assert saddles.rests_on_rattlers(session) is held
 
 
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
