@@ -10,9 +10,10 @@ using namespace LAMMPS_NS;
 static constexpr double BLOCK_SHIFT = 1e-3;
 static constexpr double ROUNDING = 4e-16;
 static constexpr int PEELS = 20;    // chains of loose disks are shorter
-// Conjugate gradients are slow from SLOW iterations on without factors, and with them from GROWN times as many as the
-// first solution took with these factors. Factors cost some ten iterations, and serve for several solutions.
-static constexpr int SLOW = 40, GROWN = 2, FEW = 8;
+// Conjugate gradients are slow without factors from SLOW times sqrt(N) iterations on, as the cost of factors over that
+// of an iteration grows, and with them from GROWN times as many as the first solution took with these factors
+static constexpr double SLOW = 5.0;
+static constexpr int GROWN = 2, FEW = 8;
 // Drag over the background that motions without any get, such as gears that turn each other
 static constexpr double SHIFT = 1e-3;
 
@@ -101,7 +102,7 @@ void DiskDrag::displace(const Field &moved, double strain)
 void DiskDrag::elastic_forces(Field &force) const
 {
   force.assign(nlocal + nghost, Vec3());
-  for (std::size_t k = 0; k < rows.size(); k++) add_forces(rows[k], contacts[k].force, 0.0, force.data());
+  for (std::size_t k = 0; k < rows.size(); k++) add_forces(rows[k], force_of(rows[k], contacts[k].force, 0.0), force.data());
   for (std::size_t e = 0; e < marginal.size(); e++) add_pair_forces(e, 0.0, marginal[e].held, force);
   exchange.add_from_ghosts(force);
 }
@@ -111,7 +112,7 @@ double DiskDrag::contact_speed(const DiskPair &p, const Field &u, double rate) c
   DiskRow row;
   Contact contact;
   contact_of(p, p.x, p.y, row, contact);
-  const Slip s = slip_of(row, u.data(), rate * row.ny * contact.distance);
+  const Slip s = slip_of(row, passing(row, u.data(), rate * row.ny * contact.distance));
   return law.tau > 0.0 ? sqrt(s.approach * s.approach + law.beta * s.slide * s.slide) : fabs(s.approach);
 }
 
@@ -180,6 +181,11 @@ void DiskDrag::invert_blocks()
   }
 }
 
+bool DiskDrag::slow(int iterations) const
+{
+  return iterations > SLOW * sqrt(static_cast<double>(atom->natoms));
+}
+
 /* without background drag, factors would amplify what rounding leaves */
 void DiskDrag::choose_factors()
 {
@@ -191,7 +197,7 @@ void DiskDrag::choose_factors()
     factors.forget_order();
   }
   if (!factored) {
-    if (last_iterations > SLOW) factorise();
+    if (slow(last_iterations)) factorise();
     return;
   }
   if (law.alpha != 1.0) return factorise();    // those of other velocities judge a step of Newton's by a wrong norm
@@ -203,7 +209,7 @@ void DiskDrag::choose_factors()
 void DiskDrag::factorise_for_answers()
 {
   if (settings.background == 0.0 || (factored && age == 0)) return;
-  if (factored || answer_iterations > SLOW) factorise();
+  if (factored || slow(answer_iterations)) factorise();
 }
 
 /* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of

@@ -126,6 +126,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   void find_preconditioner(bool free_rate) override;
   void invert_blocks();
   void choose_factors();
+  bool slow(int iterations) const;
   void factorise_for_answers();
   void factorise();
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 using namespace LAMMPS_NS;
 
@@ -18,6 +19,20 @@ static constexpr double INNER = 0.3;          // part of the tolerance that conj
 static constexpr double FORCING = 1e-8;       // part of the energy of the error that a step of Newton's may leave
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
+
+// eight sums side by side, since each addition waits for the one before
+JAMLAB_WIDE_VECTORS double LAMMPS_NS::field_dot(const Field &a, const Field &b, int n)
+{
+  constexpr int SUMS = 8;
+  const double *const p = reinterpret_cast<const double *>(a.data());
+  const double *const q = reinterpret_cast<const double *>(b.data());
+  double sums[SUMS] = {};
+  int k = 0;
+  for (; k + SUMS <= 3 * n; k += SUMS)
+    for (int m = 0; m < SUMS; m++) sums[m] += p[k + m] * q[k + m];
+  for (; k < 3 * n; k++) sums[0] += p[k] * q[k];
+  return std::accumulate(sums, sums + SUMS, 0.0);
+}
 
 JAMLAB_WIDE_VECTORS static void take_numbers(int n, double keep, double step, const double *__restrict z,
                                              const double *__restrict w, double *__restrict p, double *__restrict s,
@@ -54,25 +69,30 @@ double DragSolver::speed_floor(double squares, double count) const
   return SLOWEST * SLOWEST * (sums[1] > 0.0 ? sums[0] / sums[1] : 0.0) + STANDSTILL * STANDSTILL;
 }
 
-void DragSolver::precondition()
+/* x and y side by side, in the order of Block */
+double DragSolver::precondition()
 {
+  using Pair = double __attribute__((vector_size(16), aligned(8), may_alias));
+  const auto pair = [](const double &first) { return *reinterpret_cast<const Pair *>(&first); };
+  Pair sums = {0.0, 0.0};
+  double turning = 0.0;
   for (int i = 0; i < nlocal; i++) {
     const Block &m = inverse[i];
-    const Vec3 v = residual[i];
-    descent[i] = {m.xx * v.x + m.xy * v.y + m.xs * v.spin, m.xy * v.x + m.yy * v.y + m.ys * v.spin,
-                  m.xs * v.x + m.ys * v.y + m.ss * v.spin};
+    const Vec3 &v = residual[i];
+    const Pair flat = pair(m.xx) * v.x + pair(m.xy) * v.y + pair(m.xs) * v.spin, turn = pair(m.xs) * pair(v.x);
+    descent[i] = {flat[0], flat[1], turn[0] + turn[1] + m.ss * v.spin};
+    sums += flat * pair(v.x);
+    turning += descent[i].spin * v.spin;
   }
+  return sums[0] + sums[1] + turning;
 }
 
-/* of atoms whose velocities are not given; returns residual descent, of this rank */
+/* of atoms whose velocities are not given */
 double DragSolver::precondition_free()
 {
   for (std::size_t i = 0; i < given.size(); i++)
     if (given[i]) residual[i] = Vec3();
-  precondition();
-  for (std::size_t i = 0; i < given.size(); i++)
-    if (given[i]) descent[i] = Vec3();
-  return field_dot(residual, descent, nlocal);
+  return precondition();
 }
 
 double DragSolver::follow(const Field &u, double rate, Field &force)

@@ -112,7 +112,7 @@ class DragSolver {
   void make_room(int nlocal, int nghost);
   double sum(double) const;
   double speed_floor(double squares, double count) const;
-  virtual void precondition();    // descent = M^-1 residual
+  virtual double precondition();    // descent = M^-1 residual; returns residual descent, of this rank
   double precondition_free();
   struct Residual {
     double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow

@@ -49,7 +49,10 @@ template <class Row> class DragSystem : public DragSolver {
   using DragSolver::DragSolver;
 
   double lever(std::size_t k) const { return rows[k].ny * contacts[k].distance; }
-  Slip slip(std::size_t k, const Field &u, double rate) const { return slip_of(rows[k], u.data(), rate * lever(k)); }
+  Slip slip(std::size_t k, const Field &u, double rate) const
+  {
+    return slip_of(rows[k], passing(rows[k], u.data(), rate * lever(k)));
+  }
 
   // droplets: spins of outlines follow from their vertices, torques on them are forces on these; forces ahead in time
   virtual void find_spins(Field &, double /*rate*/) {}
@@ -66,10 +69,11 @@ template <class Row> class DragSystem : public DragSolver {
     std::fill_n(out.begin(), rows_are_own ? nlocal : nlocal + nghost, Vec3());
     if (drag) add_row_sums(p, rate, *drag);
     double sums[3] = {0.0, 0.0, also ? *also : 0.0};
+    const bool isotropic = law.beta == 1.0 && !bent;
     if (needs_flow || rate != 0.0)
-      sums[1] = bent ? add_rows<true, true>(p, rate, out) : add_rows<false, true>(p, rate, out);
+      sums[1] = isotropic ? add_rows<true, true>(p, rate, bent, out) : add_rows<false, true>(p, rate, bent, out);
     else
-      bent ? add_rows<true, false>(p, rate, out) : add_rows<false, false>(p, rate, out);
+      isotropic ? add_rows<true, false>(p, rate, bent, out) : add_rows<false, false>(p, rate, bent, out);
     sums[1] += add_forces_ahead(p, rate, ahead, out);
     if (!rows_are_own) exchange.add_from_ghosts(out);
     sums[1] += turn_back(out, drag);
@@ -118,12 +122,12 @@ template <class Row> class DragSystem : public DragSolver {
       const Contact &c = contacts[k];
       const Slip s = slip(k, u, rate);
       const double push = weights[k] * s.approach, rub = law.beta * weights[k] * s.slide + c.held;
-      const double x = push * row.nx - rub * row.ny, y = push * row.ny + rub * row.nx;
+      const Vec3 drag = force_of(row, push, rub);
       const double length = c.share * c.distance;
       sums.elastic -= length * c.force * row.nx * row.ny;
-      sums.viscous += length * x * row.ny;
-      sums.xx += length * (x - c.force * row.nx) * row.nx;
-      sums.yy += length * (y - c.force * row.ny) * row.ny;
+      sums.viscous += length * drag.x * row.ny;
+      sums.xx += length * (drag.x - c.force * row.nx) * row.nx;
+      sums.yy += length * (drag.y - c.force * row.ny) * row.ny;
       sums.energy += c.share * c.energy;
       sums.dissipation += c.share * (push * s.approach + rub * s.slide);
       sums.contacts += c.share;
@@ -197,7 +201,7 @@ template <class Row> class DragSystem : public DragSolver {
     }
   }
 
-  void precondition() override
+  double precondition() override
   {
     if (!factored) return DragSolver::precondition();
     project(residual);
@@ -211,13 +215,14 @@ template <class Row> class DragSystem : public DragSolver {
     for (int i = 0; i < nlocal; i++)
       descent[i] = {column[D * i], column[D * i + 1], D == 3 ? column[D * i + D - 1] : 0.0};
     project(descent);
+    return field_dot(residual, descent, nlocal);
   }
 
  private:
   Field spun;
   std::vector<double> column;
 
-  template <bool BENT, bool FLOW> double add_rows(const Field &p, double rate, Field &out) const
+  template <bool ISOTROPIC, bool FLOW> double add_rows(const Field &p, double rate, bool bent, Field &out) const
   {
     const Vec3 *const __restrict u = p.data();
     Vec3 *const __restrict sums = out.data();
@@ -226,15 +231,19 @@ template <class Row> class DragSystem : public DragSolver {
     double flow = 0.0;
     for (std::size_t k = 0, size = rows.size(); k < size; k++) {
       const Row &row = all[k];
-      const Slip s = slip_of(row, u, FLOW ? rate * lever(k) : 0.0);
-      double push = weight[k] * s.approach, rub = beta * weight[k] * s.slide;
-      if (BENT) {
-        const double bent = bends[k].approach * s.approach + bends[k].slide * s.slide;
-        push -= bends[k].approach * bent;
-        rub -= bends[k].slide * bent;
+      const Vec3 v = passing(row, u, FLOW ? rate * lever(k) : 0.0);
+      Vec3 force;
+      if (ISOTROPIC) {
+        force = {weight[k] * (v.x + v.spin * row.ny), weight[k] * (v.y - v.spin * row.nx), 0.0};
+        force.spin = force.y * row.nx - force.x * row.ny;
+      } else {
+        const Slip s = slip_of(row, v), bend = bent ? bends[k] : Slip{0.0, 0.0};
+        const double change = bend.approach * s.approach + bend.slide * s.slide;
+        force = force_of(row, weight[k] * s.approach - change * bend.approach,
+                         beta * weight[k] * s.slide - change * bend.slide);
       }
-      add_forces(row, push, rub, sums);
-      if (FLOW) flow += contacts[k].share * (push * row.nx - rub * row.ny) * lever(k);
+      add_forces(row, force, sums);
+      if (FLOW) flow += contacts[k].share * force.x * lever(k);
     }
     return flow;
   }

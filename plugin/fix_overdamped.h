@@ -80,6 +80,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bigint last_timestep = -1;    // of the last run, at which the velocities of droplets hold
   Field velocity, last_velocity;        // velocities: of this step, and, of droplets, of the last one
   Field displacement, last_displacement;    // droplets: beside the affine flow, in the last two steps
+  Field &acceleration() { return last_velocity; }    // of disks, over the last step
   std::array<Field *, 4> fields() { return {&velocity, &last_velocity, &displacement, &last_displacement}; }
   Field forces;             // on every atom, but for the drag
   Field *traveling = nullptr;

@@ -22,13 +22,12 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr double NODES[3] = {0.0, 0.5, 0.75};
-static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity before, that leads to a stage
+static constexpr double NODES[3] = {0.0, 0.5, 0.75};    // stages; each moves from the start at the velocity of the last
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
 static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
-static constexpr double EXTRAPOLATION = 0.9;    // in the velocities ahead, where the solver starts; at 1, motion that
-                                                // costs no drag would grow from step to step
+static constexpr double EXTRAPOLATION = 0.95;    // in the velocities ahead, where the solver starts; at 1, motion that
+                                                 // costs no drag would grow from step to step
 static constexpr double STEP_SHARE = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
 static constexpr double DISTURBED = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SMALL_SYSTEM = 32.0;    // disks, each of which counts in a stress; one of more counts for less
@@ -143,13 +142,14 @@ double FixOverdamped::try_stages(double step)
   bool converged = true;
   for (int s = 1; s < 3 && converged; s++) {
     const Stage &last = stages[s - 1];
-    for (int i = 0; i < nall; i++) displacement[i] = step * TO_NODE[s] * last.velocities[i];
+    for (int i = 0; i < nall; i++) displacement[i] = step * NODES[s] * last.velocities[i];
     state.time = start.time + NODES[s] * step;
-    const double strain = drive == STRESS ? step * TO_NODE[s] * last.rate : strain_after(NODES[s] * step, step);
+    const double strain = drive == STRESS ? step * NODES[s] * last.rate : strain_after(NODES[s] * step, step);
     disks->displace(displacement, strain);
-    if (s == 2)
-      for (int i = 0; i < nall; i++)    // from the line through the first two stages
-        u[i] = u[i] + EXTRAPOLATION * 0.5 * (u[i] - stages[0].velocities[i]);
+    for (int i = 0; i < atom->nlocal; i++) {    // along the line through the last step, then through two stages
+      const Vec3 change = s == 1 ? step * acceleration()[i] : u[i] - stages[0].velocities[i];
+      u[i] = u[i] + EXTRAPOLATION * 0.5 * change;
+    }
     std::swap(u, velocity);
     velocity.resize(std::max<std::size_t>(u.size(), nall));
     converged = find_velocities().converged;
@@ -287,6 +287,8 @@ void FixOverdamped::move_disks()
     x[i][1] += plan.displacement[i].y;
     x[i][0] += plan.displacement[i].x + plan.strain * (x[i][1] - ylo);
     velocity[i] = velocity[i] + EXTRAPOLATION * (with_lean(plan.extrapolated[i], plan.strain) - velocity[i]);
+    const Vec3 change = stages[2].velocities[i] - stages[0].velocities[i];
+    acceleration()[i] = with_lean(1.0 / (NODES[2] * plan.step) * change, plan.strain);
   }
   for (const auto &change : plan.changes) disks->expect(change);
   state.work += plan.work;

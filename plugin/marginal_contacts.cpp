@@ -77,7 +77,7 @@ std::vector<DiskDrag::MarginalSlip> DiskDrag::marginal_slips(const Field &u, dou
       } else {
         contact_of(p, p.x, p.y, row, contact);
       }
-      const Slip s = slip_of(row, u.data(), rate * row.ny * contact.distance);
+      const Slip s = slip_of(row, passing(row, u.data(), rate * row.ny * contact.distance));
       slips[e].approach += p.share * s.approach;
       slips[e].slide += p.share * s.slide;
       slips[e].gap += p.share * (contact.distance - p.reach);
@@ -219,8 +219,9 @@ double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &
 {
   double moment = 0.0;
   for (const int k : rows_of[e]) {
-    add_forces(rows[k], -back, -rub, force.data());
-    moment -= contacts[k].share * (back * rows[k].nx - rub * rows[k].ny) * lever(k);
+    const Vec3 pair_force = force_of(rows[k], -back, -rub);
+    add_forces(rows[k], pair_force, force.data());
+    moment += contacts[k].share * pair_force.x * lever(k);
   }
   return moment;
 }

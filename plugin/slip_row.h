@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <numeric>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -27,19 +26,7 @@ inline void field_add(Field &to, double factor, const Field &from, int n)
   for (int k = 0; k < 3 * n; k++) t[k] += factor * f[k];
 }
 
-// eight sums side by side, since each addition waits for the one before
-inline double field_dot(const Field &a, const Field &b, int n)
-{
-  constexpr int SUMS = 8;
-  const double *const p = reinterpret_cast<const double *>(a.data());
-  const double *const q = reinterpret_cast<const double *>(b.data());
-  double sums[SUMS] = {};
-  int k = 0;
-  for (; k + SUMS <= 3 * n; k += SUMS)
-    for (int m = 0; m < SUMS; m++) sums[m] += p[k + m] * q[k + m];
-  for (; k < 3 * n; k++) sums[0] += p[k] * q[k];
-  return std::accumulate(sums, sums + SUMS, 0.0);
-}
+double field_dot(const Field &a, const Field &b, int n);    // of the first n atoms
 
 /* The slip at a contact is linear in the velocities u of its sites, which move with coefficients c and turn
    with arms r about them:
@@ -77,30 +64,39 @@ struct Slip {
   double approach, slide;
 };
 
-// u with the affine flow of a rate: lever = n_y times the distance of the two
-template <class Row> inline Slip slip_of(const Row &row, const Vec3 *u, double affine)
+// x and y of sum c u, with the affine flow of a rate: lever = n_y times the distance of the two; spin: sum r spin
+template <class Row> inline Vec3 passing(const Row &row, const Vec3 *u, double affine)
 {
-  double x = affine, y = 0.0, turn = 0.0;
+  Vec3 sum = {affine, 0.0, 0.0};
   for (int a = 0; a < Row::SITES; a++) {
     const Vec3 &v = u[row.site(a)];
-    x += row.coefficient(a) * v.x;
-    y += row.coefficient(a) * v.y;
-    turn += row.arm(a) * v.spin;
+    sum.x += row.coefficient(a) * v.x;
+    sum.y += row.coefficient(a) * v.y;
+    sum.spin += row.arm(a) * v.spin;
   }
-  return {x * row.nx + y * row.ny, y * row.nx - x * row.ny - turn};
+  return sum;
 }
 
-// J^T of forces against both, at one site
-template <class Row> inline void add_force(const Row &row, int a, double push, double rub, Vec3 &f)
+template <class Row> inline Slip slip_of(const Row &row, const Vec3 &v)
 {
-  f.x += row.coefficient(a) * (push * row.nx - rub * row.ny);
-  f.y += row.coefficient(a) * (push * row.ny + rub * row.nx);
-  f.spin -= row.arm(a) * rub;
+  return {v.x * row.nx + v.y * row.ny, v.y * row.nx - v.x * row.ny - v.spin};
 }
 
-template <class Row> inline void add_forces(const Row &row, double push, double rub, Vec3 *out)
+// of forces against approach and slide; spin: the one against the slide, whose torques are arms times it
+template <class Row> inline Vec3 force_of(const Row &row, double push, double rub)
 {
-  for (int a = 0; a < Row::SITES; a++) add_force(row, a, push, rub, out[row.site(a)]);
+  return {push * row.nx - rub * row.ny, push * row.ny + rub * row.nx, rub};
+}
+
+// J^T of them
+template <class Row> inline void add_forces(const Row &row, const Vec3 &force, Vec3 *out)
+{
+  for (int a = 0; a < Row::SITES; a++) {
+    Vec3 &f = out[row.site(a)];
+    f.x += row.coefficient(a) * force.x;
+    f.y += row.coefficient(a) * force.y;
+    f.spin -= row.arm(a) * force.spin;
+  }
 }
 
 }    // namespace LAMMPS_NS
