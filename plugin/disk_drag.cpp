@@ -19,7 +19,8 @@ static constexpr double SHIFT = 1e-3;
 
 DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair,
                    Atom *atom) :
-    DragSystem(world, exchange, settings, pair.drag()), pair(pair), atom(atom)
+    DragSystem(world, exchange, settings, pair.drag()), pair(pair), atom(atom),
+    slow(SLOW * sqrt(static_cast<double>(atom->natoms)))
 {
 }
 
@@ -102,7 +103,8 @@ void DiskDrag::displace(const Field &moved, double strain)
 void DiskDrag::elastic_forces(Field &force) const
 {
   force.assign(nlocal + nghost, Vec3());
-  for (std::size_t k = 0; k < rows.size(); k++) add_forces(rows[k], force_of(rows[k], contacts[k].force, 0.0), force.data());
+  for (std::size_t k = 0; k < rows.size(); k++)
+    add_forces(rows[k], force_of(rows[k], contacts[k].force, 0.0), force.data());
   for (std::size_t e = 0; e < marginal.size(); e++) add_pair_forces(e, 0.0, marginal[e].held, force);
   exchange.add_from_ghosts(force);
 }
@@ -157,17 +159,6 @@ void DiskDrag::find_preconditioner(bool free_rate)
     flow[1] += contacts[k].share * squared * contacts[k].stiffness * rows[k].nx * rows[k].nx;
   }
   for (auto &each : blocks) exchange.add_from_ghosts(each);
-  invert_blocks();
-  MPI_Allreduce(MPI_IN_PLACE, flow, 2, MPI_DOUBLE, MPI_SUM, world);
-  affine_drag = flow[0];
-  flow[0] += settings.fluid;
-  inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
-  flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
-  choose_factors();
-}
-
-void DiskDrag::invert_blocks()
-{
   for (int i = 0; i < nlocal; i++) {
     const Vec3 &first = blocks[0][i], &second = blocks[1][i];
     const double shift = BLOCK_SHIFT * (first.x + first.spin) + settings.background;
@@ -179,11 +170,12 @@ void DiskDrag::invert_blocks()
     inverse[i] = {(d * g - f * f) / det, (e * f - b * g) / det, (a * g - e * e) / det,
                   (b * f - d * e) / det, (b * e - a * f) / det, (a * d - b * b) / det};
   }
-}
-
-bool DiskDrag::slow(int iterations) const
-{
-  return iterations > SLOW * sqrt(static_cast<double>(atom->natoms));
+  MPI_Allreduce(MPI_IN_PLACE, flow, 2, MPI_DOUBLE, MPI_SUM, world);
+  affine_drag = flow[0];
+  flow[0] += settings.fluid;
+  inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
+  flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
+  choose_factors();
 }
 
 /* without background drag, factors would amplify what rounding leaves */
@@ -197,7 +189,7 @@ void DiskDrag::choose_factors()
     factors.forget_order();
   }
   if (!factored) {
-    if (slow(last_iterations)) factorise();
+    if (last_iterations > slow) factorise();
     return;
   }
   if (law.alpha != 1.0) return factorise();    // those of other velocities judge a step of Newton's by a wrong norm
@@ -209,7 +201,7 @@ void DiskDrag::choose_factors()
 void DiskDrag::factorise_for_answers()
 {
   if (settings.background == 0.0 || (factored && age == 0)) return;
-  if (factored || slow(answer_iterations)) factorise();
+  if (factored || answer_iterations > slow) factorise();
 }
 
 /* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of

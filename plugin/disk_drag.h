@@ -93,6 +93,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   };
   const class PairDiskDrag &pair;
   Atom *atom;
+  const double slow;    // iterations from which on factors pay
   std::vector<int> states;     // of pairs
   std::vector<int> pair_of;    // of rows
   std::vector<MarginalContact> marginal;
@@ -124,9 +125,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   }
   double rounding() const override;
   void find_preconditioner(bool free_rate) override;
-  void invert_blocks();
   void choose_factors();
-  bool slow(int iterations) const;
   void factorise_for_answers();
   void factorise();
 

@@ -199,7 +199,7 @@ void FixOverdamped::final_integrate()
     const double work = 0.5 * state.strain_step * (stress_before + stress());
     const double dissipated = 0.5 * state.last_step * (dissipation_before + dissipation());
     const double gap = work - dissipated - (state.sums.energy - energy_before) / area();
-    if (!balances(gap, dissipation_before) && state.last_step > shortest_droplet_step()) {
+    if (!balances(gap, dissipation_before)) {
       step_back();
       return;
     }

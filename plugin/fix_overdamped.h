@@ -123,7 +123,6 @@ class FixOverdamped : public Fix, private GhostExchange {
   double number(const char *keyword, const char *text) const;
   void check() const;
   void check_forces() const;
-  void find_computes();
   void forget_velocities();
 
   void make_solver();
@@ -137,10 +136,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   double try_stages(double step);
   double strain_after(double time, double step) const;
   double up_to_changes(double step, double allowed);
-  void gather(std::vector<DiskDrag::Change> &) const;
   void keep_neighbors(double farthest, double strain);
   void end_interval();
-  double all_speeds() const;
   double finite_size_factor() const;
   static Weights dense_weights(double part);
   static Weights ahead_weights(double part);
@@ -149,8 +146,6 @@ class FixOverdamped : public Fix, private GhostExchange {
   void step_back();
   double droplet_error() const;
   bool balances(double gap, double dissipation_before) const;
-  double shortest_droplet_step() const;
-  double farthest_correction(const Field &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
   [[noreturn]] void refuse(const DragSolver::Result &) const;

@@ -51,12 +51,6 @@ FixOverdamped::Weights FixOverdamped::ahead_weights(double part)
   return {(part - 0.5) * (part - 0.75) / 0.375, part * (part - 0.75) / -0.125, part * (part - 0.5) / 0.1875};
 }
 
-/* sum of velocities that an error is compared with */
-double FixOverdamped::all_speeds() const
-{
-  return state.sums.speed + atom->natoms * length_unit * (typical_rate() + STILL / (length_unit * longest_step()));
-}
-
 /* A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while */
 double FixOverdamped::finite_size_factor() const
 {
@@ -176,7 +170,9 @@ double FixOverdamped::try_stages(double step)
 /* the next step: as long as its error allows, and contacts */
 void FixOverdamped::plan_disks()
 {
-  const double longest = longest_step(), allowed = STEP_SHARE * tolerance * all_speeds();
+  const double longest = longest_step(), still = STILL / longest;
+  const double speeds = state.sums.speed + atom->natoms * length_unit * (typical_rate() + still);
+  const double allowed = STEP_SHARE * tolerance * speeds;
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   plan.longest = longest;
   double next;
@@ -241,8 +237,14 @@ double FixOverdamped::up_to_changes(double step, double allowed)
     y = sum.y;
     strain = strain_after(time, step);
   };
-  disks->find_changes(velocity, state.rate, step, displacement, changes);
-  gather(changes);
+  std::vector<DiskDrag::Change> own;
+  disks->find_changes(velocity, state.rate, step, displacement, own);
+  for (const auto &change : gather_records(own, world)) {
+    const auto same = [&](const DiskDrag::Change &other) {    // newton off: two ranks see a pair
+      return std::minmax(change.first, change.second) == std::minmax(other.first, other.second);
+    };
+    if (std::none_of(changes.begin(), changes.end(), same)) changes.push_back(change);
+  }
   disks->find_exits(velocity, state.rate, stages[0].thetas, stages[2].thetas, NODES[2] * step, step, changes);
   const auto off = [&](double time) {
     double sum = 0.0;
@@ -264,19 +266,6 @@ double FixOverdamped::up_to_changes(double step, double allowed)
   for (const auto &change : changes)
     if (change.time < high) plan.changes.push_back(change);
   return high;
-}
-
-void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
-{
-  const std::vector<DiskDrag::Change> all = gather_records(changes, world);
-  changes.clear();
-  for (const auto &change : all) {    // where newton is off, two ranks see a pair between them
-    const auto same = [&](const DiskDrag::Change &other) {
-      return (change.first == other.first && change.second == other.second) ||
-          (change.first == other.second && change.second == other.first);
-    };
-    if (std::none_of(changes.begin(), changes.end(), same)) changes.push_back(change);
-  }
 }
 
 void FixOverdamped::move_disks()

@@ -98,12 +98,8 @@ bool FixOverdamped::balances(double gap, double dissipation_before) const
   const double power = std::max(fabs(stress() * state.rate), std::min(dissipation_before, dissipation()));
   const double together = OVERALL * tolerance * std::max(fabs(state.work), state.dissipated);
   const double left = gap * state.gap > 0.0 ? std::max(STRICTEST, 1.0 - fabs(state.gap) / together) : 1.0;
-  return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(state.sums.energy) / area();
-}
-
-double FixOverdamped::shortest_droplet_step() const
-{
-  return SHORTEST * time_unit();
+  const double rounding = ROUNDING * fabs(state.sums.energy) / area();
+  return fabs(gap) <= left * BALANCE * tolerance * time * power + rounding || state.last_step <= SHORTEST * time_unit();
 }
 
 /* from where the prediction went to where the velocities lead; the box too, if its rate was free.
@@ -111,9 +107,13 @@ double FixOverdamped::shortest_droplet_step() const
 bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_rate,
                                      const DragSolver::Result &result)
 {
-  const double farthest = farthest_correction(predicted);
+  double farthest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    farthest = std::max(farthest, hypot(velocity[i].x - predicted[i].x, velocity[i].y - predicted[i].y));
+  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
+  farthest *= implicit_time;
   if (!result.converged || farthest > FARTHEST) {
-    if (state.last_step < shortest_droplet_step()) refuse(result);
+    if (state.last_step < SHORTEST * time_unit()) refuse(result);
     return false;
   }
   approached += 2.0 * farthest;
@@ -139,15 +139,6 @@ bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_ra
     domain->set_local_box();
   }
   return true;
-}
-
-double FixOverdamped::farthest_correction(const Field &predicted) const
-{
-  double farthest = 0.0;
-  for (int i = 0; i < atom->nlocal; i++)
-    farthest = std::max(farthest, hypot(velocity[i].x - predicted[i].x, velocity[i].y - predicted[i].y));
-  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
-  return implicit_time * farthest;
 }
 
 /* to the start of the step, from which a shorter one begins without history */

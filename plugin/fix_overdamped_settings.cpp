@@ -166,17 +166,12 @@ void FixOverdamped::init()
   check();
   check_forces();
   if (update->whichflag == 2) set_time_step(user_time_step);    // of a minimisation
-  find_computes();
-  make_solver();
-}
-
-void FixOverdamped::find_computes()
-{
   virial = modify->get_compute_by_id(fmt::format("{}_virial", id));
   energy = modify->get_compute_by_id(fmt::format("{}_energy", id));
   if (!virial || !energy)
     error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not uncompute them", WHO, id,
                id);
+  make_solver();
 }
 
 /* Forces other than contact forces would move particles without being in any stress, energy or
