@@ -1,7 +1,7 @@
 """Prepare the tables of a campaign or of the reference data, from which figures are drawn."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -281,6 +281,18 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
+def _by_strong(read: Callable[[str], pd.DataFrame], name: str) -> pd.DataFrame:
+    """Read a table with z and d_z of droplets, and z_J where it is known, by strong contacts; disks have no others."""
+    if name not in ("states", "onset"):
+        return read(name)
+    s = add_distances(of_papers(read("states")))
+    s = s.assign(**{z: s[f"{z[:-1]}z_strong"].where(s["model"] == "dp", s[z]) for z in ("z", "d_z")})
+    if name == "states":
+        return s
+    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)["z"]
+    return of_papers(read("onset")).drop(columns="z_J").join(first.rename("z_J"), on=PACKING_OF_STATES)
+
+
 def count_voids(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     """Sum over the voids of each state of the sweeps that figures of the papers show, by bin of rho (0.01) and number
     of sides; onset (state 0) is kept apart. Columns: voids: their number; area: sum of areas over the mean particle's;
@@ -333,6 +345,11 @@ class EnsembleTables:
             self._curves[key] = interpolators(rows, x, together, onset)
         found = at_places(self._curves[key], places, together.index(column))
         return Ensemble(found.x, np.where(found.y > 0, found.y, np.nan)) if along_x and y == "g" else found
+
+    @cached_property
+    def strong(self) -> "EnsembleTables":
+        """The same by the second count of contacts of droplets, without those that only stop one from sliding."""
+        return EnsembleTables(partial(_by_strong, self.read), self.facts, self.made)
 
     def at_onset(self, model: str, n: int) -> pd.DataFrame:
         """The states at onset of one model and size."""

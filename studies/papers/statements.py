@@ -178,17 +178,19 @@ def measure(name: str, tables: "EnsembleTables") -> Measured:
 
 def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
     """Compute a statistic of a sample of packings, with its variants: of the statistic alone on the same
-    resamples, of the sample on their own. Without a sample the statistic takes the tables, and does all that."""
+    resamples, of the sample on their own, such as the other `count` of contacts. Without a sample the statistic takes
+    the tables, and does all that."""
     function, settings = find(wanted.statistic), keywords(wanted.settings)
     variants = [keywords(text) for text in wanted.variants.split("; ") if text]
     if not wanted.sample:
         return function(tables, **settings)  # type: ignore[no-any-return]
     sample: Callable[..., Sample] = find(wanted.sample)
-    own, resamples = set(signature(sample).parameters), settings.pop("resamples", RESAMPLES)
+    own, resamples = {*signature(sample).parameters, "count"}, settings.pop("resamples", RESAMPLES)
 
     def run(more: Mapping[str, Any], *within: Mapping[str, Any]) -> tuple[Interval, dict[str, Interval]]:
         given = {**settings, **more}
-        taken = sample(tables, **{k: v for k, v in given.items() if k in own})
+        counted = tables.strong if given.pop("count", "all") == "strong" else tables
+        taken = sample(counted, **{k: v for k, v in given.items() if k in own})
         filled = partial(function, **{k: v for k, v in given.items() if k not in own})
         return vary_bootstrap(taken, filled, *within, resamples=resamples)
 

@@ -82,6 +82,16 @@ def test_sizes_beside_the_papers_move_no_number():
         assert measure(statement, both).value == measure(statement, tables()).value
 
 
+def test_contacts_of_droplets_have_a_second_count():
+    """A tenth of the contacts of droplets only stop one; what a table has for disks there does not count."""
+    table = TABLES["states"]()
+    given = EnsembleTables({"states": table.assign(z_strong=0.9 * table["z"]), "onset": onset()}.get)
+    for statement in ("BT-zJ-dp", "B5-z-models"):
+        found = measure(statement, given)
+        assert found.variants["count = strong"].value == pytest.approx(0.9 * found.value)
+    assert "count = strong" not in measure("B5-z-models", tables()).variants
+
+
 def test_a_collapse_ends_at_the_highest_pressure_of_the_paper():
     """Beyond 0.01 viscosity grows with pressure (first term of eq 22), which no collapse in p N^2 knows."""
     table = spectra()
