@@ -217,14 +217,15 @@ BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  #
 # what packings from before lack: G along x, rho by eq 12 as printed, z without contacts that only stop a droplet
 LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
 _OF = ("model", "n", "seed", "ensemble")  # what tells packings apart; with laws and settings of flows
+_MADE = (*_OF, "protocol", "definitions")  # and versions of what made and measured them, where that is known
 _FLOW = (*_OF, "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha", "background", "tolerance")
 _SHEARED = ("n", "seed", "ensemble", "pressure", "prestress")
 _MOVED = ("approach", "sliding", "nonaffine", *BESIDE)
 _FLOWED = ("stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
 COLUMNS = {  # of the tables that figures are drawn from
-    "states": (*_OF, *STATES[3:], *LATER),
-    "stabilized_disks": (*_OF[:3], "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
-    "onset": (*_OF, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
+    "states": (*_MADE, *STATES[3:], *LATER),
+    "stabilized_disks": (*_MADE, "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
+    "onset": (*_MADE, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": (*_OF, "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
         *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"),

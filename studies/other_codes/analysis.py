@@ -125,7 +125,4 @@ def _measure(packing: Packing, _: Any) -> dict[str, Any]:
     return {"contacts": int(touch[i < j].sum()), "|psi_6|": np.abs(order.particle_order)}
 
 
-ANALYSTS = (
-    Analyst("matscipy", "matscipy", elasticity_by_matscipy),
-    Analyst("freud", "freud-analysis", order_by_freud),
-)
+ANALYSTS = (Analyst("matscipy", "matscipy", elasticity_by_matscipy), Analyst("freud", "freud-analysis", order_by_freud))

@@ -213,5 +213,9 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
 
 
 def summary(comparisons: Sequence[Comparison]) -> list[str]:
-    """Write the first line, then one for each number."""
-    return [first_line(comparisons), *(f"  {c.line}" for c in comparisons)]
+    """Write the first line, how many tests are bounded to 30 % of their scale by either count, and a line a number."""
+    tests = [c for c in comparisons if c.statement.counted and c.statement.tested and c.measured.known]
+    held = sum(c.verdict in (Verdict.AGREES, Verdict.SMALL, Verdict.WEAK) for c in tests)
+    near = sum(c.resolution <= WEAK * TOLERANCE * scale(c.statement.number, c.statement.value) for c in tests)
+    bounded = f"Bounded to 30 % of the scale: {held} by their verdict; {near} by r alone, whatever the pull."
+    return [first_line(comparisons), bounded, *(f"  {c.line}" for c in comparisons)]

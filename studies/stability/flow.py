@@ -16,12 +16,7 @@ from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from studies.stability.map import Map, Trial, worst_of
 from studies.stability.moduli import opening_strain
 from studies.stability.packings import packed, swept
-from studies.stability.plain_physics import (
-    plain_complex_modulus,
-    plain_drag,
-    plain_forces,
-    plain_stress,
-)
+from studies.stability.plain_physics import plain_complex_modulus, plain_drag, plain_forces, plain_stress
 
 _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one

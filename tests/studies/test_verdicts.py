@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from jamlab.statistics.confidence import Interval
 from studies.papers.forest import SPAN, bars
 from studies.papers.statements import Measured, Statement, statements
-from studies.papers.verdicts import Verdict, first_line, judge, paper_error, scale
+from studies.papers.verdicts import Verdict, first_line, judge, paper_error, scale, summary
 
 ONE = Statement("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.005, "line", 2.0, "exponent", "measured", "said")
 AGREEMENT = (Verdict.AGREES, Verdict.SMALL)
@@ -107,6 +107,8 @@ def test_counts_are_of_tests():
     rows = [judge(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
     rows.append(judge(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
     assert re.findall(r"\d+", first_line(rows)) == ["1", "1", "10", "0", "1"]
+    off = judge(ONE, found(1.29, 0.001))  # known to lie within 30 % of the scale, and three standard errors off
+    assert re.findall(r"\d+", summary([*rows, off])[1]) == ["30", "1", "2"]
     assert rows[0].text.startswith("1 ± 0.01")
 
 

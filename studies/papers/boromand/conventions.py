@@ -10,16 +10,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import PACKINGS, EnsembleTables
-from studies.ensembles import (
-    Ensemble,
-    Sample,
-    average,
-    groups_by,
-    log_places,
-    median,
-    scaled,
-    select,
-)
+from studies.ensembles import Ensemble, Sample, average, groups_by, log_places, median, scaled, select
 from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
 
