@@ -1,5 +1,6 @@
 """The command `jamlab`: all commands, and one line for every error a user can cause."""
 
+import logging
 import sys
 import warnings
 from collections.abc import Sequence
@@ -39,7 +40,7 @@ class Hinting(TyperGroup):
 
 
 class Commands(Hinting):
-    """All commands: print one line for every error a user can cause; `--debug` shows the traceback."""
+    """All commands: print one line for every error a user can cause; `--debug` shows the traceback, and the log."""
 
     debug = False
 
@@ -49,6 +50,9 @@ class Commands(Hinting):
         if words[:1] in (["help"], ["version"]):
             words = [*words[1:], f"--{words[0]}"]
         self.debug = "--debug" in words
+        if self.debug:
+            logging.basicConfig()
+            logging.getLogger("jamlab").setLevel(logging.DEBUG)
         return super().main([word for word in words if word != "--debug"], *rest, **options)
 
     def invoke(self, ctx: Any) -> Any:

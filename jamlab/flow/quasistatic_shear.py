@@ -240,7 +240,7 @@ class Walk(Run[QuasistaticShear]):
         found = relax_off_saddles(self.session, self._tolerance, near=True, ensemble=Ensemble(pressure=pressure))
         self._steps += 1
         reached, packing = found.evaluation, self.session.packing(ensemble="fixed-box")
-        self._now = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
+        self._now = record(self.session, packing, found, protocol="quasistatic_shear", flow_strain=strain)
         unit, direction = self._scales.stress, self._shearing.at(strain)
         along, across = np.einsum("ai,ij,aj->a", direction.axes, reached.stress, direction.axes)
         area = packing.area * self._scales.length**2

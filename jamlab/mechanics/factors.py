@@ -12,6 +12,7 @@ none. A mode that is negative beyond rounding is an instability.
 
 import os
 import sys
+from collections import Counter
 from functools import cache
 from typing import Any
 
@@ -40,9 +41,11 @@ def _load_cholmod() -> tuple[Any, Any, Any]:
 
 
 class PositiveSolver:
-    """A solver that holds one factorisation of a lower triangle at a time; its symbolic analysis is used again."""
+    """A solver that holds one factorisation of a lower triangle at a time; its symbolic analysis is used again.
+    `tally`: counts its factorisations, and what they were for, `use`."""
 
-    def __init__(self) -> None:
+    def __init__(self, tally: Counter[str] | None = None, use: str = "") -> None:
+        self._tally, self._use = Counter() if tally is None else tally, use
         self._cholmod, self._dense, self._sparse = _load_cholmod()
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._lower = np.zeros(0, dtype=np.bool_)
@@ -70,8 +73,10 @@ class PositiveSolver:
         try:
             self._cholmod.numeric(self._matrix, self._factors)
         except ArithmeticError as error:
+            self._tally.update(("factorisations", "not positive definite"))
             self._factors = None  # used again, it would give other last digits from one process to the next
             raise ConvergenceError(f"a matrix is not positive definite from column {error.args[0]} on") from error
+        self._tally.update(("factorisations", self._use))
 
     def solve(self, right: Array) -> Array:
         """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""

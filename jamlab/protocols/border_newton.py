@@ -109,7 +109,7 @@ def descend_with_box(session: Session, border: BoxStrains, tolerance: float, ste
         The number of steps accepted.
     """
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken = PositiveSolver(), _FIRST_SHIFT, 0
+    solver, shift, taken = PositiveSolver(session.tally, "Newton steps with the box"), _FIRST_SHIFT, 0
     model: Model | None = None
     size = mean_size(packing)
     for _ in range(steps):

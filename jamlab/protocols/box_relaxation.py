@@ -101,7 +101,8 @@ def _shear_droplets(
     session: Session, border: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
 ) -> Relaxed:
     size = mean_size(session.packing())
-    found, solver, part = relax(session, tolerance, near=near, effort=effort), PositiveSolver(), 1.0
+    solver, part = PositiveSolver(session.tally, "Newton steps of the box"), 1.0
+    found = relax(session, tolerance, near=near, effort=effort)
     for _ in range(effort.box):
         state, packing = found.evaluation, session.packing()
         balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
@@ -206,6 +207,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
         if abs(excess) <= _HELD * load(packing, state):
             return found
         try:
+            session.tally.update(("factorisations", "Newton steps of the area"))
             modulus = compression_modulus(elastic_tensor(packing).relaxed, state.pressure)
         except ConvergenceError:  # droplets on corners, or loose: by the last two states
             modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)

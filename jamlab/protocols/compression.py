@@ -198,6 +198,7 @@ def _sweep(
             packing = session.packing()
             before = _fraction(packing, by)
             packing = record(
+                session,
                 packing,
                 found,
                 by=by,

@@ -102,7 +102,7 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
             state = session.packing()
             reached = packing_fraction(state)
             if abs(reached - rho) <= tolerance:
-                return record(state, found)
+                return record(session, state, found)
             session.load(at_phi(state, state.phi * rho / reached))
     raise ConvergenceError(
         f"{start.kind.particles} reach rho = {reached:.6f} instead of the requested {rho:.6f}: use another rho"

@@ -45,7 +45,7 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -
     _, forces = session.forces_at(packing.positions)
     shift = _FIRST_SHIFT
     matrix: sparse.csc_array | None = None
-    solver = PositiveSolver()
+    solver = PositiveSolver(session.tally, "Newton steps")
     for _ in range(steps):
         if np.hypot(*forces.T).max() <= tolerance or shift > _LAST_SHIFT:
             break

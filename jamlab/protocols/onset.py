@@ -163,7 +163,7 @@ def _onset_above(
             onset = searched.by_bisection(loose, first_step)
         method = "rigid" if rigid else descent_of(session).name(session)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
-    return record(packing, onset.found, minimizer=method)
+    return record(session, packing, onset.found, minimizer=method)
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)

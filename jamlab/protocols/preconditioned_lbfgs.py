@@ -51,7 +51,7 @@ NEAR = LbfgsSettings(refresh=10, trials=16, shift=0.0, least_shift=1e-6)
 
 def descend_by_lbfgs(session: Session, tolerance: float, steps: int) -> Evaluation:
     """Minimise the energy of disks at a fixed box down to a largest force, by so many steps at most."""
-    packing, solver = session.packing(), PositiveSolver()
+    packing, solver = session.packing(), PositiveSolver(session.tally, "Hessians of L-BFGS")
 
     def forces_at(x: Array) -> tuple[float, Array]:
         energy, forces = session.forces_at(x.reshape(-1, 2))

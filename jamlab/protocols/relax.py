@@ -49,4 +49,4 @@ def relax(packing: Packing, tolerance: float | None = None) -> Packing:
 def _relaxed(packing: Packing, tolerance: float | None) -> Packing:
     with Session(packing) as session:
         found = relax_off_saddles(session, tolerance)
-        return record(session.packing(), found, precision="float64")
+        return record(session, session.packing(), found, precision="float64")

@@ -6,7 +6,6 @@ almost freely, so first-order methods crawl. L-BFGS on LAMMPS forces, preconditi
 the way; FIRE and Newton steps help where it stalls.
 """
 
-import logging
 from dataclasses import astuple, dataclass, replace
 from typing import Any, Protocol
 
@@ -25,8 +24,6 @@ from jamlab.protocols.newton import DEFINITE, descend_by_newton
 from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR, LbfgsSettings, descend_by_lbfgs
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
-FEW_FACTORS = 3  # more, and the log of a run says why
-_log = logging.getLogger(__name__)
 
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 # from here on FIRE descends almost to the end: local events keep the one step length of any other method short. An
@@ -48,6 +45,11 @@ _CLOSE = 1.05  # with a free box, a stage that starts with its target times this
 _FIRE_STRETCH = 3000  # FIRE steps after which it starts anew
 _FIRE_STEPS_DROPLETS = 300  # between two rounds: away from where the last one stalled
 _SOFTEST = 1e-3  # contacts, over the strength of the law: FIRE steps do not grow where stiffening disks are softer
+# of `jamlab/descend` in the tally of a session
+_COUNTS = (
+    *("factorisations", "Hessians of L-BFGS", "not positive definite"),
+    *("searches that found no lower energy", "steps along which the force did not fall"),
+)
 LOOSE_FORCE = 2e-5  # of droplets: below, forces cannot bring a packing to jam that has no contacts
 
 
@@ -266,12 +268,8 @@ def descend_droplets(
     if session.packing().n < _MANY_DROPLETS:
         numbers = replace(numbers, closing=0.0)
     found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, DEFINITE])
-    if found.factors > FEW_FACTORS:
-        _log.debug(
-            "%d factorisations in %d steps: %d not positive definite, %d for searches that found no lower energy, %d "
-            "for steps along which the force did not fall, the others after %d steps each",
-            *(found.factors, found.steps, found.refused, found.stuck, found.bent, numbers.refresh),
-        )
+    counts = (found.factors, found.factors - found.refused, found.refused, found.stuck, found.bent)
+    session.tally.update(dict(zip(_COUNTS, map(int, counts), strict=True)))
     if found.crossed or _entangled(session):
         session.set_positions(start)
     return session.evaluate()

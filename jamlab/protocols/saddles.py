@@ -5,6 +5,7 @@ onset; one that is balanced on a vertex tips over, with -1e-3 in dense packings.
 the Hessian shows it. Compressed disks stay on saddles by symmetry: of 8 to 16 disks 5 of about 80 states did.
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -18,6 +19,9 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import Ensemble, minimizer
 from jamlab.protocols.relaxation import Relaxed, load
+
+FEW_FACTORS = 3  # of one state; more, and the log says why
+_log = logging.getLogger(__name__)
 
 _SLIDES = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
 _SLIDE, _NEAREST = 0.1, 1e-6  # longest slide, and the first try, mean particle size
@@ -96,11 +100,12 @@ def leave_saddles(
     return replace(found, converged=held, off_saddles=held, on_rattlers=held)
 
 
-def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
+def record(session: Session, packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     """Mark a packing as the minimum found, unless its Hessian has a negative eigenvalue: balanced forces alone may be
     those of a saddle.
 
     Args:
+        session: in which it was found; the log tells of its factorisations, if they were many.
         packing: the state that the minimisation ended in.
         found: what it reached.
         entries: further entries of the provenance.
@@ -112,13 +117,19 @@ def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     if converged and not found.off_saddles:
         unstable = unstable_directions(packing)
         converged = unstable is None or unstable[1] >= 0
-    return packing.with_state(
+    ended = packing.with_state(
         max_force=found.evaluation.max_force,
         converged=converged,
         tolerance=found.tolerance,
         on_rattlers=found.on_rattlers,
         provenance=entries,
     )
+    total = session.tally.pop("factorisations", 0)
+    if total > FEW_FACTORS:
+        reasons = (f"{count} {reason}" for reason, count in session.tally.items() if count)
+        _log.debug("%d factorisations: %s: %r", total, ", ".join(reasons), ended)
+    session.tally.clear()
+    return ended
 
 
 def rests_on_rattlers(session: Session) -> bool:

@@ -150,7 +150,7 @@ def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict
     with Session(given, ranks=ranks) as session:
         found = relax_off_saddles(session, tolerance)
         packing = session.packing()
-    return record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
+    return record(session, packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
 
 
 @in_natural_units()
@@ -175,7 +175,7 @@ def _from_random(
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
     entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
-    return record(packing, found, **entries, **versions())
+    return record(session, packing, found, **entries, **versions())
 
 
 @checked
@@ -244,7 +244,7 @@ def _decompressed(
                     f"times the requested pressure; {_ANOTHER}"
                 )
     _check_met(reached, found, pressure, _ANOTHER)
-    return record(reached, found), found.evaluation.pressure, start
+    return record(session, reached, found), found.evaluation.pressure, start
 
 
 def _check_start(packing: Packing, pressure: float) -> float:

@@ -8,10 +8,11 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.protocols import relaxation
+from jamlab.protocols import border_newton, newton, relaxation
 from jamlab.protocols.newton import DEFINITE
 from jamlab.protocols.preconditioned_lbfgs import FAR
 from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
+from jamlab.protocols.saddles import FEW_FACTORS
 
 
 def idle(session, *_):
@@ -163,3 +164,31 @@ def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, met
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
     (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi")
     assert onset.provenance["minimizer"] == state.provenance["minimizer"] == method
+
+
+def test_a_state_that_takes_many_factorisations_says_how_many_and_why_in_the_log(dp_dense, caplog, monkeypatch):
+    """All of its descents and Newton steps, compiled or not; each factor refused raises the shift once."""
+    counts, descend, factorise = [], Session.descend, newton.factorise
+
+    def counted(session, numbers):
+        counts.append(int(descend(session, numbers).factors))
+        return session.last_descent
+
+    def tried(matrix, shift, solver):
+        used = factorise(matrix, shift, solver)
+        counts.append(1 + round(np.log(used / shift) / np.log(DEFINITE)))
+        return used
+
+    monkeypatch.setattr(Session, "descend", counted)
+    for module in (newton, border_newton):
+        monkeypatch.setattr(module, "factorise", tried)
+    caplog.set_level("DEBUG", logger="jamlab")
+    jamlab.relax(dp_dense.with_state(positions=dp_dense.positions + 1e-9 * np.sin(dp_dense.positions)))
+    assert 0 < sum(counts) <= FEW_FACTORS and not caplog.records
+    sheared = dp_dense.with_state(ensemble="shear-stabilized")
+    for relaxed in (lambda: list(jamlab.compress(sheared, sheared.phi + 0.01, 0.01, by="phi")), lambda: jamlab.jam(8)):
+        counts.clear()
+        caplog.clear()
+        relaxed()
+        ((total, reasons, _),) = (record.args for record in caplog.records)
+        assert total == sum(counts) > FEW_FACTORS and reasons
