@@ -6,12 +6,12 @@
 
 using namespace LAMMPS_NS;
 
-// A disk with few contacts has a singular block; what the shift adds, in parts of its trace, slows convergence only
+// Added to blocks of disks, which few contacts leave singular, over their trace: slows convergence only
 static constexpr double BLOCK_SHIFT = 1e-3;
 static constexpr double ROUNDING = 4e-16;
 static constexpr int PEELS = 20;    // chains of loose disks are shorter
-// Conjugate gradients are slow without factors from SLOW times sqrt(N) iterations on, as the cost of factors over that
-// of an iteration grows, and with them from GROWN times as many as the first solution took with these factors
+// Conjugate gradients are slow without factors from SLOW times sqrt(N) iterations on, as the cost of
+// factors over that of an iteration grows; with them, from GROWN times as many as they first took
 static constexpr double SLOW = 5.0;
 static constexpr int GROWN = 2, FEW = 8;
 // Drag over the background that motions without any get, such as gears that turn each other
@@ -105,7 +105,8 @@ void DiskDrag::elastic_forces(Field &force) const
   force.assign(nlocal + nghost, Vec3());
   for (std::size_t k = 0; k < rows.size(); k++)
     add_forces(rows[k], force_of(rows[k], contacts[k].force, 0.0), force.data());
-  for (std::size_t e = 0; e < marginal.size(); e++) add_pair_forces(e, 0.0, marginal[e].held, force);
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    add_pair_forces(e, 0.0, marginal[e].held, force);
   exchange.add_from_ghosts(force);
 }
 
@@ -149,7 +150,7 @@ void DiskDrag::find_preconditioner(bool free_rate)
     Block own = {};
     for (const Part &part : parts) {    // xx xy yy, xs ys ss: two exchanges of three numbers
       own = block(k, part, part);
-      const double whole = 1.0 / contacts[k].share;    // where two ranks see a contact, each adds it for its own disk
+      const double whole = 1.0 / contacts[k].share;    // seen by two ranks: each adds its own disk's
       Vec3 &f = blocks[0][part.site], &s = blocks[1][part.site];
       f = f + whole * Vec3{own[0], own[1], own[4]};
       s = s + whole * Vec3{own[2], own[5], own[8]};
@@ -192,20 +193,19 @@ void DiskDrag::choose_factors()
     if (last_iterations > slow) factorise();
     return;
   }
-  if (law.alpha != 1.0) return factorise();    // those of other velocities judge a step of Newton's by a wrong norm
+  if (law.alpha != 1.0) return factorise();    // others judge a step of Newton's by a wrong norm
   if (++age == 1) fresh_iterations = last_iterations;
   if (last_iterations > std::max(FEW, GROWN * fresh_iterations)) factorise();
 }
 
-/* before answers to forces on several pairs, all with one matrix, and none of which starts from velocities before */
+/* before answers to forces on several pairs, with one matrix and no velocities to start from */
 void DiskDrag::factorise_for_answers()
 {
   if (settings.background == 0.0 || (factored && age == 0)) return;
   if (factored || answer_iterations > slow) factorise();
 }
 
-/* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of
- */
+/* blocks on the diagonal are of all contacts; between disks, of those with both ends on this rank */
 void DiskDrag::factorise()
 {
   BlockAssembly<3> matrix(atom, given);
@@ -247,7 +247,7 @@ void DiskDrag::zero_rattler_velocities(Field &u)
       count[row.j].x += 1.0;
     }
     exchange.add_from_ghosts(count);
-    double totals[3] = {0.0, 0.0, 0.0};    // disks that come loose, disks that are held, ends of their contacts
+    double totals[3] = {0.0, 0.0, 0.0};    // disks that come loose, that are held; contacts' ends
     for (int i = 0; i < nlocal; i++) {
       if (kept[i].x == 0.0) continue;
       if (count[i].x < least) {

@@ -9,40 +9,41 @@
 
 namespace LAMMPS_NS {
 
-/* Drag of disks: on approach and slip at their contacts, among the pairs that pair_style disk/drag has
-   found. Which disks touch is held over a step, so that velocities change smoothly in it.
+/* Drag of disks: on approach and slip at their contacts, among the pairs that pair_style disk/drag found.
+   Which disks touch is held over a step, so that velocities change smoothly in it.
 
-   The drag on a pair sets in at once where its gap closes. It may push the two disks apart that would meet
-   without it: the pair is marginal. Its disks then neither part nor meet, but rub. The gap stays zero and a part
-   theta of the drag acts, such that the approach is zero. This is the limit of drag that sets in over a thin layer
-   of overlap: there the pair rests at an overlap with this part of the drag. The layer would be an ordinary
-   differential equation, but an explicit step would have to resolve it as long as any pair rubs: for 64 disks of linear
-   drag, a layer of 1e-4 diameters takes 3 to 90 times the steps, one of 1e-2 diameters 4 to 10 times and misses up to
-   10 % of the stress, and without background drag the flow comes to a stop, since the layer alone holds loose disks.
-   marginal_contacts.cpp finds the state of each marginal pair: open, closed or rubbing.
+   The drag on a pair sets in at once where its gap closes. It may push two disks apart that would meet
+   without it: the pair is marginal. Its disks then neither part nor meet, but rub. The gap stays zero
+   and a part theta of the drag acts, such that the approach is zero. This is the limit of drag that sets
+   in over a thin layer of overlap: there the pair rests at an overlap with this part of the drag. The
+   layer would be an ordinary differential equation, but explicit steps would have to resolve it as long
+   as any pair rubs: for 64 disks of linear drag, a layer of 1e-4 diameters takes 3 to 90 times the steps,
+   one of 1e-2 diameters 4 to 10 times and misses up to 10 % of the stress; without background drag the
+   flow comes to a stop, since the layer alone holds loose disks. marginal_contacts.cpp
+   finds the state of each marginal pair: open, closed or rubbing.
 
-   The preconditioner is each disk's own block of B, or, where conjugate gradients with it take long, the
-   Cholesky factor of B, of what each rank owns: drag at contacts alone hardly resists some motions of many disks,
+   The preconditioner is each disk's own block of B, or, where conjugate gradients take long with it,
+   the Cholesky factor of B, of what each rank owns: contacts hardly resist some motions of many disks,
    the more so with little background drag and below jamming. */
 class DiskDrag : public DragSystem<DiskRow> {
  public:
   enum State : int { OPEN, CLOSED, RUBBING };
   enum Revision { FITS, CHANGED, CYCLES };
-  struct MarginalContact {    // a pair with a gap of zero, known to all ranks: the gap does not tell its state
+  struct MarginalContact {    // a pair whose gap, zero, does not tell its state; known to all ranks
     tagint first, second;
     int state;
     double theta;    // part of the drag of a rubbing pair
-    double base;     // part of it that stands in the matrix; the rest is the force `held` along the slip
+    double base;     // part of it in the matrix; the rest is the force `held` along the slip
     double held;
     int tried;    // states that do not fit at this instant, as bits
-    bool free;    // its approach does not answer to forces along the slip, as of a disk on one contact
+    bool free;    // its approach does not answer to forces along the slip: a disk on one contact
   };
   struct Change {    // of a pair whose state does not fit at the end of a step
     tagint first, second;
     int state;           // that fits
     double time;         // of the step, where the gap is zero
     double speed;        // of one disk past the other: the drag on it is wrong from then on
-    double steepness;    // the wrong part of the drag grows at this rate; 0: all of it is wrong at once
+    double steepness;    // rate at which the wrong part of the drag grows; 0: all is wrong at once
   };
 
   DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const class PairDiskDrag &pair, Atom *);
@@ -55,32 +56,32 @@ class DiskDrag : public DragSystem<DiskRow> {
   void neighbors_are_new() { moved_between_ranks = true; }
   // from the positions of update_contacts, in coordinates that lean with the box by the strain
   void displace(const Field &moved, double strain);
-  void elastic_forces(Field &force) const override;    // and those held, of the contacts of this rank
+  void elastic_forces(Field &force) const override;    // and those held, of this rank
   void expect(const Change &);                // its state from the next update_contacts on
-  Revision revise(const Field &u, double rate, double least_speed);    // states that fit the velocities better
-  double misfit(const Field &u, double rate, double least_speed) const;    // the worst of the marginal pairs
+  Revision revise(const Field &u, double rate, double least_speed);    // to states that fit better
+  double misfit(const Field &u, double rate, double least_speed) const;    // the worst pair's
   bool marginal_pairs_change() const;         // a gap has closed or opened in the last step
   std::vector<double> parts_before() const;    // of the drag of marginal pairs that acted until now
-  // States of several marginal pairs, each of which decides on the others: those that drag comes to which sets in over
-  // a thin layer, from the parts that acted before. Load: a stress is the whole one. false: the parts never come to
-  // rest
+  // States of several marginal pairs, each of which decides on the others: those that drag which sets in
+  // over a thin layer comes to, from the parts that acted before. Load: a stress is the whole one.
+  // false: the parts never come to rest
   bool relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &);
-  bool close_rubbing();             // all of them, where no solution is found; false: there are none
-  void forget_settled(bool all);    // pairs whose gap tells their state; but for those that are to be decided
-  void close_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
-  // overlap over the mean one at which thinner contacts drag: that of exponents above 2 sets in from nothing, within a
-  // layer that steps would have to resolve
+  bool close_rubbing();             // all, where no solution is found; false: there are none
+  void forget_settled(bool all);    // pairs whose gap tells their state; or but for undecided ones
+  void close_gaps(double per_time) { closing = per_time; }    // that steps leave to rubbing pairs
+  // overlap over the mean one, as at which thinner contacts drag: with exponents above 2, drag sets in
+  // from nothing, within a layer that steps would have to resolve
   void set_least_overlap(double part) { thinnest = part; }
   bool rubs() const { return rubbing > 0; }
   bool rubs(const Field &u, double rate) const;    // a pair that is faster than the least speed
-  void set_min_speed(double speed) { min_speed = speed; }    // marginal pairs that slip at less need not fit
+  void set_min_speed(double speed) { min_speed = speed; }    // slower pairs need not fit
   std::vector<double> thetas() const;
   const std::vector<MarginalContact> &marginal_contacts() const { return marginal; }
   void set_marginal_contacts(const std::vector<MarginalContact> &earlier) { marginal = earlier; }
   bool is_linear() const { return law.alpha == 1.0; }
 
-  // pairs of this rank whose state does not fit after a displacement: moved(pair, time, x, y, lean) is that of j
-  // against i
+  // pairs of this rank whose state does not fit after a displacement: moved(pair, time, x, y, lean) is
+  // that of j against i
   template <typename Moved> void find_changes(const Field &u, double rate, double time, const Moved &,
                                               std::vector<Change> &) const;
   // rubbing pairs that part or meet by then; thetas of the start and of a later time
@@ -100,7 +101,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   std::vector<std::vector<int>>
       pairs_of;    // of marginal contacts, on this rank; two halves across the box, newton off
   std::vector<std::vector<int>> rows_of;     // of rubbing ones
-  double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
+  double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes in affine flow
   double thinnest = 0.0, least_overlap = 0.0;
   double closing = 0.0;
   int rubbing = 0;
@@ -109,8 +110,8 @@ class DiskDrag : public DragSystem<DiskRow> {
   bool moved_between_ranks = true;
   int age = 0;                   // solutions with these factors
   int fresh_iterations = 0;      // of the first one
-  int answer_iterations = 100;   // of the last answer to forces on a pair that was found without factors
-  std::vector<Field> answers;    // of all velocities to a unit force along the slip of a rubbing pair
+  int answer_iterations = 100;   // of the last answer to forces on a pair without factors
+  std::vector<Field> answers;    // velocities, to a unit force along the slip of a rubbing pair
   std::vector<double> rate_answers;
 
   const std::vector<DiskPair> &near() const;

@@ -8,10 +8,10 @@ namespace LAMMPS_NS {
 
 /* Drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9: with the approach
    v_n and the slip v_t, the dissipation function is
-   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2), lengths in the unit of length. */
+   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2), in units of length. */
 struct DragLaw {
   double beta = 1.0, tau = 1.0, alpha = 1.0;
-  bool arms_to_contact = false;    // of disks: levers end in the middle of the overlap, not at the radius
+  bool arms_to_contact = false;    // of disks: to the middle of the overlap, not the radius
 
   double square(double approach, double slide) const
   {

@@ -10,14 +10,14 @@
 
 using namespace LAMMPS_NS;
 
-// Contacts that move less, compared with all others, drag as if they moved that much: a power law below 1 has no limit
+// Contacts slower than that, over all others, drag as if they moved so: a power law below 1 diverges
 static constexpr double SLOWEST = 1e-5;
-static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
-static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
+static constexpr double STANDSTILL = 1e-30;    // speed, unit of length over tau, if nothing moves
+static constexpr int MOST_ROUNDS = 200;    // of a power law; errors of droplets fall by 1 - alpha
 static constexpr int FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
-static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients of droplets keep to
-static constexpr double FORCING = 1e-8;       // part of the energy of the error that a step of Newton's may leave
-static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
+static constexpr double INNER = 0.3;    // of the tolerance, for conjugate gradients of droplets
+static constexpr double FORCING = 1e-8;    // of the energy of the error, which a step of Newton's may leave
+static constexpr double LESS = 0.5;    // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
 
 // eight sums side by side, since each addition waits for the one before
@@ -79,7 +79,8 @@ double DragSolver::precondition()
   for (int i = 0; i < nlocal; i++) {
     const Block &m = inverse[i];
     const Vec3 &v = residual[i];
-    const Pair flat = pair(m.xx) * v.x + pair(m.xy) * v.y + pair(m.xs) * v.spin, turn = pair(m.xs) * pair(v.x);
+    const Pair flat = pair(m.xx) * v.x + pair(m.xy) * v.y + pair(m.xs) * v.spin;
+    const Pair turn = pair(m.xs) * pair(v.x);
     descent[i] = {flat[0], flat[1], turn[0] + turn[1] + m.ss * v.spin};
     sums += flat * pair(v.x);
     turning += descent[i].spin * v.spin;
@@ -130,8 +131,8 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
   return {load.free_rate ? load.moment - flow - fluid - followed : 0.0, dissipation};
 }
 
-/* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,
-   153 (1989)): the product of a direction follows from products of the preconditioned residuals */
+/* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput.
+   Appl. Math. 25, 153 (1989)): products of directions follow from those of preconditioned residuals */
 DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, const Goal &goal,
                                                      Result &result)
 {
@@ -169,7 +170,7 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
     if (keep * rho < step * power)
       power -= keep * rho / step;
     else
-      keep = 0.0;    // the first direction; and where rounding leaves no conjugate one, the steepest again
+      keep = 0.0;    // the first direction, or where rounding leaves no conjugate one
     result.iterations++;
     rho_before = rho;
     step = rho / power;
@@ -196,8 +197,8 @@ void DragSolver::take_step(double keep, double step, Field &u)
                &u[0].x, &residual[0].x);
 }
 
-/* squared norm, by the preconditioner, of what drives droplets: forces, and the drag of the affine flow alone. Their
-   response to a rate nearly cancels it, so that the energy of an error is far above what iterations take away */
+/* squared norm, by the preconditioner, of what drives droplets: forces and the drag of the affine flow.
+   Their response to a rate nearly cancels it: errors have far more energy than iterations take away */
 double DragSolver::driving_norm(const Field &force, const Load &load)
 {
   double power, flow;
@@ -288,7 +289,7 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
     const double whole = looks_ahead() ? driven : found.whole;
     result.residual = left > 0.0 ? sqrt(left / whole) : left;
     result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * whole, least) &&
-        (linear || !looks_ahead());    // the next round has other drag coefficients, by which droplets are judged
+        (linear || !looks_ahead());    // droplets are judged by the next drag coefficients
     const bool holds = enforce_constraints(force, u, load, result);
     if (!holds && (result.converged || linear)) break;
     if (newton) line_search(rho, force, u, load);

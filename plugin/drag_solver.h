@@ -52,7 +52,7 @@ class DragSolver {
  public:
   struct Settings {
     double tolerance = 1e-6;    // root of the energy of the error over the dissipated power
-    double background = 0.0;    // drag of every particle against the affine flow, a force per velocity
+    double background = 0.0;    // drag of a particle against the affine flow, force per velocity
     double fluid = 0.0;         // viscosity of the fluid times the area of the box: adds to c
     int iterations = 10000;     // at most, of one solution
   };
@@ -73,20 +73,20 @@ class DragSolver {
 
   // contacts at present positions; ahead: time over which forces follow the velocities, of droplets
   virtual void update_contacts(int nlocal, int nghost, double ahead) = 0;
-  virtual void zero_rattler_velocities(Field &) {}    // those that nothing holds keep none from the last step
+  virtual void zero_rattler_velocities(Field &) {}    // of those that nothing holds
   Result solve(Field &force, Field &u, Load &load);    // force: changed where pairs are held
-  void set_solution(Field &u, double rate);    // velocities of a run before, as if they were the solution
+  void set_solution(Field &u, double rate);    // of a run before, as if it were the solution
   // owned atoms whose velocities stay as they are, and on which no background drags
   virtual void hold(const std::vector<char> &atoms) { given = atoms; }
-  virtual void elastic_forces(Field &) const = 0;    // of the contacts that update_contacts has found
-  // force: in, of these; out, of the end of the step; net: with the drag, F - B u - b rate, on owned atoms
+  virtual void elastic_forces(Field &) const = 0;    // of contacts from update_contacts
+  // force: in, of these; out, at the end of the step; net: with drag, F - B u - b rate, on owned atoms
   void net_forces(Field &force, Field &u, double rate, Field &net);
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
   virtual FlowSums add_up(const Field &u, double rate) = 0;    // of all ranks
-  virtual double least_relaxation_time() const = 0;    // of this rank: longer steps than that are unstable
-  virtual bool touched(int i) const { return inverse[i].xx > 0.0; }    // i drags on others, or on the background
+  virtual double least_relaxation_time() const = 0;    // of this rank: longer steps are unstable
+  virtual bool touched(int i) const { return inverse[i].xx > 0.0; }    // i drags on anything
   virtual double memory_usage() const;
 
  protected:
@@ -112,13 +112,13 @@ class DragSolver {
   void make_room(int nlocal, int nghost);
   double sum(double) const;
   double speed_floor(double squares, double count) const;
-  virtual double precondition();    // descent = M^-1 residual; returns residual descent, of this rank
+  virtual double precondition();    // descent = M^-1 residual; returns their product, of this rank
   double precondition_free();
   struct Residual {
-    double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow
+    double flow, dissipation;    // of a free rate; power of these velocities, or of affine flow
   };
   Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
-  double follow(const Field &u, double rate, Field &force);    // force -= ahead K (u - start); its moment of the rate
+  double follow(const Field &u, double rate, Field &force);    // less ahead K (u - start)
   struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
     double accuracy, part, least, dissipation;
   };
@@ -133,13 +133,13 @@ class DragSolver {
 
   virtual void find_weights(const Field &u, double rate) = 0;
   virtual void find_preconditioner(bool free_rate) = 0;    // the blocks `inverse`
-  // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks, as the sum of `also`
+  // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks, as `also`
   virtual void multiply(Field &p, double rate, Field &out, double &power, double &flow) = 0;
   // the same of B + ahead K
   virtual void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow,
                               double *also = nullptr) = 0;
   virtual bool looks_ahead() const { return false; }
-  // from here on multiply_ahead is by the slope of the drag of a power law at these velocities; false: it is not known
+  // multiply_ahead is now by the slope of the drag of a power law at these velocities; false: unknown
   virtual bool find_slopes(const Field &, double /*rate*/) { return false; }
   // hold what a linear solution leaves free; true: it has changed, and velocities are found again
   virtual bool enforce_constraints(Field &, Field &, Load &, Result &) { return false; }

@@ -11,8 +11,8 @@
 
 namespace LAMMPS_NS {
 
-/* Drag of disks and of droplets: B = J^T W J + background, by the rows J of slips at contacts. Products, sums of
-   stress, the weights of a power law and Cholesky factors as a preconditioner are the same for both. */
+/* Drag of disks and of droplets: B = J^T W J + background, by the rows J of slips at contacts. Products,
+   sums of stress, weights of a power law and Cholesky factors as a preconditioner serve both. */
 template <class Row> class DragSystem : public DragSolver {
  public:
   double memory_usage() const override
@@ -36,13 +36,13 @@ template <class Row> class DragSystem : public DragSolver {
     double distance, stiffness;
     double force = 0.0, energy = 0.0;    // elastic, a push
     double share = 1.0;                  // 1/2 of a contact that two ranks see
-    double part = 1.0, held = 0.0;       // of the drag in the matrix; force along the slip beside it
+    double part = 1.0, held = 0.0;    // of the drag in the matrix; force along the slip beside it
   };
   std::vector<Row> rows;
   std::vector<Contact> contacts;
   std::vector<double> weights;       // drag over velocity of approach
   std::vector<double> background;    // drag of each owned atom on the affine flow
-  std::vector<Slip> bends;    // of a power law: the slope of the drag is that of the weights less bend bend^T
+  std::vector<Slip> bends;    // of a power law: the slope of the drag is the weights less bend bend^T
   BlockCholesky<D> factors;
   bool rows_are_own = false;    // no row has a ghost, on any rank
 
@@ -54,7 +54,7 @@ template <class Row> class DragSystem : public DragSolver {
     return slip_of(rows[k], passing(rows[k], u.data(), rate * lever(k)));
   }
 
-  // droplets: spins of outlines follow from their vertices, torques on them are forces on these; forces ahead in time
+  // droplets: spins follow from vertices, torques are forces on these; forces ahead in time
   virtual void find_spins(Field &, double /*rate*/) {}
   virtual double turn_back(Field &, FlowSums *) { return 0.0; }
   virtual double add_forces_ahead(const Field &, double /*rate*/, double /*ahead*/, Field &) { return 0.0; }
@@ -143,7 +143,7 @@ template <class Row> class DragSystem : public DragSolver {
     }
   }
 
-  virtual void find_parts(std::size_t k, std::vector<Part> &parts) const    // over the degrees of freedom
+  virtual void find_parts(std::size_t k, std::vector<Part> &parts) const
   {
     parts.clear();
     for (int a = 0; a < Row::SITES; a++) {

@@ -22,10 +22,10 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr int SLOW = 25;              // conjugate gradients after which factors are made anew
+static constexpr int SLOW = 25;    // iterations after which factors are made anew
 static constexpr double OTHER_STEP = 2.0;    // or if the time ahead is that many times another one
-static constexpr double SHIFT = 1e-8, LARGEST_SHIFT = 1e6, MORE_SHIFT = 1e3;    // of the diagonal, over its mean
-static constexpr double ROUNDING = 4e-15;    // of a force on a vertex, over line tension: positions are off by that
+static constexpr double SHIFT = 1e-8, LARGEST_SHIFT = 1e6, MORE_SHIFT = 1e3;    // over the mean diagonal
+static constexpr double ROUNDING = 4e-15;    // of a force on a vertex, over line tension
 
 static FixPolygonArea *area_of_all(LAMMPS *lmp)
 {
@@ -65,7 +65,7 @@ void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
   contacts.clear();
   for (const DropletMeeting &m : meetings) {
     rows.push_back({m.vertex, m.tail, m.head, m.t, m.normal.x, m.normal.y, 0.5 * m.distance});
-    contacts.push_back({m.distance, m.stiffness});    // the compute of the virial knows elastic forces
+    contacts.push_back({m.distance, m.stiffness});    // the virial knows elastic forces
   }
   read_outlines();
   stiffness.take(meetings);
@@ -149,7 +149,7 @@ void DropletDrag::elastic_forces(Field &force) const
   for (int i = 0; i < nlocal; i++) force[i] = {lmp->atom->f[i][0], lmp->atom->f[i][1], 0.0};
 }
 
-/* elastic forces F and energies of the end of the step, K (u - start) over the time ahead from where they are known */
+/* elastic forces and energies of the end of the step: K (u - start) over the time ahead, from known ones */
 FlowSums DropletDrag::add_up(const Field &u, double rate)
 {
   Field change(nlocal + nghost), out(nlocal + nghost);
@@ -200,7 +200,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;
 }
 
-/* K is not positive definite where droplets slip past each other: with more on the diagonal until the sum is */
+/* K is not positive definite where droplets slip: with more on the diagonal until the sum is */
 void DropletDrag::factorise()
 {
   factors_ahead = ahead;
@@ -221,7 +221,7 @@ void DropletDrag::factorise()
                   lmp->update->ntimestep);
 }
 
-/* spins of the sites are spins of their outlines: parts of vertices of this rank, and of their neighbors */
+/* spins of sites are those of their outlines: parts of vertices of this rank and their neighbors */
 void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
 {
   DragSystem::find_parts(k, parts);

@@ -15,9 +15,9 @@ namespace LAMMPS_NS {
    w = sum e x e'/sum e^2; between two vertices w is interpolated. Background drag of a droplet is
    shared by its vertices.
 
-   Drag leaves most motion of vertices free, and K is stiff along some of it and soft along other: the
-   preconditioner is the Cholesky factor of B + ahead K, of what each rank owns, and serves as many steps
-   as it makes conjugate gradients short. */
+   Drag leaves most motion of vertices free, and K is stiff along some of it and soft along other:
+   the preconditioner is the Cholesky factor of B + ahead K, of what each rank owns, and serves as many
+   steps as it makes conjugate gradients short. */
 class DropletDrag : public DragSystem<DropletRow> {
  public:
   DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &, class Compute &virial,
@@ -26,7 +26,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   void elastic_forces(Field &) const override;
   double elastic_moment() const override;
   FlowSums add_up(const Field &u, double rate) override;
-  double least_relaxation_time() const override { return HUGE_VAL; }    // steps look ahead: none is unstable
+  double least_relaxation_time() const override { return HUGE_VAL; }    // none is unstable
   bool touched(int /*i*/) const override { return true; }
 
  private:
@@ -40,7 +40,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   Field work, still;
   bool stale = true, moved_between_ranks = true;
   double factors_ahead = -1.0, mean_diagonal = 0.0;
-  struct Turn {    // of the outline at an owned vertex: edges in and out over the sum of their squares
+  struct Turn {    // of the outline at an owned vertex: edges in and out, over the sum of squares
     int prev, next;
     double in_x, in_y, out_x, out_y, per_square;
   };

@@ -23,18 +23,18 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr double STABLE = 2.0;       // step over the least relaxation time; the scheme diverges at 2.5
-static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, mean diameters
-static constexpr double REACH = 0.2;        // of the skin of the neighbor list that a disk may go in a step
+static constexpr double STABLE = 2.0;    // step over the least relaxation time; it diverges at 2.5
+static constexpr double TRAVEL = 0.03;    // of the fastest disk in a step, beside the flow, mean diameters
+static constexpr double REACH = 0.2;    // of the skin of the neighbor list: travel of a disk in a step
 static constexpr double STRAIN = 0.02;      // that the box may lean in a step
 static constexpr double PHASE = 0.2;        // of an oscillation that may pass in a step
 static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
-static constexpr double FINE = 1e-6;        // tolerance below which the shortest step shrinks as the root of it
+static constexpr double FINE = 1e-6;    // tolerance; below, the shortest step shrinks as the root of it
 static constexpr double DROPLET_FIRST = 1e-6;    // over the longest, which knows of no relaxation
 static constexpr double DROPLET_SHORTEST = 1e-2;    // over tau
 static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
-static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
+static constexpr double LEAN = 0.55;    // tilt over width where the box flips; above 1/2: not to flip back
 
 double FixOverdamped::area() const
 {
@@ -54,7 +54,7 @@ double FixOverdamped::driven_rate() const
 void FixOverdamped::setup(int /*vflag*/)
 {
   if (last_timestep >= 0 && last_timestep != update->ntimestep) forget_velocities();
-  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // no mass, no kinetic energy or pressure
+  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // massless
   if (state.end <= state.time) end_interval();
   if (!droplets) {
     start_disks();
@@ -111,8 +111,8 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
   keep_neighbors(farthest, strain_step);
 }
 
-/* particles that come to touch must be in the neighbor list, whatever neigh_modify says: half the skin is for the
-   corrections of droplets, which come after */
+/* Particles that come to touch must be in the neighbor list, whatever neigh_modify says. Half the skin
+   is for the corrections of droplets, which come after */
 void FixOverdamped::keep_neighbors(double farthest, double strain)
 {
   MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
@@ -144,7 +144,7 @@ void FixOverdamped::lean(double strain)
   }
 }
 
-/* image flags of LAMMPS begin anew after IMGMAX boxes: half way there, whole particles go back to the box */
+/* image flags begin anew after IMGMAX boxes: half way there, whole particles go back to the box */
 void FixOverdamped::move_back()
 {
   const tagint *const particle = droplets ? atom->molecule : atom->tag;
@@ -221,7 +221,7 @@ void FixOverdamped::final_integrate()
 
 void FixOverdamped::post_run()
 {
-  if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run, not of a minimisation
+  if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run alone
   if (stopped) timer->reset_timeout();
   stopped = false;
 }
@@ -264,8 +264,8 @@ std::string FixOverdamped::more_background() const
                      settings.background);
 }
 
-/* contact drag leaves all that touches free to drift as a whole; what touches nothing stays with the
-   affine flow */
+/* contact drag leaves all that touches free to drift as a whole; what touches nothing stays with
+   the affine flow */
 void FixOverdamped::remove_drift()
 {
   double sums[3] = {0.0, 0.0, 0.0};

@@ -12,15 +12,15 @@
 namespace LAMMPS_NS {
 
 /* Simple shear of disks or droplets without mass: at every step drag balances the other forces. The
-   fix finds the velocities, moves disks and vertices, and strains the box along x, which it flips when
-   it leans too far. The step is as long as accuracy allows. What drives the flow is a rate, an
+   fix finds the velocities, moves disks and vertices, and strains the box along x, which it flips
+   when it leans too far. The step is as long as accuracy allows. What drives the flow is a rate, an
    oscillating strain or a stress.
 
-   Steps of disks are of third order and end where contacts open or close. Droplets are too stiff for
-   them, and vertices without contact may have no drag at all: theirs are backward differences of second
-   order, linearised where their prediction ends. */
+   Steps of disks are of third order and end where contacts open or close. Droplets are too stiff
+   for them, and vertices without contact may have no drag at all: theirs are backward differences
+   of second order, linearised where their prediction ends. */
 
-// Codes in the messages of flows that have no answer, by which Python tells them from wrong settings
+// Codes in the messages of flows without an answer, by which Python tells them from wrong settings
 inline constexpr char FLOW_SINGULAR[] = "[flow-singular]", FLOW_STUCK[] = "[flow-stuck]", FLOW_SLIPS[] = "[flow-slips]",
                       FLOW_CROSSES[] = "[flow-crosses]";
 
@@ -78,13 +78,13 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool stopped = false;         // this run, at the end of an interval
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
   bigint last_timestep = -1;    // of the last run, at which the velocities of droplets hold
-  Field velocity, last_velocity;        // velocities: of this step, and, of droplets, of the last one
-  Field displacement, last_displacement;    // droplets: beside the affine flow, in the last two steps
+  Field velocity, last_velocity;    // of this step, and, of droplets, of the last one
+  Field displacement, last_displacement;    // droplets: beside the flow, in the last two steps
   Field &acceleration() { return last_velocity; }    // of disks, over the last step
   std::array<Field *, 4> fields() { return {&velocity, &last_velocity, &displacement, &last_displacement}; }
   Field forces;             // on every atom, but for the drag
   Field *traveling = nullptr;
-  double implicit_time = 0.0;         // droplets: time over which a new velocity counts in the last step
+  double implicit_time = 0.0;    // droplets: in which a new velocity counts in the last step
   int flip = 0;
 
   struct State {    // what a restart file keeps: numbers alone
@@ -95,12 +95,12 @@ class FixOverdamped : public Fix, private GhostExchange {
     double work = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
     double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
-    double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
+    double gap_time = 0.0;     // in which gaps of rubbing disks close: an earlier longest step
     double gap = 0.0;          // energy per area that steps of droplets have lost, by their errors
     FlowSums sums;
   } state;
   static constexpr int KEPT = sizeof(State) / sizeof(double);
-  static constexpr double LAYOUT = -KEPT;    // of a restart file, where those of 0.2.0 and before have a time
+  static constexpr double LAYOUT = -KEPT;    // of a restart file; up to 0.2.0 there is a time
 
   using Weights = std::array<double, 3>;
   struct Stage {    // of a step of disks

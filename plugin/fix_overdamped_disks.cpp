@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-/* Steps of disks: Runge and Kutta's of third order, Bogacki & Shampine, Appl. Math. Lett. 2, 321 (1989), with their
-   stages at 0, 1/2 and 3/4 of the step, in coordinates that lean with the box. Contacts are held over a
-   step, so that velocities are smooth in it; a step ends where gaps open or close, as soon as what is
-   dragged too much or too little since then is an error of the size that the step may make. */
+/* Steps of disks: Runge and Kutta's of third order, Bogacki & Shampine, Appl. Math. Lett. 2, 321
+   (1989), with stages at 0, 1/2 and 3/4 of the step, in coordinates that lean with the box. Contacts
+   are held over a step, so that velocities are smooth in it; a step ends where gaps open or close, as
+   soon as what is dragged too much or too little since then is an error of the size that the step may make. */
 
 #include "fix_overdamped.h"
 
@@ -22,20 +22,20 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr double NODES[3] = {0.0, 0.5, 0.75};    // stages; each moves from the start at the velocity of the last
+static constexpr double NODES[3] = {0.0, 0.5, 0.75};    // each is reached at the velocity of the last
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
-static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
-static constexpr double EXTRAPOLATION = 0.95;    // in the velocities ahead, where the solver starts; at 1, motion that
-                                                 // costs no drag would grow from step to step
-static constexpr double STEP_SHARE = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
-static constexpr double DISTURBED = 10.0;      // disks that move by as much as one contact does that drags wrongly
-static constexpr double SMALL_SYSTEM = 32.0;    // disks, each of which counts in a stress; one of more counts for less
-static constexpr double SHORTEST_SHARE = 0.05;       // part of the error of a whole step that the shortest one may make
+static constexpr double NOISE = 0.7;    // error over that of a longer step, from where it is the solver's
+static constexpr double EXTRAPOLATION = 0.95;    // of velocities, for the solver to start from; at 1,
+                                                 // motion without drag would grow
+static constexpr double STEP_SHARE = 0.2;    // of the tolerance, for one step: errors of steps add up
+static constexpr double DISTURBED = 10.0;    // disks that move as much as a contact that drags wrongly
+static constexpr double SMALL_SYSTEM = 32.0;    // disks; one of more counts for less in a stress
+static constexpr double SHORTEST_SHARE = 0.05;    // of the error of a whole step, for the shortest
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
-static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
-static constexpr double FORCED = 1e-3;    // step over the relaxation time that is taken where pairs that rub allow none
-static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
+static constexpr double STUCK = 1e-9;    // step over the relaxation time below which none is tried
+static constexpr double FORCED = 1e-3;    // step over the relaxation time where pairs that rub allow none
+static constexpr double STILL = 1e-12;    // travel in a step, mean diameters, whose error is rounding
 static constexpr int ROUNDS = 8;            // of the states of several pairs
 
 /* integral of the parabola through the three stages, up to a part of the step */
@@ -51,7 +51,7 @@ FixOverdamped::Weights FixOverdamped::ahead_weights(double part)
   return {(part - 0.5) * (part - 0.75) / 0.375, part * (part - 0.75) / -0.125, part * (part - 0.5) / 0.1875};
 }
 
-/* A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while */
+/* A stress is a mean over all disks: the more, the less one contact counts that drags wrongly */
 double FixOverdamped::finite_size_factor() const
 {
   return std::max(1.0, atom->natoms / SMALL_SYSTEM);
@@ -92,7 +92,7 @@ bool FixOverdamped::fit(const DragSolver::Result &result, double least_speed) co
   return result.converged && disks->misfit(velocity, state.rate, least_speed) <= tolerance;
 }
 
-/* of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag */
+/* of pairs with a gap of zero, each of which decides on the others; a power law changes their drag */
 void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_speed)
 {
   DragSolver::Result result = {};
@@ -140,7 +140,7 @@ double FixOverdamped::try_stages(double step)
     state.time = start.time + NODES[s] * step;
     const double strain = drive == STRESS ? step * NODES[s] * last.rate : strain_after(NODES[s] * step, step);
     disks->displace(displacement, strain);
-    for (int i = 0; i < atom->nlocal; i++) {    // along the line through the last step, then through two stages
+    for (int i = 0; i < atom->nlocal; i++) {    // along lines through the last step, two stages
       const Vec3 change = s == 1 ? step * acceleration()[i] : u[i] - stages[0].velocities[i];
       u[i] = u[i] + EXTRAPOLATION * 0.5 * change;
     }
@@ -183,7 +183,7 @@ void FixOverdamped::plan_disks()
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
     if (factor >= SAFETY || (forced && std::isfinite(off))) break;
-    if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
+    if (std::isfinite(off) && off > NOISE * off_before) {    // the solver's, at any step
       next = before;
       break;
     }
@@ -200,7 +200,7 @@ void FixOverdamped::plan_disks()
     }
     step = next;
   }
-  plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
+  plan.next_step = rejected ? next : std::max(next, state.step);    // if cut short by others
   plan.step = step;
   plan.time = up_to_changes(step, finite_size_factor() * allowed);
   plan.strain = strain_after(plan.time, step);
@@ -224,8 +224,8 @@ void FixOverdamped::plan_disks()
   set_time_step(plan.time);
 }
 
-/* part of the step after which contacts that should have opened or closed have made an error as large as
-   the step may */
+/* part of the step after which contacts that should have opened or closed have made an error as
+   large as the step may */
 double FixOverdamped::up_to_changes(double step, double allowed)
 {
   std::vector<DiskDrag::Change> changes;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-/* Steps of droplets: backward differences of second order with steps of any length. With q the positions
-   and u their velocities beside the affine flow, r the ratio of this step dt to the last one,
+/* Steps of droplets: backward differences of second order with steps of any length. With q the
+   positions and u their velocities beside the affine flow, r the ratio of this step dt to the last one,
 
      q = q_last + r^2/(1 + 2 r) (q_last - q_before) + ahead u,   ahead = dt (1 + r)/(1 + 2 r).
 
-   Forces are evaluated at the q of the mean velocity u* of two steps, and those at the end of the step are
-   F - ahead K (u - u*). An extrapolated u* would open and close a contact in turn, step after step. Where
-   the correction goes too far, or K is negative, a shorter step is taken from q_last: a droplet that slips
-   past others moves as fast as drag allows, at once if nothing drags on it. */
+   Forces are evaluated at the q of the mean velocity u* of two steps, and those at the end of the step
+   are F - ahead K (u - u*). An extrapolated u* would open and close a contact in turn, step after step.
+   Where the correction goes too far, or K is negative, a shorter step is taken from q_last: a droplet
+   that slips past others moves as fast as drag allows, at once if nothing drags on it. */
 
 #include "fix_overdamped.h"
 
@@ -21,7 +21,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double FARTHEST = 0.005;   // that forces may take a vertex beside its prediction, units of length
+static constexpr double FARTHEST = 0.005;    // from its prediction to where forces take a vertex
 static constexpr double RETRY = 0.25;       // step over one that was too long
 static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
 static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
@@ -76,8 +76,8 @@ void FixOverdamped::predict_droplets(double dt, double strain_step)
   state.step_before = state.last_step;
 }
 
-/* sum over vertices of how far the last step is off, over its time: displacements differ from the mean
-   velocity of both ends by dt^2 u''/12, and those of backward differences from the exact ones by 2/9 */
+/* sum over vertices of how far the last step is off, over its time: displacements differ from the
+   mean velocity of both ends by dt^2 u''/12, those of backward differences from exact ones by 2/9 */
 double FixOverdamped::droplet_error() const
 {
   double off = 0.0;
@@ -89,9 +89,9 @@ double FixOverdamped::droplet_error() const
   return 8.0 / 3.0 * off;
 }
 
-/* whether a step loses little enough energy per area: a part of the tolerance of what goes into a box that leans by
-   STRAIN, by the lower power of both ends, since a burst in one of them is no measure; less, the more of what all
-   steps together may lose is lost. What the sum of all energies rounds off always passes */
+/* whether a step loses little enough energy per area: a part of the tolerance of what goes into a box
+   that leans by STRAIN, by the lower power of both ends, since one may be a burst; less, the more of
+   what all steps may lose is lost. Rounding of the sum of energies and shortest steps always pass */
 bool FixOverdamped::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();

@@ -10,7 +10,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr double PACE = 0.05;      // of a theta in a step
-static constexpr double AGREES = 0.2;     // of the largest parting, by which a step may miss what it expects
+static constexpr double AGREES = 0.2;    // of the largest parting: by how much a step may miss it
 static constexpr double GROWTH = 2.0;     // of a step
 static constexpr double RESTS = 1e-7;     // parting over the fastest velocity of a pair
 static constexpr int STEPS = 1000;        // at most

@@ -16,7 +16,7 @@ struct MarginalContactSolver {
   double base;
   std::vector<double> still, answers;    // 2 m, 2 m by 2 m: partings, then slips
   std::vector<double> weights;           // 2 m: w, then beta w
-  std::vector<double> back;              // m: to be added to partings, of gaps that are not quite zero
+  std::vector<double> back;              // m: to be added to partings, of gaps not quite zero
 
   bool relax(std::vector<double> &thetas) const;    // true: they have come to rest
 

@@ -13,16 +13,16 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
-static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
-static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
-static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
-static constexpr double EXACT = 1e-8;    // ANSWER, where a disk may have no other contact than marginal ones, and
-                                         // of a power law, whose held forces swing by more than what is left
-static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
+static constexpr double BASE = 0.5;         // part of the drag that keeps the matrix well conditioned
+static constexpr double ANSWER = 1e-5;      // residual of an answer, over the force that is answered
+static constexpr double MOVES = 10.0;       // residuals: approach over the velocity of a contact
+static constexpr double SINGULAR = 1e-2;    // pivot over the largest one that determines nothing
+static constexpr double EXACT = 1e-8;       // ANSWER for disks with marginal contacts alone, and for
+                                            // power laws, whose held forces swing by more
+static constexpr double ANSWERS = 1e-4;     // approach over slip of an answer, if it has any
 static constexpr double SAME = 1e-6;            // of the reach, between the two halves of a contact
 
-/* of several images of one pair that whose gap is closest to zero; with newton off, both its halves */
+/* of images of one pair that whose gap is closest to zero; with newton off, both its halves */
 void DiskDrag::find_pairs()
 {
   pairs_of.assign(marginal.size(), {});
@@ -52,7 +52,7 @@ void DiskDrag::find_pairs()
 void DiskDrag::expect(const Change &change)
 {
   for (MarginalContact &m : marginal)
-    if (std::minmax(m.first, m.second) == std::minmax(change.first, change.second)) {    // ghosts turn them round
+    if (std::minmax(m.first, m.second) == std::minmax(change.first, change.second)) {
       if (change.state == RUBBING) return;    // its theta says what becomes of it
       m.tried = 1 << m.state;
       m.state = change.state;
@@ -139,7 +139,7 @@ double DiskDrag::speed_of(const MarginalSlip &s) const
   return sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
 }
 
-/* velocity of the gap against the state; what only takes back a gap that is not quite zero does not count */
+/* velocity of the gap against the state, beside what takes back a gap that is not quite zero */
 double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
 {
   if (m.state == RUBBING) return fabs(s.approach);
@@ -147,8 +147,8 @@ double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
   return m.state == CLOSED ? s.approach + std::min(0.0, back) : -s.approach - std::max(0.0, back);
 }
 
-/* that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta is from
-   0 to 1 */
+/* that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta
+   is from 0 to 1 */
 double DiskDrag::misfit(const MarginalContact &m, const MarginalSlip &s, double least_speed) const
 {
   const double speed = speed_of(s), whole = speed + least_speed;
@@ -213,7 +213,7 @@ void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double>
   }
 }
 
-/* Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their
+/* Adds forces on a marginal pair, against parting and slip, to a field without ghosts' sums. Returns their
    part in A stress, of this rank */
 double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &force) const
 {
@@ -226,7 +226,7 @@ double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &
   return moment;
 }
 
-/* Forces along the slip of rubbing pairs so that their approach is none: the velocities answer to them
+/* Forces along the slip of rubbing pairs so that their approach is none: velocities answer to them
    linearly. true: the forces have changed. */
 bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &result)
 {
@@ -308,8 +308,8 @@ void DiskDrag::set_multipliers(const std::vector<double> &forces)
   for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
 }
 
-/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is
- * free */
+/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, of
+   a free rate */
 double DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy, const Load &load, Field &force,
                            Field &answer, double &rate, Result &result)
 {
@@ -362,8 +362,8 @@ std::vector<double> DiskDrag::parts_before() const
   return parts;
 }
 
-/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on
- * each */
+/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of
+   it, two forces on each */
 bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &driven)
 {
   const std::size_t m = marginal.size(), n = 2 * m;

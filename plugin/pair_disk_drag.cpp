@@ -19,11 +19,11 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -3.0;    // stands where the first restart files have beta, which is not negative
+static constexpr double LAYOUT = -3.0;    // where the first restart files have beta, which is not negative
 
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
-static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
+static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of slight contacts have no digits
 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
@@ -54,7 +54,7 @@ void PairDiskDrag::compute(int eflag, int vflag)
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
   const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
-  double turning = 0.0;    // what virial_fdotr_compute takes for a moment of flat walls, of forces along y
+  double turning = 0.0;    // that virial_fdotr_compute takes for a moment of flat walls
   const auto act = [&](int i, int j, double dx, double dy, double factor) {
     const double rsq = dx * dx + dy * dy;
     const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;

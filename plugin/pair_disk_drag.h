@@ -14,10 +14,10 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near to whom.
-   K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of s = 1, times
-   s^power, where types are classes of size and their s is how far two of them may reach. With a shell a, E = K ((s -
-   r)^2 - 2 a^2) up to r = s + a, and -K (s + 2 a - r)^2 from there to s + 2 a: disks pull where they do not overlap.
+/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near.
+   K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of
+   s = 1, times s^power, where types are classes of size whose s is how far two of them may reach. With a
+   shell a, disks pull: E = K ((s - r)^2 - 2 a^2) up to r = s + a, -K (s + 2 a - r)^2 up to s + 2 a.
    An atom of diameter 0 is a flat wall: all disks meet it, of one rank, at their distance along y.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 class PairDiskDrag : public Pair {
@@ -50,7 +50,7 @@ class PairDiskDrag : public Pair {
   // `depth`: cutoff less distance, the overlap itself of disks without a shell
   Repulsion repulsion(double strength, double depth) const
   {
-    Repulsion push(strength, depth, exponent);    // its stiffness stays that of drag, never negative
+    Repulsion push(strength, depth, exponent);    // its stiffness is that of drag, never < 0
     if (shell == 0.0) return push;
     push.overlap = depth - 2.0 * shell;
     const bool inner = depth >= shell;

@@ -7,14 +7,14 @@
 
 namespace LAMMPS_NS {
 
-struct Vec3 {    // velocity of a disk or a vertex beside the affine flow, or a force on it and a torque
+struct Vec3 {    // velocity of a disk or a vertex beside the affine flow, or force and torque on it
   double x = 0.0, y = 0.0, spin = 0.0;
 
   Vec3 operator+(const Vec3 &o) const { return {x + o.x, y + o.y, spin + o.spin}; }
   Vec3 operator-(const Vec3 &o) const { return {x - o.x, y - o.y, spin - o.spin}; }
 };
 inline Vec3 operator*(double factor, const Vec3 &v) { return {factor * v.x, factor * v.y, factor * v.spin}; }
-inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }    // with the box
+inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }
 
 using Field = std::vector<Vec3>;    // of owned atoms, then of ghosts
 
@@ -28,13 +28,13 @@ inline void field_add(Field &to, double factor, const Field &from, int n)
 
 double field_dot(const Field &a, const Field &b, int n);    // of the first n atoms
 
-/* The slip at a contact is linear in the velocities u of its sites, which move with coefficients c and turn
-   with arms r about them:
+/* The slip at a contact is linear in the velocities u of its sites, which move with coefficients c and
+   turn with arms r about them:
 
      approach = n . sum c u,   slide = t . sum c u - sum r spin,   t = (-n_y, n_x)
 
-   so a row of J in the drag matrix B = J^T W J + background, where W holds a weight for each of both. */
-struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes, since every product streams through all rows
+   so a row of J in the drag matrix B = J^T W J + background, where W holds a weight for each. */
+struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes: products stream through all rows
   static constexpr int SITES = 2, D = 3;    // D: degrees of freedom of a disk
   int i, j;
   double nx, ny, arm_i, arm_j;
@@ -44,8 +44,8 @@ struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes, since every 
   double arm(int a) const { return a ? arm_j : arm_i; }
 };
 
-struct DropletRow {    // a vertex past the point (1 - t) tail + t head of an edge, n from there to the vertex
-  static constexpr int SITES = 3, D = 2;    // a vertex does not rotate; the spin of its outline follows from the others
+struct DropletRow {    // a vertex past the point (1 - t) tail + t head of an edge, n towards the vertex
+  static constexpr int SITES = 3, D = 2;    // the spin of an outline follows from its vertices
   int vertex, tail, head;
   double t, nx, ny, half_distance;
 
@@ -64,7 +64,7 @@ struct Slip {
   double approach, slide;
 };
 
-// x and y of sum c u, with the affine flow of a rate: lever = n_y times the distance of the two; spin: sum r spin
+// x, y of sum c u, with an affine flow: rate times n_y times the distance of the two; sum r spin
 template <class Row> inline Vec3 passing(const Row &row, const Vec3 *u, double affine)
 {
   Vec3 sum = {affine, 0.0, 0.0};
@@ -82,7 +82,7 @@ template <class Row> inline Slip slip_of(const Row &row, const Vec3 &v)
   return {v.x * row.nx + v.y * row.ny, v.y * row.nx - v.x * row.ny - v.spin};
 }
 
-// of forces against approach and slide; spin: the one against the slide, whose torques are arms times it
+// of forces against approach and slide; spin: that against the slide, to be multiplied by arms
 template <class Row> inline Vec3 force_of(const Row &row, double push, double rub)
 {
   return {push * row.nx - rub * row.ny, push * row.ny + rub * row.nx, rub};
