@@ -31,6 +31,17 @@ def typeset(text: str) -> Markup:
     return Markup(_SYMBOL.sub(written, str(escape(text))))
 
 
+def with_symbols(text: str) -> str:
+    """Write Greek letters and differences as such in plain text.
+
+    >>> from studies.html_page import with_symbols
+    >>> with_symbols("tau* ~ p^-lambda, eta_0 at drho = 0.1")
+    'τ* ~ p^-λ, η_0 at Δρ = 0.1'
+    """
+    found = rf"(?<![\w.])(d?)({_NAMES.replace(' ', '|')})(?![^\W_])"
+    return re.sub(found, lambda m: ("Δ" if m[1] else "") + _GREEK[m[2]], text)
+
+
 def render(template: str, **words: Any) -> Markup:
     """Fill a template beside this file."""
     environment = Environment(loader=PackageLoader("studies", ""), autoescape=select_autoescape())

@@ -16,6 +16,7 @@ import numpy as np
 
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from studies.ensemble_tables import EnsembleTables
+from studies.html_page import with_symbols
 from studies.papers.statements import Measured, Statement, explanations, measure, names, statements
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the data
@@ -139,7 +140,7 @@ class Comparison:
         """Write one line for the terminal and the summary."""
         s = self.statement
         known = f"; pull {self.pull:+.1f}, known to {self.resolution:.2g}" if self.measured.known else ""
-        return f"{s.figure}: {s.quantity} | {self.text} for {s.text}{known} | {self.said}"
+        return f"{s.figure}: {with_symbols(s.quantity)} | {self.text} for {s.text}{known} | {self.said}"
 
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""

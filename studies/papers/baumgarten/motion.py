@@ -411,5 +411,7 @@ def _draw_correlation(
     out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
 ) -> None:
     cube = correlations(rows)[:, 0]
-    whole = cube[..., 1] / average(cube[:, 0, 1])  # 1 at the shortest distance, as in the paper; zeros stay
-    out.curve(axes, name, average(cube[..., 0]) / unit, mean_over_packings([whole])[0], **look)
+    c = bootstrap(
+        [cube[..., 1]], lambda drawn: average(drawn[0]) / average(drawn[0][:, 0])
+    )  # 1 at the shortest distance
+    out.curve(axes, name, average(cube[..., 0]) / unit, c, **look)

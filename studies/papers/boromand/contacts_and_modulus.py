@@ -174,9 +174,8 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     for n, width in zip(SHOWN["sp"], (1.0, 2.0), strict=True):
         for packings, e in stable_curves(tables, n, "phi", FRACTIONS):
             look = {"linestyle": ":" if packings != STABILIZED else "-", "linewidth": width, "color": BLACK}
-            out.curve(
-                bottom, f"SP(φ), N = {n}, {packings}", *e.mean, label=f"SP(φ), N = {n}, {in_words(packings)}", **look
-            )
+            text = f"SP(φ), N = {n}, {packings}"
+            out.curve(bottom, text, *e.mean, label=text.replace("G_x", "$G_x$"), **look)
     top.axhline(6.0, color="#777777", linewidth=0.9, linestyle=":")  # full in the plane
     # far beyond confluence phi says little, and the paper's panel ends near there
     label(top, r"packing fraction $\rho$ or $\phi$", r"coordination $z$", legend=False)
@@ -195,11 +194,6 @@ def stable_curves(tables: EnsembleTables, n: int, by: str, places: Array) -> Ite
             e = tables.curve("sp", n, by, "g", places, packings)
             if np.isfinite(e.y).any():
                 yield packings, e
-
-
-def in_words(packings: str) -> str:
-    """Write which packings are averaged as a legend does."""
-    return packings.replace("G_x", "$G_x$")
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -261,8 +255,9 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         for packings, e in every:
             look = size_style(n) | {"linestyle": dict(zip(PACKINGS, (":", "--", "-"), strict=True))[packings]}
             found = mean_over_packings([e.y / e.x**0.5])[0]
-            text = f"N = {n}, {in_words(packings)}"
-            out.curve(axes, f"N = {n}, {packings}", average(e.x), found, label=text, **look | {"marker": ""})
+            text = f"N = {n}, {packings}"
+            look |= {"marker": "", "label": text.replace("G_x", "$G_x$")}
+            out.curve(axes, text, average(e.x), found, **look)
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
     axes.set_ylim(0, 2.2)
