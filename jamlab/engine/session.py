@@ -184,7 +184,7 @@ class Session:
 
     def _hold(self, packing: Packing) -> None:
         _check_fits(packing)
-        self._packing = packing.with_state(**MINIMUM)
+        self._packing = packing._trusted(**MINIMUM)
 
     @checked
     def command(self, line: str) -> None:
@@ -203,21 +203,21 @@ class Session:
     def set_variables(self, settings: Mapping[str, Any]) -> None:
         """Give LAMMPS variables for the parts of decks, numbers with all their digits; known names get new values."""
         for name, value in settings.items():
-            self.command(f"variable {name} delete")
-            self.command(f'variable {name} index "{_text(value)}"')
+            self._run(f"variable {name} delete")
+            self._run(f'variable {name} index "{_text(value)}"')
 
     @checked
     def use_minimizer(self, style: str) -> None:
         """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks."""
         numbers = defaults("minimizers")
-        self.command(f"timestep {numbers['timestep']}")
-        self.command(f"min_style {style}")
+        self._run(f"timestep {numbers['timestep']}")
+        self._run(f"min_style {style}")
         own = f"tmax {numbers['tmax']}" if style == "fire" else "line forcezero"
-        self.command(f"min_modify {own} norm max dmax {numbers['dmax']}")
+        self._run(f"min_modify {own} norm max dmax {numbers['dmax']}")
 
     def evaluate(self) -> Evaluation:
         """Energy, forces and stress of the present state, from a full LAMMPS setup."""
-        self.command("run 0 post no")
+        self._run("run 0 post no")
         self._stale = False
         return self._evaluation()
 
@@ -273,12 +273,12 @@ class Session:
             if border is not None or fire is not None:
                 raise InputError(f"border= and fire= need a box three diameters wide, not {self._packing.box.tolist()}")
         self.use_minimizer(style)
-        self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
+        self._run("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
-            self.command(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
+            self._run(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
             if self._lmp.get_thermo("fmax") <= component:
                 break
-        self.command("thermo 1")
+        self._run("thermo 1")
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
 
@@ -296,9 +296,9 @@ class Session:
         """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
         tolerance, as the command lists them."""
         if self._stale:
-            self.command("run 0 post no")
+            self._run("run 0 post no")
             self._stale = False
-        self.command(f"jamlab/descend {' '.join(map(_text, numbers))}")
+        self._run(f"jamlab/descend {' '.join(map(_text, numbers))}")
         self.last_descent = Descent(*map(float, self._lmp.extract_variable("descent").split()))
         return self.last_descent
 
@@ -328,7 +328,7 @@ class Session:
         """The present state: one object, with what was computed of it, until it moves."""
         positions = self.positions()
         if not np.array_equal(positions, self._packing.positions):
-            self._packing = self._packing.with_state(positions=positions)
+            self._packing = self._packing._moved(positions)
         return self._packing
 
     @checked
@@ -372,22 +372,22 @@ class Session:
             self._edge_limit = max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * longest)
             settings["longest_edge"] = self._edge_limit
 
-        self.command("clear")
-        self.command("newton on")
+        self._run("clear")
+        self._run("newton on")
         for name in ("own_sizes", "section"):
-            self.command(f"variable {name} delete")
+            self._run(f"variable {name} delete")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
             with _plain_name(file) as name:
                 self.set_variables(settings | {"data": name})
-                self.command(f'include "{deck(f"parts/{kind.part}")}"')
+                self._run(f'include "{deck(f"parts/{kind.part}")}"')
         if packing.fixed is not None:
             for some in np.array_split(1 + np.flatnonzero(packing.fixed_sites), 1 + packing.fixed_sites.sum() // 1000):
-                self.command(f"group fixed id {' '.join(map(str, some))}")
-            self.command("fix on_fixed fixed store/force")
-            self.command("fix fixed fixed setforce 0.0 0.0 0.0")
-        self.command("thermo 1")  # so that energy and virial are summed at every step
+                self._run(f"group fixed id {' '.join(map(str, some))}")
+            self._run("fix on_fixed fixed store/force")
+            self._run("fix fixed fixed setforce 0.0 0.0 0.0")
+        self._run("thermo 1")  # so that energy and virial are summed at every step
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
 
@@ -397,7 +397,7 @@ class Session:
 
     def _set_box(self, box: Array) -> None:
         lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))
-        self.command(f"change_box all x final 0.0 {lx} y final 0.0 {ly} xy final {xy}")
+        self._run(f"change_box all x final 0.0 {lx} y final 0.0 {ly} xy final {xy}")
 
     # reading ----------------------------------------------------------------------------------------------------------
 

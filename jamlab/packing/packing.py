@@ -411,6 +411,11 @@ class Packing:
         copy._lock(self._derived if _DEFINING.isdisjoint(changes) else None)
         return copy
 
+    def _moved(self, positions: Array) -> Packing:
+        """`with_state` of float64 positions of the right shape: of disks, nothing else is checked again."""
+        wrong = self.kind.deforms or not np.isfinite(positions).all()
+        return self.with_state(positions=positions) if wrong else self._trusted(positions=positions)
+
     def _changed(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes of a copy, which is at no known minimum if its state differs."""
         return changes if _STATE.isdisjoint(changes) else {**MINIMUM, **changes}
@@ -445,7 +450,8 @@ class Packing:
     def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
         for name in ("model", "units", "diameters", "offsets", "fixed", "walls"):
-            if not np.array_equal(getattr(self, name), getattr(other, name)):  # None equals None
+            own, others = getattr(self, name), getattr(other, name)
+            if own is not others and not np.array_equal(own, others):
                 return name
         for name in sorted(self.params.keys() | other.params.keys()):
             if not np.array_equal(self.params.get(name), other.params.get(name)):  # type: ignore[arg-type]

@@ -165,7 +165,7 @@ def relax_disks_and_box(
         state = quench(session, noise, floor=floor, border=border, lively=True)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance)
-        borne = load(session.packing(), state)
+        borne = load(session, state)
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
         met = border.excess(state.stress) <= _MET * borne

@@ -62,7 +62,7 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -
         gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
         if gained > ACCEPTED:
             try:
-                packing = packing.with_state(positions=positions)
+                packing = packing._moved(positions)
             except InputError:  # a polygon crosses itself
                 gained = -1.0
             else:

@@ -211,10 +211,13 @@ def descent_of(session: Session) -> Descent:
     return _DESCENTS[session.kind.particles]
 
 
-def load(packing: Packing, state: Evaluation) -> float:
+def load(held: Packing | Session, state: Evaluation) -> float:
     """Mean contact force over the mean size, which forces that are left are small or large beside. Where contacts only
     push, the pressure stands for it, which a state tells by itself; where they pull as well, it may vanish."""
-    return state.pressure if not packing.law.range else force_scale(packing) / mean_size(packing)
+    if not held.law.range:
+        return state.pressure
+    packing = held.packing() if isinstance(held, Session) else held
+    return force_scale(packing) / mean_size(packing)
 
 
 def quench(
@@ -238,13 +241,13 @@ def quench(
     """
     state = session.evaluate()
     for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
-        target = noise * max(load(session.packing(), state), floor)
+        before = load(session, state)
+        target = noise * max(before, floor)
         left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
         if left <= target:
             break
         if border is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
             target /= _CLOSE
-        before = load(session.packing(), state)
         # in the time of contacts that are soft, as those of disks are that stiffen with their overlap
         slower = max(1.0, max(session.law.stiffness_at(state.pressure), _SOFTEST) ** -0.5)
         how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": _FIRE_STRETCH}
@@ -252,7 +255,7 @@ def quench(
             state = session.minimize(target, **how, border=border, fire=fire_numbers(lively=lively, slower=slower))
         except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
             state = session.minimize(target, **how)
-        if state.max_force > target and load(session.packing(), state) > _JUMP * before:
+        if state.max_force > target and load(session, state) > _JUMP * before:
             break
     return state
 

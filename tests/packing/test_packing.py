@@ -145,6 +145,16 @@ def test_with_state_merges_provenance_and_clears_what_was_known_of_another_state
     assert q.with_state(params={"eps": 3.0}).known == {"ensemble": "shear-stabilized", "rounding": 1e-9}
 
 
+@pytest.mark.parametrize("packing", [disks(converged=True), polygons(converged=True)], ids=["sp", "dp"])
+def test_the_short_way_to_other_positions_is_that_of_with_state(packing):
+    there = packing.positions + np.array([0.25, 0.5])
+    moved = packing._moved(there.copy())
+    assert moved == packing.with_state(positions=there) and moved.known == {} and not moved.positions.flags.writeable
+    there[1, 0] = np.inf
+    with pytest.raises(jamlab.InputError, match=r"positions\[1, 0\]"):
+        packing._moved(there)
+
+
 @pytest.mark.parametrize("packing", [disks(), polygons()], ids=["sp", "dp"])
 @pytest.mark.parametrize("copied", [lambda p: p, copy.deepcopy, lambda p: pickle.loads(pickle.dumps(p))])
 def test_arrays_are_its_own_and_read_only(packing, copied):
