@@ -142,8 +142,11 @@ def descend_by_fire(session: Session, tolerance: float) -> None:
 
 
 def _entangled(session: Session) -> bool:
-    """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing."""
+    """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing, or
+    disks through a wall."""
     packing = session.packing()
+    if not (packing.kind.deforms or packing.walls):
+        return False
     try:
         packing.kind.points(packing)
     except InputError:
