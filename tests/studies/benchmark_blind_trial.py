@@ -1,6 +1,6 @@
 """The blind trial of `jamlab.estimate`: random requests against packings unknown to its table: -m benchmark -s.
 
-The seed of the requests is the name of the commit in which table and rules were frozen (b44d246); 183 of 200 intervals
+The seed of the requests is the name of the commit in which table and rules were frozen (2e51807); 195 of 200 intervals
 hold. JAMLAB_SEED draws others. The truth is the mean over the droplet packings of the reference data; packings of a
 request are drawn from `pool.csv.xz`, of other seeds and half-way between the packing fractions of the table, where
 interpolation is worst, or, of droplets from the start, from one half of the reference data. It takes 15 s of one core.
@@ -15,7 +15,7 @@ from blind_trial import blind_trial, holds, summarize
 from jamlab.estimates.ways import read_ways
 from studies.reference_data import open_tables
 
-SEED = 0xB44D246
+SEED = 0x2E51807
 
 
 @pytest.mark.benchmark
