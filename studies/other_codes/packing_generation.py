@@ -1,4 +1,4 @@
-"""CPU time of one jamming onset, in jamlab and in dpm: `python -m studies.other_codes.packing_generation`.
+"""CPU time of one jamming onset and of one minimum: `python -m studies.other_codes.packing_generation`.
 
 `--dpm PROGRAM`: dpm is run as it stands, a program made by
 `g++ -O3 --std=c++11 -I src main/jam/bidisperseSinusoidalParticleJamming.cpp src/*.cpp`.
@@ -15,16 +15,17 @@ import numpy as np
 import typer
 
 import jamlab
+from jamlab.packing.deformation import at_phi
+from jamlab.protocols.relaxation import relax
 from studies.tables import one_core
 
-RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1}}  # model -> number of particles -> seeds
+RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1, 1024: 1}}  # model -> number of particles -> seeds
 
 
 def onset_in_dpm(program: str, limit: float) -> str:
     """How far dpm comes with 64 of its particles, 12 and 17 vertices, in a given CPU time."""
     law = ["64", "12", "1.0", "1.0", "0.0", "0.0", "0.0", "1e-7", "1e-12", "1", "/dev/null"]
-    seconds = int(np.ceil(limit))
-    bound = partial(resource.setrlimit, resource.RLIMIT_CPU, (seconds, seconds))
+    bound = partial(resource.setrlimit, resource.RLIMIT_CPU, 2 * (int(np.ceil(limit)),))
     ran = subprocess.run([program, *law], stdout=subprocess.PIPE, text=True, preexec_fn=bound, check=False)
     if ran.returncode == 0:
         return "jammed"
@@ -36,6 +37,12 @@ def onset_in_dpm(program: str, limit: float) -> str:
 def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the time of ten onsets.")] = "") -> None:
     """Print the table, row by row."""
     with one_core():
+        onset = jamlab.jam(64, "dp", 1)
+        for style in ("jamlab", "cg", "fire"):  # of LAMMPS
+            with jamlab.Session(at_phi(onset, onset.phi + 0.01)) as a:
+                began = time.process_time()
+                found = a.minimize(1e-10, style=style, steps=5_000) if style != "jamlab" else relax(a).evaluation
+            print(f"minimum, dp, N = 64, {style}: {time.process_time() - began:.2g} s, force {found.max_force:.0e}")
         for model, sizes in RUNS.items():
             for n, seeds in sizes.items():
                 began = time.process_time()
