@@ -36,9 +36,7 @@ _STAGES = 12  # of a quench at most
 # Newton steps of disks at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
 # Halved or doubled: 11 % more force evaluations, or 22 % more factorisations
 _NEAR_STEPS = 40
-# from here on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a minimum without;
-# with 256 a sweep takes .54 to .93 times the CPU, with 64 the same
-_MANY_DROPLETS = 512
+MANY_DROPLETS = 512  # from here on gaps that a step will close are in the Hessian of onsets
 _NEWTON_NOISE = 1e-7  # largest force over pressure at which Newton steps take over; started earlier they stall
 _JUMP = 0.5  # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
 _CLOSE = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
@@ -72,6 +70,9 @@ class Effort:
     far: int = 5000  # the same from elsewhere
     rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
     box: int = 60  # steps of the box around droplets
+    # droplets from which on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a minimum
+    # without; with 256 a sweep takes .54 to .93 times the CPU, with 64 the same
+    many: int = 256
 
 
 USUAL = Effort()
@@ -200,7 +201,7 @@ class DescentOfDroplets:
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_:
             descend_by_fire(session, tolerance)
-        return descend_droplets(session, tolerance, FAR, effort.far)
+        return descend_droplets(session, tolerance, FAR, effort.far, many=effort.many)
 
     def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation:
         return descend_droplets(session, tolerance, NEAR, effort.near)
@@ -264,14 +265,14 @@ def quench(
 
 
 def descend_droplets(
-    session: Session, target: float, numbers: LbfgsSettings, steps: int, *, loose: float = 0.0
+    session: Session, target: float, numbers: LbfgsSettings, steps: int, *, loose: float = 0.0, many: int = MANY_DROPLETS
 ) -> Evaluation:
     """L-BFGS on a shifted Hessian, `jamlab/descend`, down to a largest force of `target`, or until less contact energy
     is left than `loose`; back to the start if outlines crossed on the way."""
     start, first_shift = session.positions(), numbers.least_shift
     if session.last_descent is not None and numbers.shift:
         first_shift = session.last_descent.shift
-    if session.packing().n < _MANY_DROPLETS:
+    if session.packing().n < many:
         numbers = replace(numbers, closing=0.0)
     found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, DEFINITE])
     counts = (found.factors, found.factors - found.refused, found.refused, found.stuck, found.bent)

@@ -22,7 +22,7 @@ from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell
 from jamlab.protocols.newton import ACCEPTED, DEFINITE, GOOD, GROW, POOR, REACH, SHRINK
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.preconditioned_lbfgs import NEAR
-from jamlab.protocols.relaxation import Effort, Relaxed, descend_droplets
+from jamlab.protocols.relaxation import MANY_DROPLETS, Effort, Relaxed, descend_droplets
 from jamlab.protocols.saddles import FINEST, leave_saddles
 
 # Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.
@@ -240,7 +240,7 @@ class RigidSearch(Approach[RigidDroplets]):
 
     def _relax_at_length(self) -> SearchState:
         """Droplets at greater effort, where steps that converge fast near a minimum do not bring them to rest."""
-        effort = Effort(far=_LBFGS_STEPS, rounds=1, box=_BOX_STEPS)
+        effort = Effort(far=_LBFGS_STEPS, rounds=1, box=_BOX_STEPS, many=MANY_DROPLETS)
         session, tolerance = self.droplets.session, self.droplets.tolerance
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, effort=effort))
 
