@@ -70,8 +70,8 @@ class Effort:
     far: int = 5000  # the same from elsewhere
     rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
     box: int = 60  # steps of the box around droplets
-    # droplets from which on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a minimum
-    # without; with 256 a sweep takes .54 to .93 times the CPU, with 64 the same
+    # droplets from which on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a
+    # minimum without; a sweep of 256 takes .90 to .99 times the CPU, of 64 the same
     many: int = 256
 
 
@@ -265,7 +265,13 @@ def quench(
 
 
 def descend_droplets(
-    session: Session, target: float, numbers: LbfgsSettings, steps: int, *, loose: float = 0.0, many: int = MANY_DROPLETS
+    session: Session,
+    target: float,
+    numbers: LbfgsSettings,
+    steps: int,
+    *,
+    loose: float = 0.0,
+    many: int = MANY_DROPLETS,
 ) -> Evaluation:
     """L-BFGS on a shifted Hessian, `jamlab/descend`, down to a largest force of `target`, or until less contact energy
     is left than `loose`; back to the start if outlines crossed on the way."""
