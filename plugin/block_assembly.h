@@ -10,13 +10,15 @@
 
 namespace LAMMPS_NS {
 
-/* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of this
-   rank: a ghost counts as the atom that it is an image of. Atoms that are given leave zeros. */
+/* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of
+   this rank: a ghost counts as the atom that it is an image of. Atoms that are given leave zeros.
+   */
 template <int D> class BlockAssembly {
  public:
   using Block = typename BlockCholesky<D>::Block;
 
-  explicit BlockAssembly(Atom *atom, std::vector<char> given = {}) : atom(atom), given(std::move(given)) {}
+  explicit BlockAssembly(Atom *atom, std::vector<char> given = {}) :
+      atom(atom), given(std::move(given)) {}
 
   int owner(int i) const    // -1: another rank's
   {
@@ -24,7 +26,7 @@ template <int D> class BlockAssembly {
     return own < atom->nlocal ? own : -1;
   }
 
-  // the block of i and j, two arguments of the form; that of j and i is its transposed one and is not given
+  // adds the block of i and j, two arguments of the form, without its transposed one of j and i
   void add(int i, int j, const Block &b)
   {
     const int own_i = owner(i), own_j = owner(j);
@@ -44,7 +46,7 @@ template <int D> class BlockAssembly {
     refill(matrix);
   }
 
-  void refill(BlockCholesky<D> &matrix) const { matrix.set(entries); }    // the same again, after its factorisation
+  void refill(BlockCholesky<D> &matrix) const { matrix.set(entries); }    // after a factorisation
 
  private:
   Atom *atom;

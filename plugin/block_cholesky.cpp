@@ -11,7 +11,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double GROWN = 1.3;    // blocks of the factors, over those in an order of their own
+static constexpr double GROWN = 1.3;    // blocks of the factors, over those in a new order
 static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks that stay zero
 
 template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<Entry> &entries)
@@ -28,7 +28,7 @@ template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<
 }
 
 template <int D>
-typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vector<Entry> &entries) const
+auto BlockCholesky<D>::read(int size, const std::vector<Entry> &entries) const -> Graph
 {
   std::vector<int> end(size + 1, 0), other(2 * entries.size());
   for (const Entry &e : entries) {
@@ -48,7 +48,8 @@ typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vec
   found.first.push_back(0);
   for (int i = 0; i < size; i++) {
     for (int n = end[i]; n < end[i + 1]; n++)
-      if (sorted[n] != i && (n == end[i] || sorted[n] != sorted[n - 1])) found.other.push_back(sorted[n]);
+      if (sorted[n] != i && (n == end[i] || sorted[n] != sorted[n - 1]))
+        found.other.push_back(sorted[n]);
     found.first.push_back(static_cast<int>(found.other.size()));
   }
   return found;
@@ -61,7 +62,7 @@ template <int D> void BlockCholesky<D>::find_order()
   for (std::size_t c = 0; c < row.size(); c++) rank[row[c]] = static_cast<int>(c);
 }
 
-/* of each column, the row of its first block below the diagonal in the factors: its parent in a tree */
+/* finds the parent of each column in a tree: the row of its first block below the diagonal */
 template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
 {
   const int size = static_cast<int>(row.size());
@@ -77,7 +78,7 @@ template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
   return parent;
 }
 
-/* the same elimination in another order, in which a column follows the last of its children */
+/* keeps the elimination, in an order in which a column follows the last of its children */
 template <int D> void BlockCholesky<D>::order_children_first()
 {
   const int size = static_cast<int>(row.size());
@@ -105,7 +106,7 @@ template <int D> void BlockCholesky<D>::order_children_first()
   for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
-/* below a column: its neighbors, and what is below the columns whose first block below is in its row */
+/* Below a column are its neighbors, and what is below its children. */
 template <int D> void BlockCholesky<D>::find_fill()
 {
   order_children_first();
@@ -136,17 +137,20 @@ template <int D> void BlockCholesky<D>::find_fill()
   make_panels();
 }
 
-/* a column joins those before it if its first child is the last of them, and few blocks of the panel stay zero:
-   below its columns, a panel has the rows of its last one */
+/* A column joins the columns before it if its first child is the last of them, and few blocks of
+   the panel stay zero. Below its columns, a panel has the rows of its last one. */
 template <int D> void BlockCholesky<D>::make_panels()
 {
   const int size = static_cast<int>(below.size());
-  std::vector<std::pair<int, double>> parts;    // first column and number of blocks that are not zero
+  std::vector<std::pair<int, double>> parts;    // first column and number of nonzero blocks
   const auto worthwhile = [&](int begin, int last, double blocks) {
-    const double width = last - begin + 1, all = 0.5 * width * (width + 1.0) + width * below[last].size();
+    const double width = last - begin + 1;
+    const double all = 0.5 * width * (width + 1.0) + width * below[last].size();
     return all - blocks <= ZEROS * all;
   };
-  const auto child_of = [&](int c, int parent) { return !below[c].empty() && below[c].front() == parent; };
+  const auto child_of = [&](int c, int parent) {
+    return !below[c].empty() && below[c].front() == parent;
+  };
   for (int c = 0; c < size; c++) {
     int begin = c;
     double blocks = 1.0 + below[c].size();
@@ -167,9 +171,10 @@ template <int D> void BlockCholesky<D>::make_panels()
   for (std::size_t k = 0; k < parts.size(); k++) {
     const int begin = parts[k].first, end = k + 1 < parts.size() ? parts[k + 1].first : size;
     const auto &rows = below[end - 1];
-    Panel panel = {begin, end, static_cast<int>(lower.size()), static_cast<int>(rows.size()), 0, room};
+    const int first = static_cast<int>(lower.size()), count = static_cast<int>(rows.size());
+    Panel panel = {begin, end, first, count, 0, room};
     panel.stride = padded(panel.height());
-    room += static_cast<std::size_t>(panel.stride) * panel.width();
+    room += panel.stride * panel.width();
     tallest = std::max(tallest, panel.height());
     lower.insert(lower.end(), rows.begin(), rows.end());
     std::fill(panel_of.begin() + begin, panel_of.begin() + end, static_cast<int>(panels.size()));
@@ -179,15 +184,18 @@ template <int D> void BlockCholesky<D>::make_panels()
   gathered.resize(tallest);
 }
 
-/* panel by panel, so that the places of rows are looked up once for each */
+/* adds entries panel by panel, so that the places of rows are found once for each */
 template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
 {
   std::fill(values.begin(), values.end(), 0.0);
   std::vector<int> end(panels.size() + 1, 0), of_panel(entries.size());
-  const auto panel_number = [this](const Entry &e) { return panel_of[std::min(rank[e.i], rank[e.j])]; };
+  const auto panel_number = [this](const Entry &e) {
+    return panel_of[std::min(rank[e.i], rank[e.j])];
+  };
   for (const Entry &e : entries) end[panel_number(e)]++;
   std::partial_sum(end.begin(), end.end(), end.begin());
-  for (std::size_t n = entries.size(); n-- > 0;) of_panel[--end[panel_number(entries[n])]] = static_cast<int>(n);
+  for (std::size_t n = entries.size(); n-- > 0;)
+    of_panel[--end[panel_number(entries[n])]] = static_cast<int>(n);
   place.resize(rank.size());
   for (std::size_t k = 0; k < panels.size(); k++) {
     const Panel &panel = panels[k];
@@ -202,57 +210,58 @@ template <int D> void BlockCholesky<D>::add(const Panel &panel, const Entry &ent
 {
   const int i = rank[entry.i], j = rank[entry.j];
   const bool turned = i < j;    // the block of the lower triangle is the transposed one
-  const int column = turned ? i : j, other = place[turned ? j : i];
-  double *const to =
-      &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * other];
+  double *const to = column(panel, D * (std::min(i, j) - panel.begin)) + D * place[std::max(i, j)];
   for (int a = 0; a < D; a++)
-    for (int b = 0; b < D; b++) to[b * panel.stride + a] += entry.block[turned ? D * b + a : D * a + b];
+    for (int b = 0; b < D; b++)
+      to[b * panel.stride + a] += entry.block[turned ? D * b + a : D * a + b];
 }
 
 template <int D> double BlockCholesky<D>::mean_diagonal() const
 {
   double total = 0.0;
   for (const Panel &panel : panels)
-    for (int k = 0; k < panel.width(); k++)
-      total += values[panel.values + static_cast<std::size_t>(k) * (panel.stride + 1)];
+    for (int k = 0; k < panel.width(); k++) total += values[panel.values + k * (panel.stride + 1)];
   return rank.empty() ? 0.0 : total / (D * rank.size());
 }
 
-/* of each panel, the diagonal becomes its factor, a lower triangle; rows below B become L = B factor^-T, and L L^T is
-   taken off all that is left */
+/* The diagonal of each panel becomes its factor, a lower triangle; rows B below become
+   L = B factor^-T, and L L^T is subtracted from all that is left. */
 template <int D> bool BlockCholesky<D>::factorise(double shift)
 {
   for (const Panel &panel : panels) {
     double *const own = &values[panel.values];
-    for (int k = 0; k < panel.width(); k++) own[static_cast<std::size_t>(k) * (panel.stride + 1)] += shift;
+    for (int k = 0; k < panel.width(); k++) own[k * (panel.stride + 1)] += shift;
     if (!factorise_panel(own, panel.width(), panel.height(), panel.stride)) return false;
-    if (panel.rows) take_off_product(panel);
+    if (panel.rows) subtract_product(panel);
   }
   return true;
 }
 
-template <int D> void BlockCholesky<D>::take_off_product(const Panel &panel)
+template <int D> void BlockCholesky<D>::subtract_product(const Panel &panel)
 {
-  const int size = D * panel.rows, stride = padded(size);
-  product.resize(std::max(product.size(), static_cast<std::size_t>(stride) * stride));
-  multiply_panel(&values[panel.values + panel.width()], panel.width(), size, panel.stride, product.data(), stride);
+  const int size = D * panel.rows;
+  const std::size_t stride = padded(size);
+  product.resize(std::max(product.size(), stride * stride));
+  multiply_panel(&values[panel.values + panel.width()], panel.width(), size, panel.stride,
+                 product.data(), stride);
 
   const int *const rows = lower.data() + panel.below;
   for (int n = 0; n < panel.rows;) {    // for the columns of one other panel at a time
     const Panel &other = panels[panel_of[rows[n]]];
     const int *const theirs = lower.data() + other.below;
     for (; n < panel.rows && rows[n] < other.end; n++) {
-      const double *const from = &product[static_cast<std::size_t>(D * n) * stride];
-      double *const to = &values[other.values + static_cast<std::size_t>(D * (rows[n] - other.begin)) * other.stride];
-      const auto take_off = [&](int k, int place) {
+      const double *const from = &product[D * n * stride];
+      double *const to = column(other, D * (rows[n] - other.begin));
+      const auto subtract = [&](int k, int place) {
         for (int b = 0; b < D; b++)
-          for (int a = 0; a < D; a++) to[b * other.stride + D * place + a] -= from[b * stride + D * k + a];
+          for (int a = 0; a < D; a++)
+            to[b * other.stride + D * place + a] -= from[b * stride + D * k + a];
       };
       int k = n, place = 0;
-      for (; k < panel.rows && rows[k] < other.end; k++) take_off(k, rows[k] - other.begin);
+      for (; k < panel.rows && rows[k] < other.end; k++) subtract(k, rows[k] - other.begin);
       for (; k < panel.rows; k++) {
         while (theirs[place] != rows[k]) place++;
-        take_off(k, other.end - other.begin + place);
+        subtract(k, other.end - other.begin + place);
       }
     }
   }
@@ -264,17 +273,19 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
   solved.resize(D * size);
   for (int c = 0; c < size; c++) std::copy_n(&r[D * row[c]], D, &solved[D * c]);
   double *const x = gathered.data();
-  const auto gather = [&](const Panel &panel) {
-    for (int n = 0; n < panel.rows; n++) std::copy_n(&solved[D * lower[panel.below + n]], D, x + D * n);
+  const auto row_below = [&](const Panel &p, int n) { return &solved[D * lower[p.below + n]]; };
+  const auto gather = [&](const Panel &p) {
+    for (int n = 0; n < p.rows; n++) std::copy_n(row_below(p, n), D, x + D * n);
   };
-  for (const Panel &panel : panels) {
-    gather(panel);
-    solve_down(D, &values[panel.values], panel.width(), D * panel.rows, panel.stride, &solved[D * panel.begin], x);
-    for (int n = 0; n < panel.rows; n++) std::copy_n(x + D * n, D, &solved[D * lower[panel.below + n]]);
+  for (const Panel &p : panels) {
+    gather(p);
+    solve_down(D, &values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
+    for (int n = 0; n < p.rows; n++) std::copy_n(x + D * n, D, row_below(p, n));
   }
-  for (auto panel = panels.rbegin(); panel != panels.rend(); ++panel) {
-    gather(*panel);
-    solve_up(D, &values[panel->values], panel->width(), D * panel->rows, panel->stride, &solved[D * panel->begin], x);
+  for (std::size_t k = panels.size(); k-- > 0;) {
+    const Panel &p = panels[k];
+    gather(p);
+    solve_up(D, &values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
   }
   for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }

@@ -9,9 +9,10 @@
 
 namespace LAMMPS_NS {
 
-/* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex or disk.
-   The order of elimination serves other patterns of the same rows too, until their factors have grown by
-   too much. Neighboring columns of the factors that have nearly the same rows are one dense panel. */
+/* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex
+   or disk. The order of elimination serves other patterns of the same rows too, until their factors
+   have grown by too much. Neighboring columns of the factors that have nearly the same rows are one
+   dense panel. */
 template <int D> class BlockCholesky {
  public:
   using Block = std::array<double, D * D>;    // row by row
@@ -24,8 +25,8 @@ template <int D> class BlockCholesky {
   void set_pattern(int size, const std::vector<Entry> &);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
-  bool factorise(double shift);                  // shift: added to the diagonal; false: not positive definite
-  void solve(std::vector<double> &r);            // D numbers of each row: right-hand side in, solution out
+  bool factorise(double shift);    // shift: added to the diagonal; false: not positive definite
+  void solve(std::vector<double> &r);    // D numbers of each row: right-hand side in, solution out
   int size() const { return static_cast<int>(rank.size()); }
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
@@ -39,18 +40,18 @@ template <int D> class BlockCholesky {
   };
   struct Panel {
     int begin, end;           // columns, in the order of elimination
-    int below, rows;          // where the ranks of its rows below the last column begin in `lower`; how many
-    int stride;               // of its columns, in numbers
+    int below, rows;          // begin and number of the ranks of its lower rows in `lower`
+    std::ptrdiff_t stride;    // of its columns, in numbers
     std::size_t values;       // column by column, from the row of the first column down
     int width() const { return D * (end - begin); }
     int height() const { return D * (end - begin + rows); }
   };
 
   Graph graph;
-  std::vector<int> rank, row;         // of each row its place in the order of elimination, and the reverse
+  std::vector<int> rank, row;    // place of each row in the order of elimination, and the reverse
   std::vector<std::vector<int>> below;    // rows of each column, of which panels hold more
-  std::vector<int> lower, panel_of;   // panel of each column
-  std::vector<int> place;             // of each row in the panel at hand
+  std::vector<int> lower, panel_of;       // rows of panels; panel of each column
+  std::vector<int> place;                 // of each row in the panel at hand
   std::vector<Panel> panels;
   std::vector<double> values, product, solved, gathered;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
@@ -62,7 +63,8 @@ template <int D> class BlockCholesky {
   void make_panels();
   void add(const Panel &, const Entry &);
   std::vector<int> find_parents() const;
-  void take_off_product(const Panel &);
+  void subtract_product(const Panel &);
+  double *column(const Panel &panel, int k) { return &values[panel.values + k * panel.stride]; }
 };
 
 }    // namespace LAMMPS_NS

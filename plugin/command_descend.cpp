@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 #include "command_descend.h"
 
@@ -22,11 +21,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
-static constexpr int ARGUMENTS = 16;
-static constexpr double HIGHEST = 1e6;    // shift, over the mean diagonal, with which any finite matrix has factors
+// shift, over the mean diagonal, with which any finite matrix has factors
+static constexpr double HIGHEST = 1e6;
 
 static FixPolygonArea *area_of(LAMMPS *lmp)
 {
@@ -40,41 +40,45 @@ CommandDescend::CommandDescend(LAMMPS *lmp) :
 {
 }
 
-/* leaves the string-style variable "descent": steps, evaluations of forces, factorisations, of them refused because
-   they are not positive definite, searches along a step that found no lower place, steps along which the force does not
-   fall, largest force, last shift that held, 1 if outlines crossed */
+/* leaves the string-style variable "descent": steps, evaluations of forces, factorisations, of them
+   refused because they are not positive definite, searches along a step that found no lower place,
+   steps along which the force does not fall, largest force, last shift that held, 1 if outlines
+   crossed */
 void CommandDescend::command(int narg, char **arg)
 {
   if (comm->nprocs > 1) error->all(FLERR, "jamlab/descend runs on one rank");
   if (!pair || !area_of(lmp) || !dynamic_cast<BondLineTension *>(force->bond))
-    error->all(FLERR, "jamlab/descend needs pair style circuloline, bond style line/tension and one fix polygon/area");
-  if (!atom->tag_consecutive()) error->all(FLERR, "jamlab/descend needs atom IDs from 1 to the number of atoms");
+    error->all(FLERR, "jamlab/descend needs pair style circuloline, bond style line/tension and "
+               "one fix polygon/area");
+  if (!atom->tag_consecutive())
+    error->all(FLERR, "jamlab/descend needs atom IDs from 1 to the number of atoms");
   read(narg, arg);
 
   Point here;
   read_positions(here.x);
   descend(here);
   put_positions(here.x);
-  input->variable->set(fmt::format("descent string \"{} {} {} {} {} {} {:.17g} {:.17g} {}\"", counts.steps,
-                                   counts.forces, counts.factors, counts.refused, counts.stuck, counts.bent,
-                                   counts.largest_force, counts.shift, counts.crossed ? 1 : 0));
+  const Counts &c = counts;
+  input->variable->set(fmt::format(
+      "descent string \"{} {} {} {} {} {} {:.17g} {:.17g} {}\"", c.steps, c.forces, c.factors,
+      c.refused, c.stuck, c.bent, c.largest_force, c.shift, c.crossed ? 1 : 0));
 }
 
 void CommandDescend::read(int narg, char **arg)
 {
-  if (narg != ARGUMENTS) error->all(FLERR, "jamlab/descend needs {} numbers", ARGUMENTS);
+  constexpr int count = sizeof(Numbers) / sizeof(double);
+  if (narg != count) error->all(FLERR, "jamlab/descend needs {} numbers", count);
   Numbers &n = numbers;
-  double *const values[ARGUMENTS] = {&n.force,  &n.steps,      &n.loose_force, &n.loose_energy, &n.refresh, &n.reach,
-                                     &n.longer, &n.closing,    &n.trials,      &n.energy_digits, &n.sufficient,
-                                     &n.curved, &n.shift,      &n.least_shift, &n.first_shift,  &n.definite};
-  for (int k = 0; k < ARGUMENTS; k++) *values[k] = utils::numeric(FLERR, arg[k], false, lmp);
+  double values[count];
+  for (int k = 0; k < count; k++) values[k] = utils::numeric(FLERR, arg[k], false, lmp);
+  std::memcpy(&n, values, sizeof(Numbers));
   if (n.refresh < 1.0 || n.definite <= 1.0)
-    error->all(FLERR, "jamlab/descend: {} steps for one factorisation and a factor {} of the shift make no sense",
-               n.refresh, n.definite);
+    error->all(FLERR, "jamlab/descend: {} steps for one factorisation and a factor {} of the shift "
+               "make no sense", n.refresh, n.definite);
   pairs.resize(static_cast<std::size_t>(n.refresh));
 }
 
-/* unwrapped, by atom ID. Atoms of a group "fixed" stay: forces on them are to be 0 by fix setforce. */
+/* reads unwrapped positions by atom ID; fix setforce must hold atoms of a group "fixed" */
 void CommandDescend::read_positions(Vector &x)
 {
   x.resize(2 * atom->nlocal);
@@ -102,7 +106,8 @@ void CommandDescend::evaluate(Point &point)
   put_positions(point.x);
   point.energy = next_forces();
   point.force.resize(point.x.size());
-  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->f[i], 2, &point.force[2 * (atom->tag[i] - 1)]);
+  for (int i = 0; i < atom->nlocal; i++)
+    std::copy_n(atom->f[i], 2, &point.force[2 * (atom->tag[i] - 1)]);
   counts.forces++;
 }
 
@@ -131,7 +136,8 @@ static double longest_part(const std::vector<double> &v)
 static double largest_norm(const std::vector<double> &v)
 {
   double largest = 0.0;
-  for (std::size_t k = 0; k < v.size(); k += 2) largest = std::max(largest, v[k] * v[k] + v[k + 1] * v[k + 1]);
+  for (std::size_t k = 0; k < v.size(); k += 2)
+    largest = std::max(largest, v[k] * v[k] + v[k + 1] * v[k + 1]);
   return std::sqrt(largest);
 }
 
@@ -173,8 +179,9 @@ void CommandDescend::descend(Point &here)
       counts.bent++;
       if (age > 1) age = most;    // the model is wrong here: factorise anew
     }
-    moved = 0.0;
-    for (std::size_t k = 0; k < step.size(); k++) moved = std::max(moved, std::fabs(trial.x[k] - here.x[k]));
+    Vector change = trial.x;
+    add(change, -1.0, here.x);
+    moved = longest_part(change);
     longest = std::min(numbers.reach, numbers.longer * moved);
     std::swap(here, trial);
   }
@@ -187,9 +194,9 @@ bool CommandDescend::enough(double largest_force) const
          (largest_force < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
 }
 
-/* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one
-   than held the last time is tried first. Gaps that steps will close are as stiff as contacts, or every step ends at
-   the first that closes. */
+/* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it,
+   the next smaller one than held the last time is tried first. Gaps that steps will close are as
+   stiff as contacts, or every step ends at the first that closes. */
 bool CommandDescend::factorise(double largest_force)
 {
   if (!find_meetings(*pair, atom->x, meetings, numbers.closing * moved)) {
@@ -246,10 +253,12 @@ void CommandDescend::inverse_times(const Vector &force, Vector &step)
     add(step, pairs[k].along - dot(pairs[k].bend, step) / pairs[k].curvature, pairs[k].change);
 }
 
-/* along a step, at most so far, until the energy falls enough; false if it does not */
-bool CommandDescend::search_line(const Point &here, const Vector &step, double longest, Point &trial)
+/* goes along a step, at most so far, until the energy falls enough; false if it does not */
+bool CommandDescend::search_line(const Point &here, const Vector &step, double longest,
+                                 Point &trial)
 {
-  const double slope = dot(here.force, step), noise = numbers.energy_digits * std::fabs(here.energy);
+  const double slope = dot(here.force, step);
+  const double noise = numbers.energy_digits * std::fabs(here.energy);
   double length = std::min(1.0, longest / longest_part(step));
   for (int k = 0; k < numbers.trials; k++) {
     trial.x = here.x;
@@ -260,7 +269,7 @@ bool CommandDescend::search_line(const Point &here, const Vector &step, double l
     if (std::fabs(fall) <= noise) fall = 0.5 * length * (slope + new_slope);
     if (fall > numbers.sufficient * length * slope) return true;
     // secant on the force along the step
-    length *= new_slope < slope ? std::min(0.5, std::max(0.1, slope / (slope - new_slope))) : 0.5;
+    length *= new_slope < slope ? std::clamp(slope / (slope - new_slope), 0.1, 0.5) : 0.5;
   }
   return false;
 }

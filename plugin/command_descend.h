@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_COMMAND_DESCEND_H
-#define JAMLAB_COMMAND_DESCEND_H
+#pragma once
 
 #include "block_cholesky.h"
 #include "command_forces.h"
@@ -12,12 +10,14 @@
 
 namespace LAMMPS_NS {
 
-/* jamlab/descend: droplets to a minimum of their energy, by limited-memory BFGS that starts from the inverse of the
-   Hessian. Vertices are almost free to slide along a flat while contacts and areas are stiff. A shift makes the
-   Hessian positive definite; its factors serve for some steps, with the pairs of all of these. One rank.
+/* jamlab/descend: droplets to a minimum of their energy, by limited-memory BFGS that starts from
+   the inverse of the Hessian. Vertices are almost free to slide along a flat while contacts and
+   areas are stiff. A shift makes the Hessian positive definite; its factors serve for some steps,
+   with the pairs of all of these. One rank.
 
-   Near the minimum the energy, which holds the whole perimeter, has no digits left for a line search: there the work of
-   the force along the step, (F0 + F1) . s/2, stands for the fall of the energy. */
+   Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
+   search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the
+   energy. */
 class CommandDescend : public CommandForces {
  public:
   CommandDescend(class LAMMPS *);
@@ -34,8 +34,8 @@ class CommandDescend : public CommandForces {
     double curvature, along;
   };
   struct Numbers {    // arguments, as in jamlab.protocols.preconditioned_lbfgs.LbfgsSettings
-    double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials, energy_digits, sufficient,
-        curved, shift, least_shift, first_shift, definite;
+    double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials;
+    double energy_digits, sufficient, curved, shift, least_shift, first_shift, definite;
   } numbers;
   struct Counts {
     double steps, forces, factors, refused, stuck, bent, largest_force, shift;
@@ -47,7 +47,7 @@ class CommandDescend : public CommandForces {
   std::vector<DropletMeeting> meetings;
   BlockCholesky<2> factors;
   std::vector<int> row;    // of each atom ID in the factors
-  std::vector<char> still;    // of each atom ID: it is fixed
+  std::vector<char> still;    // of each atom ID, whether it is fixed
   Vector column;
   std::vector<Pair> pairs;
   std::size_t known = 0;    // pairs
@@ -67,5 +67,3 @@ class CommandDescend : public CommandForces {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -29,8 +29,7 @@ ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) :
   extarray = 0;
   size_array_cols = COLUMNS;
   size_array_rows_variable = 1;
-  polygon_rings.init(groupbit);
-  resize();
+  ComputePolygon::init();
 }
 
 ComputePolygon::~ComputePolygon()

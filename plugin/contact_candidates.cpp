@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 using namespace LAMMPS_NS;
 
@@ -35,7 +34,7 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
     const int i = list->ilist[ii];
     if (laws->flat(atom->type[i])) continue;
     of_point.clear();
-    find_near_point(i, {list->firstneigh[i], list->numneigh[i]}, form);
+    find_near_point(i, list, form);
     keep(i);
     if (static_cast<int>(row_list.size()) >= last_block().end + BLOCK) end_block();
   }
@@ -82,7 +81,7 @@ EdgeFrame ContactCandidates::frame(const Edge &edge) const
 
 /* Finds edges near vertex or disk i. The neighbor list holds at least one end of each. A disk has
    the contact with a vertex or an edge; of two disks, the earlier one. */
-void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm form)
+void ContactCandidates::find_near_point(int i, const NeighList *list, ContactForm form)
 {
   const int *const type = atom->type, *const forms = laws->form[type[i]];
   const tagint *const molecule = atom->molecule;
@@ -95,8 +94,8 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, ContactForm 
       add(i, special, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
   };
 
-  for (const int listed : neighbors) {
-    const int j = listed & NEIGHMASK;
+  for (int n = 0; n < list->numneigh[i]; n++) {
+    const int listed = list->firstneigh[i][n], j = listed & NEIGHMASK;
     if (molecule[j] == own && one_outline(i, j)) continue;
     const int jtype = type[j];
     if (forms[jtype] != form) continue;
@@ -145,11 +144,6 @@ void ContactCandidates::keep(int i)
     near_list.push_back(number);
     row_list.back().end++;
   }
-}
-
-bool ContactCandidates::Candidate::operator<(const Candidate &o) const
-{
-  return std::tie(molecule, image, tag) < std::tie(o.molecule, o.image, o.tag);
 }
 
 /* orders a pair of edges or disks, the same whichever of their images meet */

@@ -8,6 +8,7 @@
 #include "pointers.h"
 #include "vector_bytes.h"
 
+#include <tuple>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -64,14 +65,10 @@ class ContactCandidates : protected Pointers {
       return molecule == o.molecule && image == o.image && edge.tail != edge.head &&
           o.edge.tail != o.edge.head;
     }
-    bool operator<(const Candidate &) const;
-  };
-
-  struct Neighbors {    // of one atom, as LAMMPS lists them
-    const int *list;
-    int count;
-    const int *begin() const { return list; }
-    const int *end() const { return list + count; }
+    bool operator<(const Candidate &o) const
+    {
+      return std::tie(molecule, image, tag) < std::tie(o.molecule, o.image, o.tag);
+    }
   };
 
   const FixPolygonOutline *outline = nullptr;
@@ -89,7 +86,7 @@ class ContactCandidates : protected Pointers {
   Block last_block() const { return block_list.empty() ? Block{} : block_list.back(); }
   void find_edges();
   EdgeFrame frame(const Edge &) const;
-  void find_near_point(int, Neighbors, ContactForm);
+  void find_near_point(int, const class NeighList *, ContactForm);
   void add(int, int special, Edge);
   void end_block();
   void keep(int);

@@ -18,10 +18,7 @@ using jamlab::point, jamlab::Vector;
 
 static constexpr double ENDLESS = 1e300;
 
-static Vector xy(const Vec3 &v)
-{
-  return {v.x, v.y};
-}
+static Vector xy(const Vec3 &v) { return {v.x, v.y}; }
 
 static void add(Vec3 &to, const Vector &f)
 {

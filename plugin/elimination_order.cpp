@@ -7,7 +7,8 @@
 using namespace LAMMPS_NS;
 
 EliminationOrder::EliminationOrder(const std::vector<int> &first, const std::vector<int> &others) :
-    rows(first.size() - 1), elements(rows.size(), {{}, 0, -1}), of_degree(rows.size() + 1, -1), mark(rows.size(), -1)
+    rows(first.size() - 1), elements(rows.size(), {{}, 0, -1}), of_degree(rows.size() + 1, -1),
+    mark(rows.size(), -1)
 {
   for (std::size_t i = rows.size(); i-- > 0;) {
     rows[i] = {{others.begin() + first[i], others.begin() + first[i + 1]}, {}, 0, -1, -1};
@@ -45,7 +46,7 @@ void EliminationOrder::take(int i)
   if (row.after >= 0) rows[row.after].before = row.before;
 }
 
-/* row p and its elements become one element */
+/* Row p and its elements become one element. */
 void EliminationOrder::eliminate(int p)
 {
   take(p);
@@ -76,15 +77,16 @@ void EliminationOrder::eliminate(int p)
   for (const int i : joined) renew(i, p);
 }
 
-/* the neighbors of row i, which element p now has: elements that lie within p are dropped */
+/* renews the neighbors of row i, which element p now has, and drops elements that lie within p */
 void EliminationOrder::renew(int i, int p)
 {
   Row &row = rows[i];
   take(i);
-  row.rows.erase(std::remove_if(row.rows.begin(), row.rows.end(), [&](int j) { return mark[j] == p; }), row.rows.end());
-  row.elements.erase(std::remove_if(row.elements.begin(), row.elements.end(),
-                                    [&](int e) { return elements[e].rows.empty() || elements[e].outside <= 0; }),
-                     row.elements.end());
+  const auto drop = [](std::vector<int> &from, auto which) {
+    from.erase(std::remove_if(from.begin(), from.end(), which), from.end());
+  };
+  drop(row.rows, [&](int j) { return mark[j] == p; });
+  drop(row.elements, [&](int e) { return elements[e].rows.empty() || elements[e].outside <= 0; });
   std::size_t degree = row.rows.size() + elements[p].rows.size() - 1;
   for (const int e : row.elements) degree += elements[e].outside;
   row.elements.push_back(p);

@@ -6,9 +6,10 @@
 
 namespace LAMMPS_NS {
 
-/* Rows of a sparse symmetric matrix in an order of least fill. The row with the fewest neighbors goes first, whose
-   neighbors then are neighbors of each other. Such a set of rows is kept as one element, never as pairs, and numbers of
-   neighbors are bounds from above: Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
+/* Rows of a sparse symmetric matrix in an order of least fill. The row with the fewest neighbors
+   goes first, whose neighbors then are neighbors of each other. Such a set of rows is kept as one
+   element, never as pairs, and numbers of neighbors are bounds from above: Amestoy, Davis and Duff,
+   SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
 class EliminationOrder {
  public:
   // the neighbors of each row, sorted or not, in others[first[i]] to others[first[i + 1] - 1]
@@ -25,7 +26,7 @@ class EliminationOrder {
     int outside, seen;    // rows that are not in the newest element, if looked at for it
   };
   std::vector<Row> rows;
-  std::vector<Element> elements;    // by the row whose elimination made them; absorbed ones are empty
+  std::vector<Element> elements;    // by the row that made them; absorbed elements are empty
   std::vector<int> of_degree;       // first row of each degree, -1 if none
   std::vector<int> mark;            // the newest element that a row is in
   int least = 0;

@@ -19,10 +19,8 @@
 #include <vector>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
 static constexpr char WHO[] = "Fix polygon/area";
-static constexpr int OWN_MASK = PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE;
 
 /* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
@@ -47,11 +45,6 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
   virial_global_flag = virial_peratom_flag = 1;
   thermo_energy = thermo_virial = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
-}
-
-int FixPolygonArea::setmask()
-{
-  return OWN_MASK;
 }
 
 FixPolygonArea::~FixPolygonArea()
@@ -90,12 +83,6 @@ bool FixPolygonArea::first_to_add()
     if (fix->setmask() & OWN_MASK) return false;
   }
   return false;
-}
-
-/* keeps the flag that post_force is not told */
-void FixPolygonArea::pre_reverse(int eflag, int /*vflag*/)
-{
-  eflag_caller = eflag;
 }
 
 /* f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).

@@ -17,13 +17,14 @@ class FixPolygonArea : public Fix {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
   ~FixPolygonArea() override;
-  int setmask() override;
+  int setmask() override { return OWN_MASK; }
   void post_constructor() override;
   void init() override;
   void setup(int vflag) override { post_force(vflag); }
   void min_setup(int vflag) override { post_force(vflag); }
   void setup_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
-  void pre_reverse(int, int) override;
+  // keeps the flag that post_force is not told
+  void pre_reverse(int eflag, int /*vflag*/) override { eflag_caller = eflag; }
   void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void post_force(int) override;
   void min_post_force(int vflag) override { post_force(vflag); }
@@ -38,6 +39,8 @@ class FixPolygonArea : public Fix {
   double excess_of(int polygon) const { return shape[3 * polygon] - a0[polygon]; }
 
  private:
+  static constexpr int OWN_MASK = FixConst::PRE_REVERSE | FixConst::MIN_PRE_REVERSE |
+      FixConst::POST_FORCE | FixConst::MIN_POST_FORCE;
   PolygonRings polygon_rings;
   PolygonParameter stiffness, rest_area;
   std::vector<double> ka, a0, shape;    // of each polygon; shape: area and center

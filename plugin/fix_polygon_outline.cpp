@@ -17,7 +17,6 @@
 #include <unordered_map>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
 static constexpr char ID[] = "POLYGON_OUTLINE";
 static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link that travels
@@ -60,11 +59,6 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 
   Fix *const made = lmp->modify->add_fix(fmt::format("{} all POLYGON/OUTLINE", ID));
   return dynamic_cast<FixPolygonOutline *>(made);
-}
-
-int FixPolygonOutline::setmask()
-{
-  return POST_NEIGHBOR | MIN_POST_NEIGHBOR;
 }
 
 bigint FixPolygonOutline::refresh()
@@ -198,21 +192,6 @@ void FixPolygonOutline::warn_of_crossings() const
     error->warning(FLERR, "{} polygons cross their own outline, the first is molecule {}: which "
                    "side is inside is a guess; see the fourth column of compute polygon", crossed,
                    lowest);
-}
-
-void FixPolygonOutline::grow_arrays(int nmax)
-{
-  links.resize(nmax, {0, 0, UNKNOWN, 0, 0, 0});
-}
-
-void FixPolygonOutline::copy_arrays(int i, int j, int /*delflag*/)
-{
-  links[j] = links[i];
-}
-
-void FixPolygonOutline::set_arrays(int i)
-{
-  links[i] = {0, 0, UNKNOWN, 0, 0, 0};
 }
 
 int FixPolygonOutline::pack_exchange(int i, double *buf)

@@ -27,16 +27,16 @@ class FixPolygonOutline : public Fix {
   ~FixPolygonOutline() override;
   static FixPolygonOutline *shared(class LAMMPS *, const char *caller);
 
-  int setmask() override;
+  int setmask() override { return FixConst::POST_NEIGHBOR | FixConst::MIN_POST_NEIGHBOR; }
   void init() override { unread = true; }
   // Neighbor lists and ghosts are new. The styles ask for a refresh when they need it, also styles
   // that compute without these calls (rerun, gcmc).
   void setup_post_neighbor() override { rebuilds = ++all_rebuilds; }
   void post_neighbor() override { rebuilds = ++all_rebuilds; }
   void min_post_neighbor() override { rebuilds = ++all_rebuilds; }
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  void set_arrays(int) override;
+  void grow_arrays(int nmax) override { links.resize(nmax); }
+  void copy_arrays(int i, int j, int /*delflag*/) override { links[j] = links[i]; }
+  void set_arrays(int i) override { links[i] = {}; }
   int pack_exchange(int, double *) override;
   int unpack_exchange(int, double *) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;

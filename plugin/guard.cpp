@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-/* Entry point of the plugin. The styles are a library of their own, which is opened only by a LAMMPS
-   that they fit: with another one some of its symbols would be missing, and LAMMPS would say no more. */
+/* Entry point of the plugin. The styles are a library of their own, which is opened only by a
+   LAMMPS that they fit: with another one some of its symbols would be missing, and LAMMPS would say
+   no more. */
 
 #include "lammps.h"
 #include "lmptype.h"
@@ -69,8 +70,8 @@ static std::string mpi_of_lammps()
 
 static std::string sizes(size_t big, size_t tag, size_t image)
 {
-  return std::to_string(8 * big) + "-, " + std::to_string(8 * tag) + "- and " + std::to_string(8 * image) +
-      "-bit bigint, tagint and imageint";
+  return std::to_string(8 * big) + "-, " + std::to_string(8 * tag) + "- and " +
+      std::to_string(8 * image) + "-bit bigint, tagint and imageint";
 }
 
 /* Why this LAMMPS cannot use the plugin; empty if it can. */
@@ -78,21 +79,22 @@ static std::string misfit(void *lmp)
 {
   const int found = lammps_version(lmp);
   if (found != JAMLAB_LAMMPS_VERSION)
-    return "for LAMMPS version " + std::to_string(JAMLAB_LAMMPS_VERSION) + ", this is " + std::to_string(found);
+    return "for LAMMPS version " + std::to_string(JAMLAB_LAMMPS_VERSION) + ", this is " +
+        std::to_string(found);
 
   const std::string update = update_of_lammps();
   if (!update.empty() && update != JAMLAB_LAMMPS_UPDATE)
-    return "for update " JAMLAB_LAMMPS_UPDATE " of LAMMPS " JAMLAB_LAMMPS_DATE ", this is update " + update;
+    return "for update " JAMLAB_LAMMPS_UPDATE " of LAMMPS " JAMLAB_LAMMPS_DATE ", this is update " +
+        update;
 
   const std::string built = sizes(sizeof(bigint), sizeof(tagint), sizeof(imageint));
-  const std::string wanted = sizes(lammps_extract_setting(lmp, "bigint"), lammps_extract_setting(lmp, "tagint"),
-                                   lammps_extract_setting(lmp, "imageint"));
+  const auto bytes = [lmp](const char *type) { return lammps_extract_setting(lmp, type); };
+  const std::string wanted = sizes(bytes("bigint"), bytes("tagint"), bytes("imageint"));
   if (built != wanted) return "with " + built + ", this LAMMPS has " + wanted;
 
   const std::string mpi = mpi_of_lammps(), built_mpi = BUILT_MPI;
-  if (!mpi.empty() && !built_mpi.empty() && mpi != built_mpi) return "with " + built_mpi + ", this LAMMPS has " + mpi;
-
-  return "";
+  const bool known = !mpi.empty() && !built_mpi.empty();
+  return known && mpi != built_mpi ? "with " + built_mpi + ", this LAMMPS has " + mpi : "";
 }
 
 /* The library of the styles, in the folder of this one. */

@@ -3,7 +3,6 @@
 /* Registers the styles with LAMMPS, once guard.cpp has found that they fit it. */
 
 #include "bond_line_tension.h"
-#include "citation.h"
 #include "command_descend.h"
 #include "command_forces.h"
 #include "compute_polygon.h"
@@ -43,21 +42,10 @@ __attribute__((visibility("default"))) void jamlab_register(void *, void *, void
 
 static constexpr char AUTHOR[] = "the jamlab authors";
 
-template <class Style> static void *create(void *lmp)
+template <class Style, class... Arguments>
+static void *create(void *lmp, Arguments... arguments)
 {
-  return new Style(static_cast<LAMMPS *>(lmp));
-}
-
-template <class Style> static void *create(void *lmp, int narg, char **arg)
-{
-  return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
-}
-
-// LAMMPS makes the style here, also inside pair_style hybrid
-template <> void *create<PairCirculoline>(void *lmp)
-{
-  cite(static_cast<LAMMPS *>(lmp), CITE_CIRCULOLINE);
-  return new PairCirculoline(static_cast<LAMMPS *>(lmp));
+  return new Style(static_cast<LAMMPS *>(lmp), arguments...);
 }
 
 struct PluginStyle {
@@ -77,10 +65,12 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygon>},
     {"compute", "polygon/contact", "gaps and forces of the contacts between polygons", nullptr,
      &create<ComputePolygonContact>},
-    {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles", nullptr,
-     &create<FixPolygonOutline>},
-    {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>, nullptr},
-    {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>, nullptr},
+    {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles",
+     nullptr, &create<FixPolygonOutline>},
+    {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>,
+     nullptr},
+    {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>,
+     nullptr},
 };
 
 void jamlab_register(void *lmp, void *handle, void *regfunc)

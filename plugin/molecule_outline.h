@@ -19,11 +19,11 @@ enum OutlineKind {
 };
 
 struct OutlineLink {
-  tagint next, prev;    // atom IDs, 0 where there is none
-  int kind;             // OutlineKind
-  int size;             // atoms of the ring or chain
-  int first;            // 1 on one vertex of each ring or chain, that of the lowest ID
-  int crossings;        // of a ring: pairs of its edges that pass through each other
+  tagint next = 0, prev = 0;    // atom IDs, 0 where there is none
+  int kind = UNKNOWN;           // OutlineKind
+  int size = 0;                 // atoms of the ring or chain
+  int first = 0;                // 1 on the vertex of the lowest ID of each ring or chain
+  int crossings = 0;            // of a ring: pairs of its edges that pass through each other
   int bonds = 0;        // sum over the bonds that the atom itself lists, which may change in a run
 };
 

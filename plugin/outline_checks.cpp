@@ -98,16 +98,16 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
                      "of its own", molecule, ends[0]));
   if (fault == NOT_AN_OUTLINE)
     stop(fmt::format("atom {} of type {} has no bonds to be the vertex of an outline: name type {} "
-                     "in disks of pair_style circuloline, or leave it to another style of pair_style "
-                     "hybrid", ends[0], type, type));
+                     "in disks of pair_style circuloline, or leave it to another style of "
+                     "pair_style hybrid", ends[0], type, type));
   if (fault == OTHER_LAW)
     stop(fmt::format("atoms {} and {} of one outline have types with different coefficients: give "
                      "the vertices of an outline one type, or their types the same pair_coeff",
                      ends[0], ends[1]));
   if (fault == TOO_LONG)
     stop(edge + fmt::format("the {:.6g} that pair_style circuloline allows: raise its second "
-                            "argument (that raises the ghost cutoff, now {:.6g}), or check the image "
-                            "flags, which must make the polygon whole", laws.longest_edge,
+                            "argument (that raises the ghost cutoff, now {:.6g}), or check the "
+                            "image flags, which must make the polygon whole", laws.longest_edge,
                             lmp->comm->cutghostuser));
   stop(edge + "half the box, so that the bond between them takes another image: use a larger box "
               "or more vertices per polygon");

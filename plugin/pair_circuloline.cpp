@@ -3,6 +3,7 @@
 #include "pair_circuloline.h"
 
 #include "atom.h"
+#include "citation.h"
 #include "comm.h"
 #include "compute.h"
 #include "error.h"
@@ -43,6 +44,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) :
   comm_reverse_off = RETURNED;    // here: LAMMPS sizes its buffers by it before init_style()
   delta = 0.0;
   form = OUTLINE;
+  cite(lmp, CITE_CIRCULOLINE);
 }
 
 PairCirculoline::~PairCirculoline()

@@ -2,8 +2,8 @@
 
 #pragma once
 
-/* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems and
-   processors cannot. Without fused products, so that both give the same digits. */
+/* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems
+   and processors cannot. Without fused products, so that both give the same digits. */
 
 #if defined(__x86_64__) && defined(__linux__) && __has_include(<gnu/libc-version.h>)
 #define JAMLAB_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))

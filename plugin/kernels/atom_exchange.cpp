@@ -34,8 +34,7 @@ int64_t visit(int64_t n, int64_t wide, const void *id, const void *image, const 
 
 }    // namespace
 
-// Writes values (n, 2) to rows of LAMMPS (n, 3), less the translations by image flags if there is a
-// box (2, 2).
+// Writes values (n, 2) to rows of LAMMPS (n, 3), less translations if there is a box (2, 2).
 JAMLAB_KERNEL put_atoms(int64_t n, int64_t wide, const void *id, const void *image,
                         const double *box, const double *values, double *const *rows)
 try {

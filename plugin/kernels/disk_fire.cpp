@@ -1,6 +1,7 @@
-// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of decks: the
-// same states to rounding, at less than half the price, unless disks are HEAVY. E. Bitzek et al., Phys. Rev. Lett. 97,
-// 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
+// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of
+// decks: the same states to rounding, at less than half the price, unless disks are HEAVY. E.
+// Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175,
+// 109584 (2020).
 
 #include "../wide_vectors.h"
 #include "disk_neighbors.h"
@@ -16,15 +17,16 @@ namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
-// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an
-// energy, or else a stiffness; see PowerLaw in jamlab/models/pair_laws.py.
+// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the
+// strength is an energy, or else a stiffness; see PowerLaw in jamlab/models/pair_laws.py.
 struct Law {
   double strength;
   bool relative;
   double exponent;
 };
 
-constexpr int64_t SHARE = 4096, MOST_SHARES = 64;  // disks of a share; pairs across are computed twice, 5 % of all
+// disks of a share; pairs across shares, 5 % of all, are computed twice
+constexpr int64_t SHARE = 4096, MOST_SHARES = 64;
 
 struct Fire {
   double timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink;
@@ -35,16 +37,17 @@ struct Fire {
 struct Border {
   int count;
   Triangle strain[3];
-  double pressure, inertia, size;  // inertia: of a strain; size: of a disk, so that force = stress * size
+  double pressure, inertia, size;  // inertia: of a strain; force = stress * size, of a disk
 
   static constexpr double LESS = 0.1;  // longest strain over the longest move
 };
 
 // What one pass over all disks tells.
 struct Sums {
-  double power = 0, velocity2 = 0, force2 = 0;      // v . f, m v . v, f . f / m
-  double fastest = 0, strongest = 0, largest2 = 0;  // of v, of f / m, by component; of squared norms of f
-  double xx = 0, xy = 0, yy = 0;                    // sum of force times distance
+  double power = 0, velocity2 = 0, force2 = 0;  // v . f, m v . v, f . f / m
+  double fastest = 0, strongest = 0;            // largest components of v and of f / m
+  double largest2 = 0;                          // largest f . f
+  double xx = 0, xy = 0, yy = 0;                // sum of force times distance
   char unused[56] = {};                             // shares are written side by side
 };
 
@@ -64,7 +67,8 @@ struct Batch {
 
 JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 {
-  // divisions are made where nothing touches as well: a loop without branches runs on four pairs at a time
+  // divisions are made where nothing touches as well: a loop without branches runs on four pairs at
+  // a time
   for (int p = 0; p < count; ++p) {
     const double x = pairs.x[p], y = pairs.y[p], reach = pairs.reach[p];
     const double r = std::sqrt(x * x + y * y), overlap = std::max(reach - r, 0.0),
@@ -76,7 +80,7 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
   if (law.exponent == 2.0) return;
   // contacts grow stiffer: x^(exponent - 2) times the force of springs
   for (int p = 0; p < count; ++p) {
-    const double reach = pairs.reach[p], r = std::sqrt(pairs.x[p] * pairs.x[p] + pairs.y[p] * pairs.y[p]);
+    const double reach = pairs.reach[p], r = size(Vector{pairs.x[p], pairs.y[p]});
     if (r >= reach) continue;
     const double x = (reach - r) / reach;
     const double stiffer = law.exponent == 2.5 ? std::sqrt(x) : std::pow(x, law.exponent - 2.0);
@@ -88,8 +92,8 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 class Minimizer {
  public:
   Minimizer(DiskNeighbors &all, Law law, Fire fire, Border border, int threads, double skin)
-      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()), sums(all.shares.size()),
-        far(all.shares.size()), skin(skin)
+      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()),
+        sums(all.shares.size()), far(all.shares.size()), skin(skin)
   {
   }
 
@@ -201,8 +205,8 @@ class Minimizer {
       sum.yy += amount * border.strain[a].yy;
     }
     const double half = 0.5 * (sum.xx - sum.yy), middle = std::exp(0.5 * (sum.xx + sum.yy));
-    const Triangle map{std::exp(sum.xx), sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0),
-                       std::exp(sum.yy)};
+    const double shear = sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0);
+    const Triangle map{std::exp(sum.xx), shear, std::exp(sum.yy)};
     cell.box = cell.box.after(map);
     cell.since = cell.since.after(map);
     if (k == 0) all.set_box(cell.box);  // nobody looks at it before all have met
@@ -214,9 +218,7 @@ class Minimizer {
   {
     each(k, [&](int s) {
       for (int64_t i = all.shares[s].first; i < all.shares[s].last; ++i) {
-        const Vector along = map(all.disks[i].x, all.disks[i].y);
-        all.disks[i].x = along.x - time * all.velocity[i].x;
-        all.disks[i].y = along.y - time * all.velocity[i].y;
+        all.disks[i].at = map(all.disks[i].at) - all.velocity[i] * time;
         all.velocity[i] = force[i] = {0.0, 0.0};
       }
     });
@@ -227,19 +229,17 @@ class Minimizer {
     each(k, [&](int s) {
       for (int64_t i = all.shares[s].first; i < all.shares[s].last; ++i) {
         Vector &v = all.velocity[i];
-        const Vector f = force[i], along = map(all.disks[i].x, all.disks[i].y);
+        const Vector f = force[i];
         const double light = all.disks[i].lightness;
-        v.x = keep * (v.x + dt * f.x * light) + steer * f.x * light;
-        v.y = keep * (v.y + dt * f.y * light) + steer * f.y * light;
-        all.disks[i].x = along.x + dt * v.x;
-        all.disks[i].y = along.y + dt * v.y;
+        v = (v + f * dt * light) * keep + f * steer * light;
+        all.disks[i].at = map(all.disks[i].at) + v * dt;
         force[i] = {0.0, 0.0};
       }
     });
   }
 
-  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last; `travelled` is a bound
-  // that spares looking at every step.
+  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last;
+  // `travelled` is a bound that spares looking at every step.
   void relist(int k, int64_t step, Cell &cell, double &travelled)
   {
     const bool lasts = step - built_at == LONG && skin > TIGHTEST;
@@ -308,7 +308,8 @@ class Minimizer {
     const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(border.inertia);
     for (int a = 0; a < border.count; ++a) {
       const Triangle &m = border.strain[a];
-      const double work = total.xx * m.xx + total.xy * m.xy + total.yy * m.yy - border.pressure * area * (m.xx + m.yy);
+      const double work = total.xx * m.xx + total.xy * m.xy + total.yy * m.yy -
+                          border.pressure * area * (m.xx + m.yy);
       const double f = cell.force[a] = work * scale, v = cell.velocity[a];
       total.power += v * f;
       total.velocity2 += v * v;
@@ -316,7 +317,8 @@ class Minimizer {
       total.fastest = std::max(total.fastest, std::fabs(v) * scale / Border::LESS);
       total.strongest = std::max(total.strongest, std::fabs(f) * scale / Border::LESS);
       const double stress = work * border.size / area;
-      total.largest2 = std::max(total.largest2, stress * stress / (m.xx * m.xx + m.xy * m.xy + m.yy * m.yy));
+      const double norm2 = m.xx * m.xx + m.xy * m.xy + m.yy * m.yy;
+      total.largest2 = std::max(total.largest2, stress * stress / norm2);
     }
   }
 
@@ -333,20 +335,23 @@ class Minimizer {
     }
     for (int64_t i = share.first; i < share.last; ++i) {
       const Vector v = all.velocity[i], f = force[i];
-      const double squared = f.x * f.x + f.y * f.y, light = all.disks[i].lightness;
-      found.power += v.x * f.x + v.y * f.y;
-      found.velocity2 += (v.x * v.x + v.y * v.y) / light;
+      const double squared = dot(f, f), light = all.disks[i].lightness;
+      found.power += dot(v, f);
+      found.velocity2 += dot(v, v) / light;
       found.force2 += squared * light;
       found.fastest = std::max(found.fastest, std::max(std::fabs(v.x), std::fabs(v.y)));
-      found.strongest = std::max(found.strongest, light * std::max(std::fabs(f.x), std::fabs(f.y)));
+      found.strongest =
+          std::max(found.strongest, light * std::max(std::fabs(f.x), std::fabs(f.y)));
       found.largest2 = std::max(found.largest2, squared);
     }
     return found;
   }
 
-  // Add the forces of pairs to their disks, or to the first of each only: batches, so that no branch is guessed wrong.
+  // Add the forces of pairs to their disks, or to the first of each only: batches, so that no
+  // branch is guessed wrong.
   template <bool BOTH, bool STRESS>
-  void push(const std::vector<std::uint32_t> &first, const std::vector<std::uint32_t> &neighbor, Sums &found)
+  void push(const std::vector<std::uint32_t> &first, const std::vector<std::uint32_t> &neighbor,
+            Sums &found)
   {
     const double weight = BOTH ? 1.0 : 0.5;
     const Disk *disks = all.disks.data();
@@ -357,22 +362,16 @@ class Minimizer {
       const std::uint32_t *i = first.data() + from, *j = neighbor.data() + from;
       for (int p = 0; p < count; ++p) {
         const Disk &own = disks[i[p]], &other = disks[j[p] & DiskNeighbors::NUMBER];
-        const Vector image = all.shift[j[p] >> DiskNeighbors::IMAGE];
-        pairs.x[p] = own.x - other.x - image.x;
-        pairs.y[p] = own.y - other.y - image.y;
+        const Vector apart = own.at - other.at - all.shift[j[p] >> DiskNeighbors::IMAGE];
+        pairs.x[p] = apart.x;
+        pairs.y[p] = apart.y;
         pairs.reach[p] = own.radius + other.radius;
       }
       repel(pairs, count, law);
       for (int p = 0; p < count; ++p) {
         const double x = pairs.force_x[p], y = pairs.force_y[p];
-        Vector &own = f[i[p]];
-        own.x += x;
-        own.y += y;
-        if (BOTH) {
-          Vector &other = f[j[p] & DiskNeighbors::NUMBER];
-          other.x -= x;
-          other.y -= y;
-        }
+        f[i[p]] += {x, y};
+        if (BOTH) f[j[p] & DiskNeighbors::NUMBER] -= {x, y};
         if (STRESS) {
           found.xx += weight * x * pairs.x[p];
           found.xy += weight * x * pairs.y[p];
@@ -385,30 +384,35 @@ class Minimizer {
 
 }  // namespace
 
-// Minimise the energy of soft disks, or their enthalpy, until the largest force is below a tolerance.
+// Minimise the energy of soft disks, or their enthalpy, until the largest force is below a
+// tolerance.
 //   positions (n, 2) in and out, unwrapped; diameters (n); box (3) in and out: xx, xy, yy
 //   strength, relative (0 or 1) and exponent of the law, see Law
 //   fire (8): timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink
 //   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
 //   largest (1) out: the largest force left, or stress times mean diameter
-// Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,
-// -4: no threads.
-JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double strength,
-                         int64_t relative, double exponent, double tolerance, int64_t steps, int64_t threads,
-                         double skin, const double *fire, int64_t delay, int64_t most_uphill, int64_t m,
-                         const double *strains, double pressure, double *largest)
+// Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions
+// that are not finite, -4: no threads.
+JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box,
+                         double strength, int64_t relative, double exponent, double tolerance,
+                         int64_t steps, int64_t threads, double skin, const double *fire,
+                         int64_t delay, int64_t most_uphill, int64_t m, const double *strains,
+                         double pressure, double *largest)
 try {
-  if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3) return BOX_TOO_SMALL;
-  // as many shares whatever the threads: sums are made in one order, and results the same to the last digit
+  if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3)
+    return BOX_TOO_SMALL;
+  // The number of shares does not depend on the threads, so that sums are made in one order.
   const int shares = static_cast<int>(std::clamp<int64_t>(n / SHARE, 1, MOST_SHARES));
   const int members = static_cast<int>(std::min<int64_t>(threads, shares));
   DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, shares);
   if (!all.fits(skin)) return BOX_TOO_SMALL;
-  const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4], fire[5], fire[6], fire[7], delay, most_uphill};
+  const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4],
+                      fire[5], fire[6], fire[7], delay,   most_uphill};
   double size = 0.0;
   for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
   Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
-  for (int64_t a = 0; a < m; ++a) border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
+  for (int64_t a = 0; a < m; ++a)
+    border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
   Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, border, members, skin);
   const int64_t taken = minimizer.run(tolerance, steps);
   if (taken < 0) return taken;

@@ -1,17 +1,18 @@
-// Disks in a periodic parallelogram, sorted by cells, and who of them may touch whom until one has moved half a skin.
+// Disks in a periodic parallelogram, sorted by cells, and who of them may touch whom until one has
+// moved half a skin.
 #pragma once
 
+#include "vector.h"
+
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
+#include <numeric>
 #include <vector>
 
-struct Vector {
-  double x, y;
-};
+using jamlab::Vector;
 
 struct Disk {
-  double x, y, radius, lightness;  // one half of a cache line; lightness: 1/mass
+  Vector at;
+  double radius, lightness;  // one half of a cache line in all; lightness: 1/mass
 };
 
 // A box with rows (xx, 0) and (xy, yy), or the map of positions that the transposed matrix makes.
@@ -19,16 +20,16 @@ struct Triangle {
   double xx, xy, yy;
 
   Triangle after(const Triangle &f) const { return {f.xx * xx, f.xx * xy + f.xy * yy, f.yy * yy}; }
-  Vector operator()(double x, double y) const { return {xx * x + xy * y, yy * y}; }
+  Vector operator()(const Vector &r) const { return {xx * r.x + xy * r.y, yy * r.y}; }
   double strain() const { return std::max(std::fabs(xx - 1), std::fabs(yy - 1)) + std::fabs(xy); }
 };
 
-// A part of the disks, [first, last) in sorted order, and its pairs: a disk of the share, and its neighbor's number
-// with, above that, which image of it.
+// A part of the disks, [first, last) in sorted order, and its pairs: a disk of the share, and its
+// neighbor's number with, above that, which image of it.
 struct Share {
   std::int64_t first = 0, last = 0;
-  std::vector<std::uint32_t> disk, neighbor;                  // both in the share: once
-  std::vector<std::uint32_t> outer_disk, outer_neighbor;      // the neighbor in another share, which lists it as well
+  std::vector<std::uint32_t> disk, neighbor;              // both in the share: listed once
+  std::vector<std::uint32_t> outer_disk, outer_neighbor;  // pairs that another share lists as well
 };
 
 class DiskNeighbors {
@@ -36,17 +37,20 @@ class DiskNeighbors {
   static constexpr std::uint32_t NUMBER = (1u << 28) - 1;
   static constexpr int IMAGE = 28;  // bits above: 3 sx + sy + 4 for shifts -1, 0, 1 by the two rows
   static constexpr std::int64_t MOST = NUMBER;
-  // Disks above so many mean diameters have a mass in proportion to their diameter, as to the number of their contacts:
-  // they would be the stiffest and hold back the time step of all. 4096 disks of 1:20 take a third fewer steps.
+  // Disks above so many mean diameters have a mass in proportion to their diameter, as to the
+  // number of their contacts: they would be the stiffest and hold back the time step of all. 4096
+  // disks of 1:20 take a third fewer steps.
   static constexpr double HEAVY = 2.0;
 
-  DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Triangle box, int shares)
+  DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Triangle box,
+                int shares)
       : box(box), disks(n), velocity(n), id(n), image_x(n), image_y(n), built(n), shares(shares)
   {
     double heavy = 0.0;
     for (std::int64_t i = 0; i < n; ++i) heavy += HEAVY * diameters[i] / static_cast<double>(n);
     for (std::int64_t i = 0; i < n; ++i) {
-      disks[i] = {positions[2 * i], positions[2 * i + 1], 0.5 * diameters[i], std::min(1.0, heavy / diameters[i])};
+      const double lightness = std::min(1.0, heavy / diameters[i]);
+      disks[i] = {jamlab::point(positions, i), 0.5 * diameters[i], lightness};
       id[i] = i;
       largest = std::max(largest, diameters[i]);
     }
@@ -56,43 +60,45 @@ class DiskNeighbors {
   void set_box(Triangle to)
   {
     box = to;
-    for (int k = 0; k < 9; ++k) shift[k] = {(k / 3 - 1) * box.xx + (k % 3 - 1) * box.xy, (k % 3 - 1) * box.yy};
+    for (int k = 0; k < 9; ++k) shift[k] = box({k / 3 - 1.0, k % 3 - 1.0});
   }
 
-  // Whether cells as wide as the reach fit three times into the box either way: a pair then meets in one image only.
+  // Whether cells as wide as the reach fit three times into the box either way: a pair then meets
+  // in one image only.
   bool fits(double skin)
   {
     const double reach = (largest + skin) * (1 + 1e-12);
     const double across = box.xx * box.yy / std::hypot(box.xy, box.yy);
     if (!(reach > 0) || !(across >= 3 * reach) || !(box.yy >= 3 * reach)) return false;
-    const double most = std::sqrt(4.0 * static_cast<double>(disks.size())) + 3;  // wide empty boxes: larger cells
+    // cells are larger in wide empty boxes
+    const double most = std::sqrt(4.0 * static_cast<double>(disks.size())) + 3;
     columns = static_cast<std::int64_t>(std::min(across / reach, most));
     rows = static_cast<std::int64_t>(std::min(box.yy / reach, most));
     return true;
   }
 
-  // Wrap and sort all disks. False: a position is not finite, or too far away to be told from its image.
+  // Wrap and sort all disks. False: a position is not finite, or too far away to be told from its
+  // image.
   bool sort()
   {
     const std::int64_t n = static_cast<std::int64_t>(disks.size());
     std::vector<std::int64_t> cell(n);
+    const auto bin = [](double fraction, std::int64_t cells) {
+      const auto number = static_cast<std::int64_t>(fraction * static_cast<double>(cells));
+      return std::clamp<std::int64_t>(number, 0, cells - 1);
+    };
     cell_start.assign(columns * rows + 1, 0);
     for (std::int64_t i = 0; i < n; ++i) {
-      double up = disks[i].y / box.yy, along = (disks[i].x - box.xy * up) / box.xx;
+      const double up = disks[i].at.y / box.yy, along = (disks[i].at.x - box.xy * up) / box.xx;
       const double wrap_y = std::floor(up), wrap_x = std::floor(along);
       if (!(std::fabs(wrap_x) < 1e9) || !(std::fabs(wrap_y) < 1e9)) return false;
-      disks[i].x -= wrap_x * box.xx + wrap_y * box.xy;
-      disks[i].y -= wrap_y * box.yy;
+      disks[i].at -= box({wrap_x, wrap_y});
       image_x[i] += static_cast<std::int64_t>(wrap_x);
       image_y[i] += static_cast<std::int64_t>(wrap_y);
-      const auto place = [](double fraction, std::int64_t cells) {
-        return std::clamp<std::int64_t>(static_cast<std::int64_t>(fraction * static_cast<double>(cells)), 0, cells - 1);
-      };
-      const std::int64_t row = place(up - wrap_y, rows), column = place(along - wrap_x, columns);
-      cell[i] = row * columns + column;
+      cell[i] = bin(up - wrap_y, rows) * columns + bin(along - wrap_x, columns);
       ++cell_start[cell[i] + 1];
     }
-    for (std::int64_t c = 0; c < columns * rows; ++c) cell_start[c + 1] += cell_start[c];
+    std::partial_sum(cell_start.begin(), cell_start.end(), cell_start.begin());
     std::vector<std::int64_t> next(cell_start.begin(), cell_start.end() - 1), place(n);
     for (std::int64_t i = 0; i < n; ++i) place[i] = next[cell[i]]++;
     permute(disks, place);
@@ -100,7 +106,7 @@ class DiskNeighbors {
     permute(id, place);
     permute(image_x, place);
     permute(image_y, place);
-    for (std::int64_t i = 0; i < n; ++i) built[i] = {disks[i].x, disks[i].y};
+    for (std::int64_t i = 0; i < n; ++i) built[i] = disks[i].at;
     const std::int64_t parts = static_cast<std::int64_t>(shares.size());
     for (std::int64_t k = 0; k < parts; ++k) {
       shares[k].first = n * k / parts;
@@ -112,9 +118,11 @@ class DiskNeighbors {
   // List the pairs of one share, nearer than their contact distance and the skin.
   void list(Share &share, double skin) const
   {
-    for (auto *list : {&share.disk, &share.neighbor, &share.outer_disk, &share.outer_neighbor}) list->clear();
+    for (auto *list : {&share.disk, &share.neighbor, &share.outer_disk, &share.outer_neighbor})
+      list->clear();
     if (share.first == share.last) return;
-    std::int64_t c = std::upper_bound(cell_start.begin(), cell_start.end(), share.first) - cell_start.begin() - 1;
+    const auto after = std::upper_bound(cell_start.begin(), cell_start.end(), share.first);
+    std::int64_t c = after - cell_start.begin() - 1;
     for (std::int64_t i = share.first; i < share.last; ++i) {
       while (cell_start[c + 1] <= i) ++c;
       const std::int64_t row = c / columns, column = c % columns;
@@ -126,12 +134,13 @@ class DiskNeighbors {
           if (q < 0) q += columns, sx = -1;
           if (q >= columns) q -= columns, sx = 1;
           const std::uint32_t image = static_cast<std::uint32_t>(3 * sx + sy + 4);
-          for (std::int64_t j = cell_start[r * columns + q]; j < cell_start[r * columns + q + 1]; ++j) {
+          const std::int64_t other = r * columns + q;
+          for (std::int64_t j = cell_start[other]; j < cell_start[other + 1]; ++j) {
             const bool mine = j >= share.first && j < share.last;
             if (mine ? j <= i : j == i) continue;
-            const double x = disks[j].x + shift[image].x - disks[i].x, y = disks[j].y + shift[image].y - disks[i].y;
+            const Vector apart = disks[j].at + shift[image] - disks[i].at;
             const double reach = disks[i].radius + disks[j].radius + skin;
-            if (x * x + y * y > reach * reach) continue;
+            if (dot(apart, apart) > reach * reach) continue;
             const std::uint32_t neighbor = static_cast<std::uint32_t>(j) | image << IMAGE;
             (mine ? share.disk : share.outer_disk).push_back(static_cast<std::uint32_t>(i));
             (mine ? share.neighbor : share.outer_neighbor).push_back(neighbor);
@@ -140,27 +149,30 @@ class DiskNeighbors {
     }
   }
 
-  // How far a disk of a share has moved at most since the disks were sorted, and half a pair by the strain of the box.
+  // How far a disk of a share has moved at most since the disks were sorted, and half a pair by the
+  // strain of the box.
   double moved(const Share &share, const Triangle &since, double skin) const
   {
     double most = 0.0;
     for (std::int64_t i = share.first; i < share.last; ++i) {
-      const Vector along = since(built[i].x, built[i].y);
-      const double x = disks[i].x - along.x, y = disks[i].y - along.y;
-      most = std::max(most, x * x + y * y);
+      const Vector moved = disks[i].at - since(built[i]);
+      most = std::max(most, dot(moved, moved));
     }
     return std::sqrt(most) + strained(since, skin);
   }
 
-  double strained(const Triangle &map, double skin) const { return 0.5 * map.strain() * (largest + skin); }
+  double strained(const Triangle &map, double skin) const
+  {
+    return 0.5 * map.strain() * (largest + skin);
+  }
 
   // Positions in the order given at first, unwrapped.
   void unwrapped(double *positions) const
   {
     for (std::size_t i = 0; i < disks.size(); ++i) {
       const double right = static_cast<double>(image_x[i]), up = static_cast<double>(image_y[i]);
-      positions[2 * id[i]] = disks[i].x + right * box.xx + up * box.xy;
-      positions[2 * id[i] + 1] = disks[i].y + up * box.yy;
+      const Vector turned = disks[i].at + Vector{right * box.xx, 0.0};
+      jamlab::put(positions, id[i], turned + Vector{up * box.xy, up * box.yy});
     }
   }
 
@@ -177,7 +189,8 @@ class DiskNeighbors {
   std::int64_t columns = 0, rows = 0;
   std::vector<std::int64_t> cell_start;
 
-  template <class Value> static void permute(std::vector<Value> &values, const std::vector<std::int64_t> &place)
+  template <class Value>
+  static void permute(std::vector<Value> &values, const std::vector<std::int64_t> &place)
   {
     std::vector<Value> sorted(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) sorted[place[i]] = values[i];

@@ -150,8 +150,7 @@ class PeriodicGrid {
     int64_t number;
   };
 
-  // Bins are as large as the reach of the usual search, or as the mean distance of places if that
-  // is larger.
+  // Bins are as large as the reach, or as the mean distance of places if that is larger.
   PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, double reach)
   {
     const int64_t n = static_cast<int64_t>(places.size());

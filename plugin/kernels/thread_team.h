@@ -15,8 +15,7 @@ class ThreadTeam {
 
   const int members;
 
-  // Waits for all threads: awake for some 20 microseconds, then asleep, so that a busy machine runs
-  // the others.
+  // Waits for all threads, awake for 20 microseconds, then asleep for the sake of other programs.
   void meet()
   {
     if (members == 1) return;
@@ -40,8 +39,7 @@ class ThreadTeam {
     asleep.fetch_sub(1);
   }
 
-  // Runs work(0) .. work(members - 1), which must not throw. False: no thread could be started, and
-  // nothing has run.
+  // Runs work(0) .. work(members - 1), which must not throw. False: nothing has run, threads lack.
   template <class Work> bool run(Work work)
   {
     std::vector<std::thread> others;
