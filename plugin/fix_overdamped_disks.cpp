@@ -271,13 +271,15 @@ double FixOverdamped::up_to_changes(double step, double allowed)
 void FixOverdamped::move_disks()
 {
   const double ylo = domain->boxlo[1];
+  // without a background drag, motion that no contact drags would keep its slope for good
+  const double slope = settings.background > 0.0 ? 1.0 / (NODES[2] * plan.step) : 0.0;
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
     x[i][1] += plan.displacement[i].y;
     x[i][0] += plan.displacement[i].x + plan.strain * (x[i][1] - ylo);
     velocity[i] = velocity[i] + EXTRAPOLATION * (with_lean(plan.extrapolated[i], plan.strain) - velocity[i]);
     const Vec3 change = stages[2].velocities[i] - stages[0].velocities[i];
-    acceleration()[i] = with_lean(1.0 / (NODES[2] * plan.step) * change, plan.strain);
+    acceleration()[i] = with_lean(slope * change, plan.strain);
   }
   for (const auto &change : plan.changes) disks->expect(change);
   state.work += plan.work;

@@ -60,7 +60,7 @@ class Choice:
 
     Example:
         >>> jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
-        Choice(64 disks: z to 0.15, 1 packing in 0.42 s; cheapest of 4 ways that serve)
+        Choice(64 disks: z to 0.15, 1 packing in 0.82 s; cheapest of 4 ways that serve)
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05)
         >>> choice.way, choice.call[:37]
