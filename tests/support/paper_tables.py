@@ -144,7 +144,7 @@ def correlation():
 
 def both_models():
     """States of disks and of polygons."""
-    return pd.concat([states(), states("dp")], ignore_index=True).assign(z_strong=lambda s: s["z"])
+    return pd.concat([states(), states("dp")], ignore_index=True)
 
 
 def stable():

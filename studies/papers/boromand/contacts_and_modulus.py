@@ -86,14 +86,12 @@ def end_of_eq_13(x: Array, z: Array, onset: float, share: float = 0.01, end: flo
 
 
 def proportion(
-    tables: EnsembleTables,
-    series: str,
-    z_j: str = "3.97",
-    middle: str = "mean",
-    packings: str = PACKINGS[0],
+    tables: EnsembleTables, series: str, z_j: str = "3.97", middle: str = "mean", packings: str = PACKINGS[0]
 ) -> Sample:
     """Take z - z_J and G at the same places."""
     both = [evenly(tables, series, column, 0, DISTANT, z_j=z_j, packings=packings).groups[0] for column in ("z", "g")]
+    if both[0].shape != both[1].shape:
+        raise InputError(f"{series}: z and G are not known for the same packings and places")
     of_g = MIDDLES[middle]
     return Sample([np.stack(both, axis=-1)], lambda drawn: (average(drawn[0][..., 0]), of_g(drawn[0][..., 1])))
 
