@@ -28,7 +28,7 @@ from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, start_lammps
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.deformation import BoxStrains
+from jamlab.packing.deformation import BoxStrains, at_positions
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
@@ -330,7 +330,7 @@ class Session:
         """The present state: one object, with what was computed of it, until it moves."""
         positions = self.positions()
         if not np.array_equal(positions, self._packing.positions):
-            self._packing = self._packing._moved(positions)
+            self._packing = at_positions(self._packing, positions)
         return self._packing
 
     @checked

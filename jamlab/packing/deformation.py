@@ -29,6 +29,12 @@ def at_phi(packing: Packing, phi: float) -> Packing:
     return packing._trusted(box=factor * packing.box, positions=moved)
 
 
+def at_positions(packing: Packing, positions: Array) -> Packing:
+    """The packing at float64 positions of the right shape; of disks, nothing but their being finite is checked."""
+    checks = packing.kind.deforms or not np.isfinite(positions).all()
+    return packing.with_state(positions=positions) if checks else packing._trusted(positions=positions)
+
+
 def sheared(packing: Packing, strain: float) -> Packing:
     """The packing after the affine simple shear x -> x + strain * y of box and every position."""
     return deformed(packing, shear_direction("simple").gradient(strain))[0]

@@ -403,18 +403,12 @@ class Packing:
         return copy
 
     def _trusted(self, **changes: Any) -> Packing:
-        """Copy as `with_state` makes it, without its checks: for arrays that are float64 and right by construction.
-        `provenance`, if given, stands in the place of the old one."""
+        """`with_state` without checks, of float64 arrays right by construction; `provenance` replaces the old one."""
         changes = self._changed(changes)
         copy = object.__new__(Packing)
         copy.__dict__.update({**self.__dict__, **changes})
         copy._lock(self._derived if _DEFINING.isdisjoint(changes) else None)
         return copy
-
-    def _moved(self, positions: Array) -> Packing:
-        """`with_state` of float64 positions of the right shape: of disks, nothing else is checked again."""
-        wrong = self.kind.deforms or not np.isfinite(positions).all()
-        return self.with_state(positions=positions) if wrong else self._trusted(positions=positions)
 
     def _changed(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes of a copy, which is at no known minimum if its state differs."""

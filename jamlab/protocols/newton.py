@@ -11,6 +11,7 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
+from jamlab.packing.deformation import at_positions
 
 # Halved or doubled, these change force evaluations and factorisations by less than 5 % and lose no state, except for
 # the first shift (a third more of both either way) and a larger `GOOD` (18 and 43 % more).
@@ -62,7 +63,7 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -
         gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
         if gained > ACCEPTED:
             try:
-                packing = packing._moved(positions)
+                packing = at_positions(packing, positions)
             except InputError:  # a polygon crosses itself
                 gained = -1.0
             else:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import jamlab
 from jamlab.errors import InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
-from jamlab.packing.deformation import at_phi, deformed, shear_direction
+from jamlab.packing.deformation import at_phi, at_positions, deformed, shear_direction
 from jamlab.packing.packing import Packing
 
 BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
@@ -148,11 +148,11 @@ def test_with_state_merges_provenance_and_clears_what_was_known_of_another_state
 @pytest.mark.parametrize("packing", [disks(converged=True), polygons(converged=True)], ids=["sp", "dp"])
 def test_the_short_way_to_other_positions_is_that_of_with_state(packing):
     there = packing.positions + np.array([0.25, 0.5])
-    moved = packing._moved(there.copy())
+    moved = at_positions(packing, there.copy())
     assert moved == packing.with_state(positions=there) and moved.known == {} and not moved.positions.flags.writeable
     there[1, 0] = np.inf
     with pytest.raises(jamlab.InputError, match=r"positions\[1, 0\]"):
-        packing._moved(there)
+        at_positions(packing, there)
 
 
 @pytest.mark.parametrize("packing", [disks(), polygons()], ids=["sp", "dp"])
