@@ -97,9 +97,12 @@ class OwnCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words of the command."""
+        given = list(args)
         try:
             return super().parse_args(ctx, args)
         except TyperException as error:
+            if type(error) is typer.BadParameter and not any(word in error.message for word in given):
+                error.message += f", in {' '.join(given)}"
             name = str(getattr(error, "option_name", "")).lstrip("-").replace("-", "_")
             if name in MEANT:
                 error.message += f"; use {MEANT[name]}"

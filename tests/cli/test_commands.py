@@ -142,7 +142,7 @@ def test_compress_and_analyze_agree(packed, tmp_path):
 
 BAD = [  # one for each way in which words are wrong; values are tested where they are checked
     (("jam", "--n", "7"), "n = 7"),
-    (("jam", "--n", "few"), "--n"),
+    (("jam", "--n", "few"), "few"),
     (("jam", "--model", "foam"), "foam"),
     (("jam", "--n", "8", "--law", "gamma"), "gamma"),
     (("jam", "--n", "8", "--out", "nowhere[bold]/[/x].h5"), "nowhere[bold]/[/x].h5"),
