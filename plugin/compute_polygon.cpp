@@ -5,14 +5,12 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "gather_records.h"
+#include "fix_polygon_outline.h"
 #include "memory.h"
-#include "molecule_outline.h"
 #include "update.h"
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 using namespace LAMMPS_NS;
 
@@ -75,52 +73,16 @@ void ComputePolygon::compute_array()
 
   double *const all = size_array_rows ? array[0] : nullptr;
   std::fill_n(all, size_array_rows * COLUMNS, 0.0);
+  const auto links = FixPolygonOutline::shared(lmp, WHO)->present_links();    // edges cross at times
   for (std::size_t k = 0; k < polygons.size(); k++) {
-    if (!polygons[k].first) continue;
+    if (polygons[k].first < 0) continue;
     double *const row = array[row_of(polygons[k].molecule)];
     const double a = shape[3 * k], p = perimeter[k];
     row[AREA] = a;
     row[PERIMETER] = p;
     row[SHAPE_FACTOR] = a > 0.0 ? p * p / (FOUR_PI * a) : 0.0;
+    row[CROSSINGS] = links[polygons[k].first].crossings;
     row[MOLECULE] = static_cast<double>(polygons[k].molecule);
   }
-  count_crossings(CROSSINGS);
   MPI_Allreduce(MPI_IN_PLACE, all, size_array_rows * COLUMNS, MPI_DOUBLE, MPI_SUM, world);
-}
-
-/* Each rank counts the crossings of some molecules, since no rank need own a whole polygon. */
-void ComputePolygon::count_crossings(int column)
-{
-  struct Corner {
-    tagint molecule, tag, next;
-    jamlab::Vector r;
-  };
-  std::vector<Corner> own;
-  for (const auto &segment : polygon_rings.segments()) {
-    const PolygonRings::Polygon &polygon = polygon_rings.polygons()[segment.polygon];
-    for (int n = segment.begin; n < segment.end; n++) {
-      const PolygonRings::Vertex &vertex = polygon_rings.vertices()[n];
-      own.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next],
-                     polygon_rings.position(vertex, polygon)});
-    }
-  }
-  std::vector<Corner> corners = gather_records(own, world);
-  const auto before = [](const Corner &p, const Corner &q) {
-    return std::tie(p.molecule, p.tag) < std::tie(q.molecule, q.tag);
-  };
-  std::sort(corners.begin(), corners.end(), before);
-
-  std::vector<jamlab::Vector> ring;
-  for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
-    while (end < corners.size() && corners[end].molecule == corners[begin].molecule) end++;
-    if (corners[begin].molecule % comm->nprocs != comm->me) continue;
-    ring.clear();
-    Corner here = corners[begin];
-    for (std::size_t k = begin; k < end; k++) {
-      ring.push_back(here.r);
-      here = *std::lower_bound(corners.begin() + begin, corners.begin() + end,
-                               Corner{here.molecule, here.next, 0, {}}, before);
-    }
-    array[row_of(here.molecule)][column] = edge_crossings(ring);
-  }
 }

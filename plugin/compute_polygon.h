@@ -37,7 +37,6 @@ class ComputePolygon : public Compute {
   {
     return std::lower_bound(molecules.begin(), molecules.end(), molecule) - molecules.begin();
   }
-  void count_crossings(int column);
 };
 
 }    // namespace LAMMPS_NS

@@ -76,13 +76,11 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
 
   const PolygonRings &rings = area->rings();
   vertices.clear();
-  for (const auto &segment : rings.segments())
-    for (int n = segment.begin; n < segment.end; n++) {
-      const PolygonRings::Vertex &v = rings.vertices()[n];
-      const Vector across = point(x[v.next], 0) - point(x[v.prev], 0);
-      vertices.push_back({v.i, v.prev, v.next, segment.polygon, {0.5 * across.y, -0.5 * across.x},
-                          rings.position(v, rings.polygons()[segment.polygon])});
-    }
+  for (const PolygonRings::Vertex &v : rings.vertices()) {
+    const Vector across = point(x[v.next], 0) - point(x[v.prev], 0);
+    vertices.push_back({v.i, v.prev, v.next, v.polygon, {0.5 * across.y, -0.5 * across.x},
+                        rings.position(v)});
+  }
 }
 
 Virial DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -24,8 +23,8 @@ static constexpr char WHO[] = "Fix polygon/area";
 
 /* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"),
-    rest_area(lmp, WHO, "rest area"), energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
+    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka", true),
+    rest_area(lmp, WHO, "rest area", false), energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
     error->all(FLERR, "{} needs: ka a0, each a number, d_name from fix property/atom, or v_name",
@@ -33,10 +32,6 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
 
   stiffness.read(arg[3]);
   rest_area.read(arg[4]);
-  if (stiffness.constant() && *stiffness.constant() < 0.0)
-    error->all(FLERR, "Fix polygon/area: ka {} must not be negative", arg[3]);
-  if (rest_area.constant() && *rest_area.constant() <= 0.0)
-    error->all(FLERR, "Fix polygon/area: rest area {} must be positive", arg[4]);
 
   scalar_flag = 1;
   global_freq = 1;
@@ -144,17 +139,18 @@ double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, 
     const double fy = -half_pressure * (ex[n] + ex[n + 1]);
     f[vertices[n].i][0] += fx + pull[n + 1] * ex[n + 1] - pull[n] * ex[n];
     f[vertices[n].i][1] += fy + pull[n + 1] * ey[n + 1] - pull[n] * ey[n];
-    if (vflag_either || eflag_atom) tally(k, vertices[n], per_vertex, {fx, fy});
+    if (vflag_either || eflag_atom) tally(vertices[n], per_vertex, {fx, fy});
   }
   return length;
 }
 
-void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double share,
+void FixPolygonArea::tally(const PolygonRings::Vertex &vertex, double share,
                            const jamlab::Vector &f)
 {
-  const PolygonRings::Polygon &polygon = polygon_rings.polygons()[k];
-  const jamlab::Vector center{shape[3 * k + 1] / polygon.size, shape[3 * k + 2] / polygon.size};
-  const jamlab::Vector r = polygon_rings.position(vertex, polygon) - center;
+  const int size = polygon_rings.polygons()[vertex.polygon].size;
+  const double *const sums = &shape[3 * vertex.polygon + 1];
+  const jamlab::Vector center{sums[0] / size, sums[1] / size};
+  const jamlab::Vector r = polygon_rings.position(vertex) - center;
   double v[6] = {r.x * f.x, r.y * f.y, 0.0, r.x * f.y, 0.0, 0.0};
   if (vflag_either) v_tally(vertex.i, v);
   if (eflag_atom) eatom[vertex.i] += share;
@@ -171,20 +167,6 @@ void FixPolygonArea::find_parameters()
   stiffness.evaluate(polygon_rings, fresh, ka);
   rest_area.evaluate(polygon_rings, fresh, a0);
   if (variables) modify->addstep_compute(update->ntimestep + 1);
-  check_rest_areas();
-}
-
-void FixPolygonArea::check_rest_areas() const
-{
-  for (std::size_t k = 0; k < a0.size(); k++) {
-    if (a0[k] <= 0.0)
-      error->one(FLERR, "{}: rest area of polygon {} is {}, must be positive; vertices that fix "
-                 "deposit or create_atoms made have it from an atom-style variable v_name", WHO,
-                 polygon_rings.polygons()[k].molecule, a0[k]);
-    if (ka[k] < 0.0)
-      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative",
-                 polygon_rings.polygons()[k].molecule, ka[k]);
-  }
 }
 
 double FixPolygonArea::compute_scalar()
@@ -192,11 +174,4 @@ double FixPolygonArea::compute_scalar()
   double total;
   MPI_Allreduce(&energy, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   return total;
-}
-
-void *FixPolygonArea::extract(const char *str, int &dim)
-{
-  dim = 0;
-  if (strcmp(str, "ka") == 0) return stiffness.constant();
-  return nullptr;
 }

@@ -29,7 +29,6 @@ class FixPolygonArea : public Fix {
   void post_force(int) override;
   void min_post_force(int vflag) override { post_force(vflag); }
   double compute_scalar() override;
-  void *extract(const char *, int &) override;
   double memory_usage() override { return bytes(ka, a0, pulls) + polygon_rings.memory_usage(); }
   bool add_tension_too(double gamma, double eta, double &energy_of_edges);
 
@@ -54,8 +53,7 @@ class FixPolygonArea : public Fix {
   double add_forces(double gamma, double eta);
   double add_area_force(const PolygonRings::RingSegment &, double gamma, double eta);
   bool first_to_add();
-  void tally(int polygon, const PolygonRings::Vertex &, double share, const jamlab::Vector &force);
-  void check_rest_areas() const;
+  void tally(const PolygonRings::Vertex &, double share, const jamlab::Vector &force);
 };
 
 }    // namespace LAMMPS_NS

@@ -6,7 +6,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "gather_records.h"
+#include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
 
@@ -14,13 +14,28 @@
 #include <cstring>
 #include <string>
 #include <tuple>
-#include <unordered_map>
 
 using namespace LAMMPS_NS;
 
 static constexpr char ID[] = "POLYGON_OUTLINE";
 static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link that travels
 static constexpr int PER_GHOST = PER_ATOM + 2;
+
+namespace {
+
+struct Record {    // an atom of a molecule, or one of its bonds
+  tagint molecule, tag, partner;    // partner 0: the atom itself
+  int rank, index;                  // its owner, and its local index there
+  double x[2];                      // in the box
+  ImageOffset image;
+};
+
+struct Owned {
+  int rank, index;
+  OutlineLink link;
+};
+
+}    // namespace
 
 /* fix ID all POLYGON/OUTLINE: made by the other styles, not by users */
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
@@ -126,54 +141,76 @@ int FixPolygonOutline::same_copy(int i, tagint tag) const
   return j;
 }
 
-/* every rank knows the bonds of all molecules and makes the outlines of all */
-void FixPolygonOutline::read_bonds()
+/* Makes the outlines of the molecules that this rank looks after, for Comm::rendezvous. The link of
+   each atom returns to the owner of the atom. */
+static int find_links(int count, char *buffer, int &kind, int *&owners, char *&out, void *caller)
 {
-  struct Record {
-    tagint molecule, tag, partner;    // partner 0: the atom itself
-    double x[2];                      // in the box
-    ImageOffset image;
-  };
-  std::vector<Record> own;
-  std::unordered_map<tagint, int> owned;    // the map of LAMMPS may not know them yet
-  for (int i = 0; i < atom->nlocal; i++) {
-    const tagint molecule = atom->molecule[i];
-    links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0, bonds_of(i)};
-    if (molecule <= 0) continue;    // no molecule
-    owned[atom->tag[i]] = i;
-    const double *const x = atom->x[i];
-    own.push_back({molecule, atom->tag[i], 0, {x[0], x[1]}, ImageOffset(atom->image[i])});
-    for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0)
-        own.push_back({molecule, atom->tag[i], atom->bond_atom[i][m], {}, {}});
-  }
-
-  auto records = gather_records(own, world);
-  std::sort(records.begin(), records.end(), [](const Record &p, const Record &q) {
+  const auto lmp = static_cast<LAMMPS *>(caller);
+  const auto records = reinterpret_cast<Record *>(buffer);
+  std::sort(records, records + count, [](const Record &p, const Record &q) {
     const bool p_bond = p.partner, q_bond = q.partner;    // bonds follow the atoms of a molecule
     return std::tie(p.molecule, p_bond, p.tag) < std::tie(q.molecule, q_bond, q.tag);
   });
-
+  std::vector<Owned> links;
   std::vector<OutlineAtom> atoms;
   std::vector<OutlineBond> bonds;
-  for (std::size_t begin = 0, end = 0; begin < records.size(); begin = end) {
+  for (int begin = 0, end = 0; begin < count; begin = end) {
     atoms.clear();
     bonds.clear();
-    for (; end < records.size() && records[end].molecule == records[begin].molecule; end++) {
+    for (; end < count && records[end].molecule == records[begin].molecule; end++) {
       const Record &record = records[end];
       const ImageOffset image = record.image - records[begin].image;
       if (record.partner)
         bonds.push_back({record.tag, record.partner});
       else
-        atoms.push_back({record.tag, image.unwrapped(record.x, domain)});
+        atoms.push_back({record.tag, image.unwrapped(record.x, lmp->domain)});
     }
     const auto found = outline_links(atoms, bonds);
     for (std::size_t k = 0; k < found.size(); k++)
-      if (const auto here = owned.find(atoms[k].tag); here != owned.end()) {
-        links[here->second] = found[k];
-        links[here->second].bonds = bonds_of(here->second);
-      }
+      links.push_back({records[begin + k].rank, records[begin + k].index, found[k]});
   }
+  kind = 2;    // what returns is another buffer
+  lmp->memory->create(owners, links.size(), "polygon/outline:owners");
+  for (std::size_t k = 0; k < links.size(); k++) owners[k] = links[k].rank;
+  out = static_cast<char *>(lmp->memory->smalloc(bytes(links), "polygon/outline:links"));
+  std::copy(links.begin(), links.end(), reinterpret_cast<Owned *>(out));
+  return static_cast<int>(links.size());
+}
+
+/* One rank knows all bonds of a molecule. The map of LAMMPS may not know these atoms yet. */
+std::vector<OutlineLink> FixPolygonOutline::present_links() const
+{
+  std::vector<OutlineLink> found(atom->nlocal);
+  std::vector<Record> own;
+  std::vector<int> ranks;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint molecule = atom->molecule[i], tag = atom->tag[i];
+    found[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0, bonds_of(i)};
+    if (molecule <= 0) continue;    // no molecule
+    const double *const x = atom->x[i];
+    own.push_back({molecule, tag, 0, comm->me, i, {x[0], x[1]}, ImageOffset(atom->image[i])});
+    for (int m = 0; m < atom->num_bond[i]; m++)
+      if (atom->bond_type[i][m] > 0)
+        own.push_back({molecule, tag, atom->bond_atom[i][m], comm->me, i, {}, {}});
+    ranks.resize(own.size(), static_cast<int>(molecule % comm->nprocs));
+  }
+  char *buffer = nullptr;
+  const int count = comm->rendezvous(1, static_cast<int>(own.size()),
+                                     reinterpret_cast<char *>(own.data()), sizeof(Record), 0,
+                                     ranks.data(), find_links, 0, buffer, sizeof(Owned), lmp);
+  for (const Owned *one = reinterpret_cast<Owned *>(buffer), *end = one + count; one < end; one++) {
+    const int bonds = found[one->index].bonds;
+    found[one->index] = one->link;
+    found[one->index].bonds = bonds;
+  }
+  memory->sfree(buffer);
+  return found;
+}
+
+void FixPolygonOutline::read_bonds()
+{
+  const std::vector<OutlineLink> found = present_links();
+  std::copy(found.begin(), found.end(), links.begin());
   unread = false;
 }
 

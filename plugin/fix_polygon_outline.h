@@ -43,7 +43,10 @@ class FixPolygonOutline : public Fix {
   void unpack_forward_comm(int, int, double *) override;
   double memory_usage() override { return bytes(links, images, successor, predecessor, tags); }
 
-  void read_bonds();    // collective: needs no ghosts and no neighbor list
+  // Collective functions that need no ghosts and no neighbor list: the links that bonds and positions
+  // of owned atoms make now, and the same links for the styles from now on.
+  std::vector<OutlineLink> present_links() const;
+  void read_bonds();
   // collective, before the first use after a neighbor build; returns the number of the refresh
   bigint refresh();
   // Identifies neighbor lists. The first number is 0 until this fix has seen lists made.

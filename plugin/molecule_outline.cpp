@@ -65,9 +65,8 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
   return sum;
 }
 
-}    // namespace
-
-int LAMMPS_NS::edge_crossings(const std::vector<jamlab::Vector> &r)
+/* counts pairs of edges of a closed polygon that pass through each other */
+int edge_crossings(const std::vector<jamlab::Vector> &r)
 {
   const std::size_t size = r.size();
   int crossings = 0;
@@ -76,6 +75,8 @@ int LAMMPS_NS::edge_crossings(const std::vector<jamlab::Vector> &r)
       crossings += edges_cross(r[a], r[(a + 1) % size], r[b], r[(b + 1) % size]);
   return crossings;
 }
+
+}    // namespace
 
 std::vector<OutlineLink> LAMMPS_NS::outline_links(const std::vector<OutlineAtom> &atoms,
                                                   const std::vector<OutlineBond> &bonds)

@@ -42,7 +42,4 @@ struct OutlineBond {
 std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms,
                                        const std::vector<OutlineBond> &bonds);
 
-// pairs of edges of the closed polygon r that pass through each other
-int edge_crossings(const std::vector<jamlab::Vector> &r);
-
 }    // namespace LAMMPS_NS

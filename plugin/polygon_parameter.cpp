@@ -8,21 +8,20 @@
 #include "utils.h"
 #include "variable.h"
 
-#include <cmath>
-
 using namespace LAMMPS_NS;
-
-static constexpr double ROUNDING = 1.0e-12;    // of a mean over ranks, relative
 
 void PolygonParameter::read(const char *argument)
 {
   name = argument;
   const std::string prefix = name.substr(0, 2);
   source = prefix == "d_" ? PROPERTY : prefix == "v_" ? EQUAL : NUMBER;
-  if (source == NUMBER)
-    number = utils::numeric(FLERR, argument, false, lmp);
-  else
+  if (source != NUMBER) {
     name = name.substr(2);
+    return;
+  }
+  number = utils::numeric(FLERR, argument, false, lmp);
+  if (!allowed(number))
+    error->all(FLERR, "{}: {} {} must be positive{}", who, what, name, may_be_zero ? " or 0" : "");
 }
 
 void PolygonParameter::init(int group)
@@ -47,41 +46,32 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool checked,
                                 std::vector<double> &values)
 {
   const auto &polygons = rings.polygons();
-  if (source == NUMBER || source == EQUAL) {
-    if (source == EQUAL) number = input->variable->compute_equal(index);
-    values.assign(polygons.size(), number);
-    return;
-  }
+  if (source == EQUAL) number = input->variable->compute_equal(index);
+  values.assign(polygons.size(), number);
   const double *of_atom = source == PROPERTY ? atom->dvector[index] : nullptr;
   if (source == ATOM) {
     per_atom.resize(atom->nmax);
     input->variable->compute_atom(index, igroup, per_atom.data(), 1, 0);
     of_atom = per_atom.data();
   }
-  values.resize(polygons.size());
-  for (const auto &segment : rings.segments())
-    values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
-  if (checked) check(rings, of_atom, values);
+  if (of_atom && checked) check_vertices(rings, of_atom);
+  if (of_atom)
+    for (const auto &segment : rings.segments())
+      values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
+  for (std::size_t k = 0; k < polygons.size(); k++)
+    if (!allowed(values[k]))
+      error->one(FLERR, "{}: {} of polygon {} is {}, must be positive{}; vertices that fix deposit "
+                 "or create_atoms made have it from an atom-style variable v_name", who, what,
+                 polygons[k].molecule, values[k], may_be_zero ? " or 0" : "");
 }
 
-/* the same on all vertices, also on those of other ranks */
-void PolygonParameter::check(const PolygonRings &rings, const double *of_atom,
-                             const std::vector<double> &values) const
+/* All vertices must have the value of the first one, which another rank may own. */
+void PolygonParameter::check_vertices(const PolygonRings &rings, const double *of_atom) const
 {
-  const auto &polygons = rings.polygons();
-  std::vector<double> mean(polygons.size(), 0.0);
-  for (const auto &segment : rings.segments())
-    for (int n = segment.begin; n < segment.end; n++) {
-      const int i = rings.vertices()[n].i;
-      if (of_atom[i] != values[segment.polygon])
-        error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who,
-                   what, name, polygons[segment.polygon].molecule, values[segment.polygon],
-                   of_atom[i]);
-      mean[segment.polygon] += of_atom[i] / polygons[segment.polygon].size;
-    }
-  rings.sum(mean, 1);
-  for (std::size_t k = 0; k < polygons.size(); k++)
-    if (std::fabs(mean[k] - values[k]) > ROUNDING * std::fabs(values[k]))
-      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} here, {} on "
-                 "average", who, what, name, polygons[k].molecule, values[k], mean[k]);
+  const auto first = rings.of_first(1, [=](int i, double *value) { *value = of_atom[i]; });
+  for (const auto &vertex : rings.vertices())
+    if (of_atom[vertex.i] != first[vertex.polygon])
+      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who, what,
+                 name, rings.polygons()[vertex.polygon].molecule, first[vertex.polygon],
+                 of_atom[vertex.i]);
 }

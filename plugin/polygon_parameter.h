@@ -15,24 +15,25 @@ namespace LAMMPS_NS {
    polygon must agree. */
 class PolygonParameter : protected Pointers {
  public:
-  PolygonParameter(class LAMMPS *lmp, const char *who, const char *what) :
-      Pointers(lmp), who(who), what(what) {}
+  PolygonParameter(class LAMMPS *lmp, const char *who, const char *what, bool may_be_zero) :
+      Pointers(lmp), who(who), what(what), may_be_zero(may_be_zero) {}
 
   void read(const char *argument);
   void init(int igroup);    // finds the variable or property
   void evaluate(const PolygonRings &, bool check, std::vector<double> &);    // collective if check
   bool changes() const { return source == EQUAL || source == ATOM; }    // from step to step
-  double *constant() { return source == NUMBER ? &number : nullptr; }
 
  private:
   enum { NUMBER, PROPERTY, EQUAL, ATOM } source = NUMBER;
   const char *who, *what;
+  bool may_be_zero;
   double number = 0.0;
   std::string name;
   int index = -1, igroup = 0;
   std::vector<double> per_atom;
 
-  void check(const PolygonRings &, const double *, const std::vector<double> &) const;
+  bool allowed(double value) const { return value > 0.0 || (may_be_zero && value == 0.0); }
+  void check_vertices(const PolygonRings &, const double *of_atom) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -19,25 +19,30 @@ void PolygonRings::init(int groupbit)
   outline->read_bonds();
   outline_refresh = -1;
   refuse_other_bonds(groupbit);
-
-  std::unordered_map<tagint, int> number;
-  polygon_list.clear();
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!takes_part(i, groupbit)) continue;
-    Polygon &polygon = polygon_list[polygon_of(i, number)];
-    polygon.owned++;
-    polygon.first = polygon.first || outline->link(i).first;
-  }
+  clear();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (takes_part(i, groupbit)) count(i);
   find_shared();
   refuse_cut_polygons();
 }
 
-/* number of the polygon of a vertex, which is new if it is its first one */
-int PolygonRings::polygon_of(int i, std::unordered_map<tagint, int> &number)
+void PolygonRings::clear()
+{
+  polygon_list.clear();
+  segment_list.clear();
+  vertex_list.clear();
+  number.clear();
+}
+
+/* counts a vertex to its polygon, and returns the number of the polygon */
+int PolygonRings::count(int i)
 {
   const tagint molecule = atom->molecule[i];
   const auto [place, is_new] = number.emplace(molecule, static_cast<int>(polygon_list.size()));
-  if (is_new) polygon_list.push_back({molecule, outline->link(i).size, 0, {0.0, 0.0}, false});
+  if (is_new) polygon_list.push_back({molecule, outline->link(i).size, 0, {0.0, 0.0}, -1});
+  Polygon &polygon = polygon_list[place->second];
+  polygon.owned++;
+  if (outline->link(i).first) polygon.first = i;
   return place->second;
 }
 
@@ -78,16 +83,12 @@ void PolygonRings::refresh(int groupbit)
   outline_refresh = now;
   refuse_other_bonds(groupbit);
 
-  polygon_list.clear();
-  segment_list.clear();
-  vertex_list.clear();
-  std::unordered_map<tagint, int> number;
+  clear();
   std::vector<char> seen(atom->nlocal, 0);
   int others = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     others = others || (atom->num_bond[i] && !takes_part(i, groupbit));
-    if (seen[i] || !takes_part(i, groupbit)) continue;
-    walk(i, polygon_of(i, number), groupbit, seen);
+    if (!seen[i] && takes_part(i, groupbit)) walk(i, groupbit, seen);
   }
   MPI_Allreduce(MPI_IN_PLACE, &others, 1, MPI_INT, MPI_MAX, world);
   all_bonds = !others;
@@ -101,7 +102,7 @@ void PolygonRings::refresh(int groupbit)
 }
 
 /* from an owned vertex on along its ring, as far as this rank owns it */
-void PolygonRings::walk(int start, int polygon, int groupbit, std::vector<char> &seen)
+void PolygonRings::walk(int start, int groupbit, std::vector<char> &seen)
 {
   const int begin = static_cast<int>(vertex_list.size());
   for (int i = start; i >= 0 && i < atom->nlocal && !seen[i] && takes_part(i, groupbit);) {
@@ -110,13 +111,10 @@ void PolygonRings::walk(int start, int polygon, int groupbit, std::vector<char> 
     if (prev < 0 || next < 0)
       error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify "
                  "cutoff", who, atom->tag[i], atom->molecule[i]);
-    vertex_list.push_back({i, prev, next, outline->image(i)});
-    polygon_list[polygon].first = polygon_list[polygon].first || outline->link(i).first;
+    vertex_list.push_back({i, prev, next, count(i), outline->image(i)});
     i = atom->map(outline->link(i).next);
   }
-  const int end = static_cast<int>(vertex_list.size());
-  segment_list.push_back({polygon, begin, end});
-  polygon_list[polygon].owned += end - begin;
+  segment_list.push_back({vertex_list[begin].polygon, begin, static_cast<int>(vertex_list.size())});
 }
 
 /* polygons of which several ranks own vertices, numbered in the order of their molecules */
@@ -151,24 +149,16 @@ void PolygonRings::refuse_cut_polygons() const
 
 void PolygonRings::find_origins()
 {
-  std::vector<double> origin(4 * polygon_list.size(), 0.0);    // x and y in the box, image
-  for (const auto &segment : segment_list)
-    for (int n = segment.begin; n < segment.end; n++) {
-      const Vertex &vertex = vertex_list[n];
-      if (!outline->link(vertex.i).first) continue;
-      double *const own = &origin[4 * segment.polygon];
-      std::copy_n(atom->x[vertex.i], 2, own);
-      own[2] = vertex.image.a;
-      own[3] = vertex.image.b;
-    }
-  sum(origin, 4);
+  const std::vector<double> found = of_first(4, [this](int i, double *origin) {
+    const ImageOffset &image = outline->image(i);
+    const double numbers[4] = {atom->x[i][0], atom->x[i][1], 1.0 * image.a, 1.0 * image.b};
+    std::copy_n(numbers, 4, origin);
+  });
   for (std::size_t k = 0; k < polygon_list.size(); k++)
-    std::copy_n(&origin[4 * k], 2, polygon_list[k].origin);
-  for (const auto &segment : segment_list) {
-    const double *const own = &origin[4 * segment.polygon];
-    const ImageOffset first(static_cast<int>(own[2]), static_cast<int>(own[3]));
-    for (int n = segment.begin; n < segment.end; n++)
-      vertex_list[n].image = vertex_list[n].image - first;
+    std::copy_n(&found[4 * k], 2, polygon_list[k].origin);
+  for (Vertex &vertex : vertex_list) {
+    const double *const image = &found[4 * vertex.polygon + 2];
+    vertex.image = vertex.image - ImageOffset(static_cast<int>(image[0]), static_cast<int>(image[1]));
   }
 }
 
@@ -227,7 +217,7 @@ std::vector<tagint> PolygonRings::molecules() const
 {
   std::vector<tagint> own;
   for (const auto &polygon : polygon_list)
-    if (polygon.first) own.push_back(polygon.molecule);
+    if (polygon.first >= 0) own.push_back(polygon.molecule);
   std::vector<tagint> all = gather_records(own, world);
   std::sort(all.begin(), all.end());
   return all;

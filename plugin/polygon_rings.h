@@ -20,6 +20,7 @@ class PolygonRings : protected Pointers {
 
   struct Vertex {
     int i, prev, next;    // local or ghost indices
+    int polygon;
     ImageOffset image;    // from that of the first vertex of its polygon
   };
   struct RingSegment {    // owned vertices that follow each other on a polygon
@@ -30,7 +31,7 @@ class PolygonRings : protected Pointers {
     int size;            // vertices, also those of other ranks
     int owned;           // vertices of this rank
     double origin[2];    // where its first vertex was in the box at the last refresh
-    bool first;          // this rank owns that vertex
+    int first;           // local index of that vertex, -1 on other ranks
   };
 
   // collective: finds the rings of the group from the bonds, and refuses a group that cuts a
@@ -73,9 +74,21 @@ class PolygonRings : protected Pointers {
   }
 
   // from the origin of its polygon, unwrapped
-  jamlab::Vector position(const Vertex &vertex, const Polygon &polygon) const
+  jamlab::Vector position(const Vertex &vertex) const
   {
-    return vertex.image.unwrapped(atom->x[vertex.i], domain) - jamlab::point(polygon.origin, 0);
+    const double *const origin = polygon_list[vertex.polygon].origin;
+    return vertex.image.unwrapped(atom->x[vertex.i], domain) - jamlab::point(origin, 0);
+  }
+
+  // Collective: `width` numbers of each polygon, which put(i, numbers) writes where i, its first
+  // vertex, is owned. All ranks that share the polygon know them.
+  template <class Put> std::vector<double> of_first(int width, Put put) const
+  {
+    std::vector<double> values(width * polygon_list.size(), 0.0);
+    for (std::size_t k = 0; k < polygon_list.size(); k++)
+      if (polygon_list[k].first >= 0) put(polygon_list[k].first, &values[width * k]);
+    sum(values, width);
+    return values;
   }
 
   std::vector<tagint> molecules() const;    // collective: of all polygons, in order
@@ -94,6 +107,7 @@ class PolygonRings : protected Pointers {
   bigint outline_refresh = -1;
   bool all_bonds = false;
   std::vector<Polygon> polygon_list;
+  std::unordered_map<tagint, int> number;    // of the polygon of a molecule
   std::vector<RingSegment> segment_list;
   std::vector<Vertex> vertex_list;
   std::vector<Shared> shared;
@@ -110,9 +124,10 @@ class PolygonRings : protected Pointers {
   }
   void measure(const RingSegment &, bool centers, double *);
   bool takes_part(int i, int groupbit) const;
-  void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
+  void clear();
+  int count(int i);
+  void walk(int start, int groupbit, std::vector<char> &seen);
   void find_shared();
-  int polygon_of(int i, std::unordered_map<tagint, int> &number);
   void refuse_other_bonds(int groupbit) const;
   void refuse_cut_polygons() const;
   void find_origins();

@@ -5,7 +5,6 @@
 // sheared box. Wrapping only serves the search: callers compute distances from the given points.
 #pragma once
 
-#include "periodic_image.h"
 #include "vector.h"
 
 #include <algorithm>
@@ -17,6 +16,20 @@
 namespace jamlab {
 
 enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
+
+// A periodic image: its translation in multiples of two lattice vectors.
+struct Image {
+  int64_t first, second;
+  bool operator==(const Image &other) const { return (*this - other).home(); }
+  bool operator<(const Image &other) const
+  {
+    return first != other.first ? first < other.first : second < other.second;
+  }
+  Image operator+(const Image &other) const { return {first + other.first, second + other.second}; }
+  Image operator-(const Image &other) const { return {first - other.first, second - other.second}; }
+  bool home() const { return first == 0 && second == 0; }
+  bool positive() const { return Image{0, 0} < *this; }  // one of two opposite images
+};
 
 // Translations of points and copies, in vectors of the box, fit in 64 bits below 2^52 and 2^37.
 constexpr double LARGEST_WRAP = 4503599627370496.0, LARGEST_COMBINATION = 137438953472.0;

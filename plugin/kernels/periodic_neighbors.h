@@ -21,6 +21,7 @@ struct Reaching {
   int64_t n;
   const double *points, *reach;
   double furthest() const { return *std::max_element(reach, reach + n); }
+  double mean() const { return std::accumulate(reach, reach + n, 0.0) / static_cast<double>(n); }
 };
 
 // Whether |r| < limit as `hypot` says it, which only matters within rounding of the limit.
@@ -46,7 +47,7 @@ int64_t visit_neighbors(const Reaching &a, const Reaching &b, const Lattice &lat
   std::vector<Place> places_a, places_b;
   if (!locate_all(lattice, b.n, b.points, places_b)) return TOO_FAR;
   if (!once && !locate_all(lattice, a.n, a.points, places_a)) return TOO_FAR;
-  const PeriodicGrid grid(lattice, places_b, furthest);
+  const PeriodicGrid grid(lattice, places_b, a.mean() + most_b);
 
   std::vector<Neighbor> near;
   for (int64_t k = 0; k < a.n; ++k) {

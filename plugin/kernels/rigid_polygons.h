@@ -11,8 +11,7 @@
 #pragma once
 
 #include "../block_cholesky.h"
-#include "periodic_image.h"
-#include "vector.h"
+#include "periodic_grid.h"
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Meetings of vertices with edges of other polygons, and of other images of their own.
 
 #include "kernel.h"
-#include "periodic_grid.h"
+#include "periodic_neighbors.h"
 
 using namespace jamlab;
 
@@ -32,62 +32,38 @@ struct Polygons {
   Vector edge(int64_t v) const { return at(after[v]) - at(v); }
 };
 
-// All meetings nearer than reach, sorted by vertex, tail and image.
+// Finds all meetings nearer than reach, sorted by vertex, tail and image. A vertex meets an edge
+// only if it is nearer to the middle of the edge than reach and half the length of the edge.
 int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach, double most_copies,
                  double *search, std::vector<Meeting> &all)
 {
   const int64_t n = polygons.n;
-  double longest = 0.0;
-  for (int64_t e = 0; e < n; ++e) longest = std::max(longest, size(polygons.edge(e)));
-  const double rounding = 1e-14 * (2 * largest_coordinate(n, polygons.x) + lattice.longest);
-  const double furthest = reach + 0.5 * longest + rounding;
-  lattice.report(furthest, search);
-  if (lattice.too_many_images(furthest, n, most_copies)) return TOO_MANY_IMAGES;
-  std::vector<Place> places;
-  if (!locate_all(lattice, n, polygons.x, places)) return TOO_FAR;
-  const PeriodicGrid grid(lattice, places, reach + rounding);
-
-  std::vector<int64_t> start(n + 1, 0);
-  std::vector<Meeting> found;
+  if (!n) return 0;
+  std::vector<double> middles(2 * n), reaches(n), none(n, 0.0);
   for (int64_t e = 0; e < n; ++e) {
-    const Vector edge = polygons.edge(e), middle = polygons.at(e) + edge * 0.5;
-    const double square = dot(edge, edge);
-    // the box around the edge in fractions of the cell, seen from the image of the tail in it
-    const Vector whole = lattice.fraction(edge);
-    const double fraction[2] = {whole.x, whole.y};
-    double low[2], high[2];
-    for (int axis = 0; axis < 2; ++axis) {
-      const double margin = lattice.margin(reach + rounding, axis);
-      low[axis] = places[e].f[axis] + std::min(fraction[axis], 0.0) - margin;
-      high[axis] = places[e].f[axis] + std::max(fraction[axis], 0.0) + margin;
-    }
-    grid.search(low, high, [&](const PeriodicGrid::Entry &entry, const Image &image) {
-      const int64_t v = entry.number;
-      // this shift brings the edge beside the vertex
-      const Image shift = places[v].wrap - places[e].wrap - image;
-      if (polygons.particle[v] == polygons.particle[e] && shift.home()) return;
-      const double f[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
-      if (f[0] < low[0] || f[0] > high[0] || f[1] < low[1] || f[1] > high[1]) return;
-      const Image in_box = lattice.in_box(shift);
-      const Vector moved = lattice.translation(in_box);
-      const Vector r = edge * 0.5 - (middle - polygons.at(v) + moved);  // vertex from the tail
-      const double place = square > 0 ? std::clamp(dot(r, edge) / square, 0.0, 1.0) : 0.0;
-      const Vector apart = r - edge * place;
-      if (!(dot(apart, apart) < reach * reach)) return;
-      found.push_back({v, e, in_box, place, std::hypot(apart.x, apart.y), apart, moved});
-      ++start[v + 1];
-    });
+    put(middles.data(), e, polygons.at(e) + polygons.edge(e) * 0.5);
+    reaches[e] = (reach + 0.5 * size(polygons.edge(e))) * (1 + 1e-12);
   }
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<int64_t> next(start.begin(), start.end() - 1);
-  all.resize(found.size());
-  for (const Meeting &meeting : found) all[next[meeting.vertex]++] = meeting;
-  for (int64_t v = 0; v < n; ++v)
-    std::sort(all.begin() + start[v], all.begin() + start[v + 1],
-              [](const Meeting &a, const Meeting &b) {
-                return a.tail != b.tail ? a.tail < b.tail : a.image < b.image;
-              });
-  return 0;
+  const auto meet = [&](const Neighbor &near) {
+    const int64_t e = near.i, v = near.j;
+    const Image image = Image{0, 0} - near.shift;  // the edge that lies beside the vertex
+    if (polygons.particle[v] == polygons.particle[e] && image.home()) return;
+    const Vector edge = polygons.edge(e), r = edge * 0.5 + near.r;  // vertex from the tail
+    const double square = dot(edge, edge);
+    const double place = square > 0 ? std::clamp(dot(r, edge) / square, 0.0, 1.0) : 0.0;
+    const Vector apart = r - edge * place;
+    if (dot(apart, apart) < reach * reach)
+      all.push_back({v, e, image, place, std::hypot(apart.x, apart.y), apart,
+                     lattice.translation(image)});
+  };
+  const int64_t refusal = visit_neighbors({n, middles.data(), reaches.data()},
+                                          {n, polygons.x, none.data()}, lattice, false,
+                                          most_copies, search, meet);
+  std::sort(all.begin(), all.end(), [](const Meeting &a, const Meeting &b) {
+    if (a.vertex != b.vertex) return a.vertex < b.vertex;
+    return a.tail != b.tail ? a.tail < b.tail : a.image < b.image;
+  });
+  return refusal;
 }
 
 // Whether an edge that starts in a vertex crosses an edge that the vertex meets.
