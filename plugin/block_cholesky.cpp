@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #include "block_cholesky.h"
 
 #include "dense_panel.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #include "dense_panel.h"
 
 #include "wide_vectors.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #include "disk_drag.h"
 
 #include "pair_disk_drag.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #include "fix_polygon_outline.h"
 
 #include "atom.h"

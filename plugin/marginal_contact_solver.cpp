@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #include "marginal_contact_solver.h"
 
 #include "dense_solver.h"

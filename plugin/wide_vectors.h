@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
 #pragma once
 
 /* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems

@@ -96,7 +96,7 @@ def header() -> str:
 
 def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
-    text = (SOURCE / name).read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n\n")
+    text = (SOURCE / name).read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n").lstrip()
     for old, new in PLAIN.items() if name == "edge_geometry.h" else ():
         assert text.count(old) == 1, old
         text = text.replace(old, new)
