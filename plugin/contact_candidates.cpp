@@ -89,8 +89,10 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
   const double *const start = laws->start[type[i]];    // below 0: left to other styles
   auto try_edge = [&](int tail, int special = 0) {
     const double width = start[type[tail]], reach = width + neighbor->skin;
-    if (width >= 0.0 && foot_on_edge(atom->x[i], all_frames[tail]).rsq < reach * reach)
-      add(i, special, {tail, laws->disk(type[tail]) ? tail : outline->next(tail)});
+    if (width < 0.0 || foot_on_edge(atom->x[i], all_frames[tail]).rsq >= reach * reach) return;
+    const Edge edge = {tail, laws->disk(type[tail]) ? tail : outline->next(tail)};
+    const int law = PairLaws::number(atom->ntypes, type[i], type[tail], special);
+    of_point.push_back({molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
   };
 
   for (int n = 0; n < list->numneigh[i]; n++) {
@@ -114,14 +116,6 @@ bool ContactCandidates::one_outline(int i, int j) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws->disk(atom->type[i]) && !laws->disk(atom->type[j]);
-}
-
-/* special: as in PairLaws */
-void ContactCandidates::add(int i, int special, Edge edge)
-{
-  const int tail = edge.tail;
-  const int law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], special);
-  of_point.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
 }
 
 /* Keeps candidates in an order that does not depend on where atoms are stored, so that sums have

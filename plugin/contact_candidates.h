@@ -86,7 +86,6 @@ class ContactCandidates : protected Pointers {
   void find_edges();
   EdgeFrame frame(const Edge &) const;
   void find_near_point(int, const class NeighList *, ContactForm);
-  void add(int, int special, Edge);
   void end_block();
   void keep(int);
   bool earlier(int, int) const;

@@ -104,9 +104,9 @@ bigint FixPolygonOutline::refresh()
   return ++refreshed;
 }
 
-bigint FixPolygonOutline::neighbor_calls() const
+std::pair<bigint, bigint> FixPolygonOutline::lists() const
 {
-  return neighbor->ncalls;
+  return {rebuilds, neighbor->ncalls};
 }
 
 /* changes, where atom i is bonded to others than before */

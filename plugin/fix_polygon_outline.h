@@ -49,7 +49,7 @@ class FixPolygonOutline : public Fix {
   // collective, before the first use after a neighbor build; returns the number of the refresh
   bigint refresh();
   // Identifies neighbor lists. The first number is 0 until this fix has seen lists made.
-  std::pair<bigint, bigint> lists() const { return {rebuilds, neighbor_calls()}; }
+  std::pair<bigint, bigint> lists() const;
 
   // of owned atoms and ghosts, at the last refresh
   const OutlineLink &link(int i) const { return links[i]; }
@@ -68,7 +68,6 @@ class FixPolygonOutline : public Fix {
   std::pair<bigint, bigint> refreshed_for;    // lists
 
   bool outlines_changed() const;
-  bigint neighbor_calls() const;
   int bonds_of(int i) const;
   int same_copy(int i, tagint tag) const;
   void warn_of_crossings() const;

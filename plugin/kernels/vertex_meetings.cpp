@@ -88,16 +88,12 @@ void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
            a.image == b.image;
   };
   const auto earlier = [&](const Meeting &a, const Meeting &b) {
+    if (a.vertex != b.vertex) return a.vertex < b.vertex;
     if (polygons.particle[a.tail] != polygons.particle[b.tail]) return a.tail < b.tail;
     if (!(a.image == b.image)) return a.image < b.image;
     return a.distance != b.distance ? a.distance < b.distance : a.tail < b.tail;
   };
-  for (auto first = all.begin(); first != all.end();) {
-    const auto other = [&](const Meeting &m) { return m.vertex != first->vertex; };
-    const auto last = std::find_if(first, all.end(), other);
-    std::sort(first, last, earlier);
-    first = last;
-  }
+  std::sort(all.begin(), all.end(), earlier);
   all.erase(std::unique(all.begin(), all.end(), same), all.end());
 }
 
