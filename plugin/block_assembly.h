@@ -9,9 +9,9 @@
 
 namespace LAMMPS_NS {
 
-/* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of
-   this rank: a ghost counts as the atom that it is an image of. Atoms that are given leave zeros.
-   */
+/* A BlockAssembly sums up the matrix of a quadratic form over atoms, as far as this rank owns both
+   atoms of a block. A ghost counts as the atom that it is an image of. Rows and columns of the
+   atoms in `given` are zero. */
 template <int D> class BlockAssembly {
  public:
   using Block = typename BlockCholesky<D>::Block;
@@ -25,7 +25,7 @@ template <int D> class BlockAssembly {
     return own < atom->nlocal ? own : -1;
   }
 
-  // adds the block of i and j, two arguments of the form, without its transposed one of j and i
+  // Adds the block of atoms i and j, but not its transpose, the block of j and i.
   void add(int i, int j, const Block &b)
   {
     const int own_i = owner(i), own_j = owner(j);

@@ -39,7 +39,7 @@ auto BlockCholesky<D>::read(int size, const std::vector<Entry> &entries) const -
     other[--end[e.i]] = e.j;
     other[--end[e.j]] = e.i;
   }
-  // its transpose, which is the same graph with sorted rows
+  // the transpose is the same graph with sorted rows
   std::vector<int> next = end, sorted(other.size());
   for (int i = 0; i < size; i++)
     for (int n = end[i]; n < end[i + 1]; n++) sorted[next[other[n]]++] = i;
@@ -61,7 +61,7 @@ template <int D> void BlockCholesky<D>::find_order()
   for (std::size_t c = 0; c < row.size(); c++) rank[row[c]] = static_cast<int>(c);
 }
 
-/* finds the parent of each column in a tree: the row of its first block below the diagonal */
+/* The parent of a column in a tree is the row of its first block below the diagonal. */
 template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
 {
   const int size = static_cast<int>(row.size());
@@ -77,7 +77,7 @@ template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
   return parent;
 }
 
-/* keeps the elimination, in an order in which a column follows the last of its children */
+/* In the new order, which keeps the factors, a column follows the last of its children. */
 template <int D> void BlockCholesky<D>::order_children_first()
 {
   const int size = static_cast<int>(row.size());
@@ -105,7 +105,7 @@ template <int D> void BlockCholesky<D>::order_children_first()
   for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
-/* Below a column are its neighbors, and what is below its children. */
+/* Blocks below a column are those of its row in the matrix, and those below its children. */
 template <int D> void BlockCholesky<D>::find_fill()
 {
   order_children_first();
@@ -136,8 +136,8 @@ template <int D> void BlockCholesky<D>::find_fill()
   make_panels();
 }
 
-/* A column joins the columns before it if its first child is the last of them, and few blocks of
-   the panel stay zero. Below its columns, a panel has the rows of its last one. */
+/* A column joins the panel of the columns before it if its first child is the last of them, and few
+   blocks of the panel stay zero. Below its columns, a panel has the rows of its last column. */
 template <int D> void BlockCholesky<D>::make_panels()
 {
   const int size = static_cast<int>(below.size());
@@ -183,7 +183,7 @@ template <int D> void BlockCholesky<D>::make_panels()
   gathered.resize(tallest);
 }
 
-/* adds entries panel by panel, so that the places of rows are found once for each */
+/* Entries are added panel by panel, so that the places of rows are found once for each panel. */
 template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
 {
   std::fill(values.begin(), values.end(), 0.0);
@@ -223,8 +223,8 @@ template <int D> double BlockCholesky<D>::mean_diagonal() const
   return rank.empty() ? 0.0 : total / (D * rank.size());
 }
 
-/* The diagonal of each panel becomes its factor, a lower triangle; rows B below become
-   L = B factor^-T, and L L^T is subtracted from all that is left. */
+/* The diagonal block of each panel is replaced by its factor, a lower triangle. The rows B below it
+   become L = B factor^-T, and L L^T is subtracted from the rest of the matrix. */
 template <int D> bool BlockCholesky<D>::factorise(double shift)
 {
   for (const Panel &panel : panels) {

@@ -8,10 +8,10 @@
 
 namespace LAMMPS_NS {
 
-/* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex
-   or disk. The order of elimination serves other patterns of the same rows too, until their factors
-   have grown by too much. Neighboring columns of the factors that have nearly the same rows are one
-   dense panel. */
+/* BlockCholesky holds the Cholesky factors of a sparse symmetric matrix of D x D blocks, with one
+   row of blocks for each vertex or disk. An order of elimination is kept for other patterns of the
+   same rows, until their factors have 1.3 times the blocks. Neighboring columns of the factors with
+   nearly the same rows are one dense panel. */
 template <int D> class BlockCholesky {
  public:
   using Block = std::array<double, D * D>;    // row by row
@@ -20,7 +20,7 @@ template <int D> class BlockCholesky {
     Block block;
   };
 
-  // where blocks may be other than zero: those of entries, in any order, repeated or not
+  // Sets where blocks may differ from zero: where entries are, in any order, repeated or not.
   void set_pattern(int size, const std::vector<Entry> &);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern

@@ -5,9 +5,9 @@
 
 namespace LAMMPS_NS {
 
-/* Line tension of an edge without rest length: E = gamma sqrt(l^2 + eta^2).
-   eta = 0 is the first term of Boromand et al. eq 7; eta > 0 smooths the
-   edge direction as l -> 0. */
+/* The line tension of an edge without rest length has the energy E = gamma sqrt(l^2 + eta^2). With
+   eta = 0 this is the first term of Boromand et al. eq 7; eta > 0 smooths the direction of the edge
+   as l -> 0. */
 class BondLineTension : public Bond {
  public:
   BondLineTension(class LAMMPS *);

@@ -32,8 +32,8 @@ static constexpr char CITE_CONTACT_DRAG[] =
     " doi =     {10.1039/C7SM01619K}\n"
     "}\n\n";
 
-/* Ask users of a pair style to cite its paper. LAMMPS lists it once, however often this is
-   called; with -nocite there is no list. */
+/* Asks users of a pair style to cite its paper. LAMMPS lists the paper once, however often this is
+   called, and not at all with -nocite. */
 inline void cite(LAMMPS *lmp, const char *paper)
 {
   if (lmp->citeme) lmp->citeme->add(paper);

@@ -24,7 +24,7 @@
 
 using namespace LAMMPS_NS;
 
-// shift, over the mean diagonal, with which any finite matrix has factors
+// any finite matrix has factors with this shift, in units of the mean diagonal
 static constexpr double HIGHEST = 1e6;
 
 static FixPolygonArea *area_of(LAMMPS *lmp)
@@ -39,10 +39,10 @@ CommandDescend::CommandDescend(LAMMPS *lmp) :
 {
 }
 
-/* leaves the string-style variable "descent": steps, evaluations of forces, factorisations, of them
-   refused because they are not positive definite, searches along a step that found no lower place,
-   steps along which the force does not fall, largest force, last shift that held, 1 if outlines
-   crossed */
+/* The string-style variable "descent" returns the numbers of steps, of evaluations of forces, of
+   factorisations, of those refused because the matrix is not positive definite, of line searches
+   without a lower energy, and of steps along which the force does not fall; then the largest force,
+   the last shift that held, and 1 if outlines crossed. */
 void CommandDescend::command(int narg, char **arg)
 {
   if (comm->nprocs > 1) error->all(FLERR, "jamlab/descend runs on one rank");
@@ -77,7 +77,7 @@ void CommandDescend::read(int narg, char **arg)
   pairs.resize(static_cast<std::size_t>(n.refresh));
 }
 
-/* reads unwrapped positions by atom ID; fix setforce must hold atoms of a group "fixed" */
+/* Unwrapped positions are read by atom ID. Fix setforce must hold the atoms of a group "fixed". */
 void CommandDescend::read_positions(Vector &x)
 {
   x.resize(2 * atom->nlocal);
@@ -186,16 +186,16 @@ void CommandDescend::descend(Point &here)
   }
 }
 
-/* converged, or contacts are gone and forces too small to press droplets together again */
+/* The descent has converged, or forces are too small to press droplets together again. */
 bool CommandDescend::enough(double largest_force) const
 {
   return largest_force <= numbers.force ||
          (largest_force < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
 }
 
-/* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it,
-   the next smaller one than held the last time is tried first. Gaps that steps will close are as
-   stiff as contacts, or every step ends at the first that closes. */
+/* The Hessian is factorised at the positions of LAMMPS. The least shift grows with the largest
+   force; above it, the shift below the last one that held is tried first. Gaps that steps will
+   close are as stiff as contacts, or every step would end where the first gap closes. */
 bool CommandDescend::factorise(double largest_force)
 {
   if (!find_meetings(*pair, atom->x, meetings, numbers.closing * moved)) {
@@ -239,7 +239,7 @@ void CommandDescend::solve(const Vector &force, Vector &step)
       std::copy_n(&column[2 * row[k]], 2, &step[2 * k]);
 }
 
-/* Nocedal & Wright, algorithm 7.4 */
+/* The product follows algorithm 7.4 of Nocedal & Wright. */
 void CommandDescend::inverse_times(const Vector &force, Vector &step)
 {
   Vector rest = force;
@@ -252,7 +252,8 @@ void CommandDescend::inverse_times(const Vector &force, Vector &step)
     add(step, pairs[k].along - dot(pairs[k].bend, step) / pairs[k].curvature, pairs[k].change);
 }
 
-/* goes along a step, at most so far, until the energy falls enough; false if it does not */
+/* Follows the step, up to `longest`, until the energy falls enough; returns false if it does
+   not. */
 bool CommandDescend::search_line(const Point &here, const Vector &step, double longest,
                                  Point &trial)
 {
@@ -267,13 +268,13 @@ bool CommandDescend::search_line(const Point &here, const Vector &step, double l
     double fall = here.energy - trial.energy;
     if (std::fabs(fall) <= noise) fall = 0.5 * length * (slope + new_slope);
     if (fall > numbers.sufficient * length * slope) return true;
-    // secant on the force along the step
+    // the secant of the force along the step gives the next length
     length *= new_slope < slope ? std::clamp(slope / (slope - new_slope), 0.1, 0.5) : 0.5;
   }
   return false;
 }
 
-/* false if the force does not fall along the step */
+/* The pair is refused, with false, if the force does not fall along the step. */
 bool CommandDescend::add_pair(const Point &here, const Point &trial)
 {
   Pair &next = pairs[known];

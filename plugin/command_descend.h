@@ -9,13 +9,13 @@
 
 namespace LAMMPS_NS {
 
-/* jamlab/descend: droplets to a minimum of their energy, by limited-memory BFGS that starts from
-   the inverse of the Hessian. Vertices are almost free to slide along a flat while contacts and
-   areas are stiff. A shift makes the Hessian positive definite; its factors serve for some steps,
-   with the pairs of all of these. One rank.
+/* The command jamlab/descend takes droplets to a minimum of their energy by limited-memory BFGS,
+   which starts from the inverse of the Hessian: vertices are almost free to slide along a flat
+   while contacts and areas are stiff. A shift makes the Hessian positive definite. Its factors
+   serve for several steps, whose pairs correct them. The command runs on one rank.
 
-   Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
-   search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the
+   Near the minimum the energy, which contains the whole perimeter, has no digits left for a line
+   search. There the work of the force along the step, (F0 + F1) . s/2, replaces the fall of the
    energy. */
 class CommandDescend : public CommandForces {
  public:

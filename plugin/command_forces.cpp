@@ -17,7 +17,7 @@
 
 using namespace LAMMPS_NS;
 
-/* does what a step of Verlet does between moving atoms and kicking them, without a virial */
+/* The command does what a step of Verlet does to forces, without a virial. */
 void CommandForces::command(int narg, char ** /*arg*/)
 {
   if (narg) error->all(FLERR, "jamlab/forces takes no arguments");

@@ -5,9 +5,9 @@
 
 namespace LAMMPS_NS {
 
-/* jamlab/forces: energy and forces at positions that were changed since the
-   last run. It counts as a step, but sets nothing up and prints nothing, which
-   takes a third of "run 1 pre no post no" for some thousand atoms. */
+/* The command jamlab/forces finds the energy and forces at positions that were changed since the
+   last run. It counts as a step, but sets nothing up and prints nothing, which takes a third of the
+   time of "run 1 pre no post no" for some thousand atoms. */
 class CommandForces : public Command {
  public:
   CommandForces(class LAMMPS *lmp) : Command(lmp) {}

@@ -72,7 +72,7 @@ void ComputePolygon::compute_array()
 
   double *const all = size_array_rows ? array[0] : nullptr;
   std::fill_n(all, size_array_rows * COLUMNS, 0.0);
-  const auto links = FixPolygonOutline::shared(lmp, WHO)->present_links();    // edges cross at times
+  const auto links = FixPolygonOutline::shared(lmp, WHO)->present_links();    // with crossings
   for (std::size_t k = 0; k < polygons.size(); k++) {
     if (polygons[k].first < 0) continue;
     double *const row = array[row_of(polygons[k].molecule)];

@@ -9,8 +9,7 @@
 
 namespace LAMMPS_NS {
 
-/* Global array, one row for each closed ring of the group, in the order of their molecule
-   IDs:
+/* The global array has one row for each closed ring of the group, in the order of molecule IDs:
 
    1    area a of the bare polygon, without the rim of the circulo-lines
    2    perimeter p

@@ -5,9 +5,9 @@
 
 namespace LAMMPS_NS {
 
-/* Local array, one row per contact of pair style circuloline, a vertex and an
-   edge of another polygon (or of an image of its own) that are closer than delta.
-   A disk stands for a vertex, against another disk also for an edge:
+/* The local array has one row for each contact of pair style circuloline: a vertex and an edge of
+   another polygon, or of an image of its own, that are closer than delta. A disk replaces the
+   vertex, and against another disk the edge too:
 
    1, 2    molecule IDs of the vertex and of the edge
    3, 4    atom IDs of the vertex and of the edge's first vertex
@@ -16,9 +16,9 @@ namespace LAMMPS_NS {
    9, 10   vector from the closest point of the edge to the vertex
    11      atom ID of the edge's second vertex
 
-   Rows of a pair of polygons add up to the force between them; force times
-   vector, over all rows, is the contact virial. A group keeps the contacts of
-   which it holds both the vertex and the edge's first vertex. */
+   The rows of a pair of polygons add up to the force between them. The sum of force times vector
+   over all rows is the contact virial. A group keeps the contacts of which it holds both the
+   vertex and the edge's first vertex. */
 class ComputePolygonContact : public Compute {
  public:
   ComputePolygonContact(class LAMMPS *, int, char **);

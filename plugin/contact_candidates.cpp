@@ -16,7 +16,7 @@ using namespace LAMMPS_NS;
 static constexpr int BLOCK = 512;    // rows: some 40 kB with their edges and contacts
 
 /* Finds what can come within the width of a contact before the next build. Ends move by less than
-   half the skin, so nothing farther than width + skin now can touch until then. */
+   half the skin, so whatever is farther than width + skin now cannot touch until then. */
 void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list,
                               const ContactLaws &contact_laws, ContactForm form)
 {
@@ -66,8 +66,8 @@ void ContactCandidates::find_edges()
   }
 }
 
-/* A line along x is an edge beyond the box on either side. Its length is a power of two: the foot
-   lies at the x of the vertex to the last digit. */
+/* A flat wall is an edge that ends beyond the box on either side. Its length is a power of two, so
+   that the foot lies at the x of the vertex to the last digit. */
 EdgeFrame ContactCandidates::frame(const Edge &edge) const
 {
   EdgeFrame found = edge_frame(atom->x[edge.tail], atom->x[edge.head]);
@@ -78,17 +78,17 @@ EdgeFrame ContactCandidates::frame(const Edge &edge) const
   return found;
 }
 
-/* Finds edges near vertex or disk i. The neighbor list holds at least one end of each. A disk has
-   the contact with a vertex or an edge; of two disks, the earlier one. */
+/* Finds edges near vertex or disk i. The neighbor list holds at least one end of each edge. Disks
+   have their contacts with vertices and edges; of two disks, the earlier one has it. */
 void ContactCandidates::find_near_point(int i, const NeighList *list, ContactForm form)
 {
   const int *const type = atom->type, *const forms = laws->form[type[i]];
   const tagint *const molecule = atom->molecule;
   const bool idisk = laws->disk(type[i]);
   const tagint own = idisk ? 0 : molecule[i];
-  const double *const start = laws->start[type[i]];    // below 0: left to other styles
+  const double *const widths = laws->initial_width[type[i]];    // negative: another style's pair
   auto try_edge = [&](int tail, int special = 0) {
-    const double width = start[type[tail]], reach = width + neighbor->skin;
+    const double width = widths[type[tail]], reach = width + neighbor->skin;
     if (width < 0.0 || foot_on_edge(atom->x[i], all_frames[tail]).rsq >= reach * reach) return;
     const Edge edge = {tail, laws->disk(type[tail]) ? tail : outline->next(tail)};
     const int law = PairLaws::number(atom->ntypes, type[i], type[tail], special);
@@ -111,14 +111,14 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
     if (!idisk && forms[type[wall]] == form) try_edge(wall);
 }
 
-/* whether two atoms are of the same outline, in one image, which has no contact with itself */
+/* Two atoms of one outline, in one image, have no contact. */
 bool ContactCandidates::one_outline(int i, int j) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws->disk(atom->type[i]) && !laws->disk(atom->type[j]);
 }
 
-/* Keeps candidates in an order that does not depend on where atoms are stored, so that sums have
+/* Candidates are kept in an order that does not depend on where atoms are stored, so that sums have
    the same digits, with one row for each outline near a point. */
 void ContactCandidates::keep(int i)
 {
@@ -139,7 +139,7 @@ void ContactCandidates::keep(int i)
   }
 }
 
-/* orders a pair of edges or disks, the same whichever of their images meet */
+/* Two edges or disks have the same order whichever of their images meet. */
 bool ContactCandidates::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];

@@ -12,8 +12,9 @@
 
 namespace LAMMPS_NS {
 
-/* Which edges can touch which vertex or disk until the next neighbor build. A wall is an outline
-   like a polygon's. A disk is a point; to another disk it is an edge without length. */
+/* ContactCandidates are the edges that each vertex or disk can touch until the next neighbor build.
+   A wall is an outline like a polygon's. A disk is a point; to another disk it is an edge of length
+   0. */
 class ContactCandidates : protected Pointers {
  public:
   ContactCandidates(class LAMMPS *lmp) : Pointers(lmp) {}
@@ -27,7 +28,7 @@ class ContactCandidates : protected Pointers {
     int begin, end;        // range in near()
   };
 
-  // after each neighbor build
+  // Finds the candidates after each neighbor build.
   void build(const FixPolygonOutline *, const class NeighList *, const ContactLaws &, ContactForm);
 
   // A block of rows stays in the cache until the forces of its contacts are known.
@@ -37,7 +38,7 @@ class ContactCandidates : protected Pointers {
   };
   const std::vector<Block> &blocks() const { return block_list; }
 
-  // finds the frames of the edges of a block at present positions, before its contacts
+  // Finds the frames of the edges of a block at present positions; its contacts need them.
   void measure_edges(const Block &);
 
   const CandidateRow *rows() const { return row_list.data(); }

@@ -5,7 +5,7 @@
 
 namespace LAMMPS_NS {
 
-/* A vertex (or disk) that is closer than the width of their contact to an edge that it meets. */
+/* A contact is a vertex or disk that is closer to an edge than the width of their law. */
 struct Contact {
   int vertex, tail, head;
   int law;      // number in PairLaws
@@ -13,9 +13,9 @@ struct Contact {
 };
 
 /* Each form below appends its contacts. Which edge is nearest and what touches cannot be predicted,
-   so nothing branches on it: a contact is written first, and counted if it is one.
+   so no branch depends on it: a contact is written first, and counted if it is one.
 
-   outline: every vertex meets every other outline once, at its closest point. */
+   outline: each vertex has at most one contact with each other outline, at its closest point. */
 inline std::size_t outline_contacts(const ContactCandidates &candidates,
                                     ContactCandidates::Block block, const Position *x,
                                     const PairLaws &laws, Contact *contacts)
@@ -41,9 +41,9 @@ inline std::size_t outline_contacts(const ContactCandidates &candidates,
   return count;
 }
 
-/* segment/smooth: every pair of edges has half the energy of each of the four distances from an end
-   of one to the other. A vertex ends two edges, so it meets every edge of other outlines once, with
-   its full energy. */
+/* segment/smooth: each pair of edges has half the energy of each of the four distances from an end
+   of one to the other. A vertex ends two edges, so it has one contact with each edge of other
+   outlines, with the full energy. */
 inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates,
                                            ContactCandidates::Block block, const Position *x,
                                            const PairLaws &laws, Contact *contacts)

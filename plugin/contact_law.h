@@ -7,7 +7,7 @@
 
 namespace LAMMPS_NS {
 
-/* The contact forms: who meets whom. Their numbers stand in restart files. */
+/* Contact forms say which vertex touches which edge. Restart files hold their numbers. */
 enum ContactForm { OUTLINE, SEGMENT_SMOOTH };
 
 inline constexpr const char *CONTACT_FORMS[] = {"outline", "segment/smooth"};
@@ -22,7 +22,7 @@ inline std::string contact_form_names(const char *separator)
   return names;
 }
 
-/* What atoms of a type are to pair style circuloline. */
+/* Pair style circuloline takes the atoms of each type for one of these. */
 enum Role {
   VERTEX,    // of a closed ring of bonds: a polygon
   WALL,      // of an open chain of bonds, or of a ring
@@ -30,11 +30,11 @@ enum Role {
   FLAT       // a line along x through one atom, which vertices alone meet
 };
 
-/* The contact of types i and j: E = (eps/2)(1 - d/width)^2 of their distance d.
-   Arrays by type, so that fix adapt can change them; widths may shrink during a
-   run, not grow beyond `start`, for which the neighbor lists are made. */
+/* The contact of types i and j has the energy E = (eps/2)(1 - d/width)^2 at a distance d. These are
+   arrays by type, so that fix adapt can change them. Widths may shrink during a run, but not grow
+   beyond `initial_width`, those at its start, for which the neighbor lists are made. */
 struct ContactLaws {
-  double **eps = nullptr, **width = nullptr, **start = nullptr;
+  double **eps = nullptr, **width = nullptr, **initial_width = nullptr;
   int **form = nullptr;
   double longest_edge = 0.0;    // limit, so that neighbor lists hold an end of each edge
   std::vector<Role> role;
@@ -42,29 +42,29 @@ struct ContactLaws {
   bool disk(int type) const { return role[type] >= DISK; }    // or a line, without another end
   bool flat(int type) const { return role[type] == FLAT; }
 
-  /* how far apart two atoms may be whose contact has its width at the start of the run: an
-     edge within reach of a point has one end no farther than half its length beyond the foot */
+  /* Two atoms may be this far apart if their contact has its initial width: an edge within reach of
+     a point has one end no farther than half its length beyond the foot. */
   double cutoff(int i, int j) const
   {
     const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
-    return std::hypot(start[i][j], 0.5 * edge);
+    return std::hypot(initial_width[i][j], 0.5 * edge);
   }
 };
 
-/* The same for the loops over contacts: side by side, made anew for every evaluation. */
+/* Loops over contacts take the laws from one table, which is made anew for every evaluation. */
 struct PairLaw {
   double eps, width, per_width, widthsq;
 };
 
 class PairLaws {
  public:
-  // special: 0, or of bonded disks the number of their factor in special_bonds
+  // special is 0, or for bonded disks the number of their factor in special_bonds
   static int number(int ntypes, int i, int j, int special)
   {
     return (special * (ntypes + 1) + i) * (ntypes + 1) + j;
   }
 
-  // beyond: width, at which contacts are still found
+  // contacts are found up to a gap of `beyond`
   void set(const ContactLaws &laws, int ntypes, const double *special_factors, double beyond = 0.0)
   {
     table.resize(number(ntypes, 0, 0, SPECIAL));

@@ -14,7 +14,7 @@ using namespace LAMMPS_NS;
 
 static constexpr int COLUMNS = 4;    // of a product that are found together with PANEL_ROWS rows
 
-/* sums[q][r] = sum over k < depth of a[r] b[q] in column k */
+/* sums[q][r] becomes the sum over k < depth of a[r] b[q] in column k. */
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 #define four(from) *reinterpret_cast<const Four *>(from)
 

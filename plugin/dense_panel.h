@@ -5,24 +5,24 @@
 
 namespace LAMMPS_NS {
 
-/* Dense panels of Cholesky factors: `width` columns of `height` numbers, column by column, `stride`
-   apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond the
-   height mean nothing. The diagonal of factors holds reciprocals. */
+/* Cholesky factors consist of dense panels: `width` columns of `height` numbers, column by column,
+   `stride` apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond
+   the height have no meaning. The diagonal of factors holds reciprocals. */
 using Stride = std::ptrdiff_t;
 inline constexpr int PANEL_ROWS = 8;    // are read and written together, beyond the height too
 
 inline int padded(int height) { return height + PANEL_ROWS; }
 
-// false: the matrix is not positive definite
+// Returns false if the matrix is not positive definite.
 bool factorise_panel(double *panel, int width, int height, Stride stride);
 
-// lower triangle of rows rows^T, for `height` rows of a panel, column by column, `apart` from each
-// other
+// Finds the lower triangle of rows rows^T, for `height` rows of a panel, column by column, which
+// are `apart` from each other.
 void multiply_panel(const double *rows, int width, int height, Stride stride, double *product,
                     Stride apart);
 
-// One step of solving with the factors and with their transpose, in blocks of 2 or 3 columns.
-// `own`, of `width` numbers, belongs to the columns, and `below` to the rows that follow.
+// These take one step of solving with the factors and with their transpose, in blocks of 2 or 3
+// columns. `own`, of `width` numbers, belongs to the columns, and `below` to the rows that follow.
 void solve_down(int block, const double *panel, int width, int rows, Stride stride, double *own,
                 double *below);
 void solve_up(int block, const double *panel, int width, int rows, Stride stride, double *own,

@@ -8,10 +8,10 @@
 
 namespace LAMMPS_NS {
 
-/* Gauss and Jordan's elimination with the largest pivots: a matrix of m rows, row by row, with
-   right-hand sides in the columns behind m, which become the solutions. A pivot that is not above
-   `singular` times the largest one determines nothing: those unknowns are 0, and listed in
-   `undetermined`. Returns the determinant of what is determined. */
+/* Solves equations by Gauss and Jordan's elimination with the largest pivots. The matrix has m
+   rows, row by row; the columns behind m are right-hand sides, which become the solutions. A pivot
+   that is not above `singular` times the largest one determines nothing: those unknowns are 0, and
+   listed in `undetermined`. The determinant of the determined part is returned. */
 inline double solve_dense(std::vector<double> &matrix, std::size_t m, std::size_t columns,
                           double singular = 0.0, std::vector<bool> *undetermined = nullptr)
 {

@@ -45,7 +45,7 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x,
   return true;
 }
 
-/* a coefficient of bond style line/tension, by bond type */
+/* Finds a coefficient of bond style line/tension, an array by bond type. */
 static const double *by_bond_type(const LAMMPS *lmp, const char *name)
 {
   int dim = 0;
@@ -91,16 +91,16 @@ Virial DropletStiffness::add_product(const Field &p, double strain, double facto
   return virial;
 }
 
-/* Hessian of the distance d, with weights c = (1, t - 1, -t) and w = (0, -1, 1) on vertex, tail
-   and head: grad d = c n; hess d = -(1/L) [w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T];
-   at a corner, (1 - n n^T)/d between two points. */
+/* The distance d depends on vertex, tail and head with the weights c = (1, t - 1, -t) and w = (0,
+   -1, 1): grad d = c n, and hess d = -(1/L) [w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T]; at
+   a corner, hess d = (1 - n n^T)/d of two points. */
 void DropletStiffness::add_contacts(const Field &p, double strain, double factor, Field &out,
                                     Virial &virial) const
 {
   for (const DropletMeeting &m : *meetings) {
     const Vector v = xy(p[m.vertex]), a = xy(p[m.tail]), b = xy(p[m.head]), &n = m.normal;
     const double s = 1.0 - m.t;
-    // of the vertex against its foot; the shear moves it along x
+    // the displacement of the vertex against its foot, which the shear moves along x
     const Vector r = v - a * s - b * m.t + Vector{strain * n.y * m.distance, 0.0};
     const Vector edge = m.along * m.length;
     const double across = dot(r, n);
@@ -135,7 +135,7 @@ void DropletStiffness::add_tension(const Field &p, double strain, double factor,
   }
 }
 
-/* ka grad a grad a^T + ka (a - a0) hess a; a shear does not change a */
+/* The Hessian of an area is ka grad a grad a^T + ka (a - a0) hess a. A shear does not change a. */
 void DropletStiffness::add_areas(const Field &p, double strain, double factor, Field &out,
                                  Virial &virial)
 {
@@ -167,7 +167,7 @@ void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
   assemble_areas(factor, matrix);
 }
 
-/* as in add_contacts */
+/* The formulas are those of add_contacts. */
 void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix) const
 {
   for (const DropletMeeting &m : *meetings) {
@@ -194,7 +194,7 @@ void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix
 
 void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) const
 {
-  // of each vertex the next one of its polygon, which the box may cut into several parts
+  // the next vertex of the same polygon, which the box may cut into several parts
   std::vector<int> later(vertices.size()), first(area->rings().polygons().size(), -1);
   for (std::size_t n = vertices.size(); n-- > 0;) {
     later[n] = first[vertices[n].polygon];

@@ -9,7 +9,7 @@
 
 namespace LAMMPS_NS {
 
-/* A vertex and the point (1 - t) tail + t head of the edge that it meets. */
+/* A vertex meets an edge at the point (1 - t) tail + t head. */
 struct DropletMeeting {
   int vertex, tail, head;
   double t;
@@ -25,7 +25,7 @@ struct DropletMeeting {
 bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &,
                    double beyond = 0.0);
 
-/* Virial of forces f between points r apart: sums of f_x r_y, f_x r_x and f_y r_y. */
+/* The virial of forces f between points r apart is the sums of f_x r_y, f_x r_x and f_y r_y. */
 struct Virial {
   double xy = 0.0, xx = 0.0, yy = 0.0;
 
@@ -37,16 +37,17 @@ struct Virial {
   }
 };
 
-/* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
-   jamlab.mechanics.energy_terms. Displacements are relative to an affine shear, which is given
-   separately. */
+/* DropletStiffness multiplies displacements by the Hessian K of the energy of droplets, with the
+   terms and formulas of jamlab.mechanics.energy_terms. Displacements are relative to an affine
+   shear, which is given separately. */
 class DropletStiffness {
  public:
   DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
 
   void take(const std::vector<DropletMeeting> &);
 
-  // out += factor K (p, strain), with ghosts; returns the virial of these forces, of this rank
+  // Adds factor K (p, strain) to `out`, also for ghosts, and returns this rank's virial of these
+  // forces.
   Virial add_product(const Field &p, double strain, double factor, Field &out);
 
   void assemble(double factor, BlockAssembly<2> &) const;    // factor K

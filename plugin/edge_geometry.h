@@ -7,7 +7,7 @@ namespace LAMMPS_NS {
 
 using Position = double[3];    // LAMMPS holds its rows one after the other
 
-/* Between 0 and 1, without a branch, since where a foot falls cannot be predicted. Compilers make
+/* Clamps t to [0, 1] without a branch, since where a foot falls cannot be predicted. Compilers make
    branches of std::min and std::max: 26 instead of 21 ns per vertex of form outline. */
 inline double clamped(double t)
 {
@@ -15,14 +15,14 @@ inline double clamped(double t)
   return positive < 1.0 ? positive : 1.0;
 }
 
-/* Closest point of an edge to a vertex: the vector r from it to the vertex, the square of r, and
-   the place t in [0, 1] from the tail to the head. */
+/* The foot is the point of an edge that is closest to a vertex: r leads from it to the vertex, rsq
+   is the square of r, and t in [0, 1] is its place from the tail to the head. */
 struct Foot {
   jamlab::Vector r;
   double rsq, t;
 };
 
-/* The same for an edge whose length has been taken once for all that it meets. */
+/* The frame of an edge is found once for all vertices that meet the edge. */
 struct EdgeFrame {
   double x, y, ex, ey, per_lsq;    // tail, from tail to head, 1 / length^2 (0 for a point)
 };
@@ -42,14 +42,14 @@ inline Foot foot_on_edge(const double *x, const EdgeFrame &edge)
   return {r, dot(r, r), t};
 }
 
-/* x and y side by side, in one register where there are such */
+/* x and y are side by side, in one register where the processor has such registers. */
 using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
 
 inline Two two(const double *from) { return *reinterpret_cast<const Two *>(from); }
 
-/* The nearest of several edges to a point, if nearer than the root of `within`. Which edge is
-   nearest cannot be predicted, so nothing branches on it. Half of the edges do not touch the point:
-   only the distance is kept, and the foot is found again on the nearest edge. */
+/* NearestEdge finds the edge nearest to a point, if it is nearer than the root of `within`. Which
+   edge is nearest cannot be predicted, so no branch depends on it. Half of the edges do not touch
+   the point: only the distance is kept, and the foot is found again on the nearest edge. */
 class NearestEdge {
  public:
   NearestEdge(const double *at, double within) : point(two(at)), rsq(within), within(within) {}

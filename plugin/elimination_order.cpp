@@ -76,7 +76,7 @@ void EliminationOrder::eliminate(int p)
   for (const int i : joined) renew(i, p);
 }
 
-/* renews the neighbors of row i, which element p now has, and drops elements that lie within p */
+/* Row i now has the neighbors of element p; elements that lie within p are dropped. */
 void EliminationOrder::renew(int i, int p)
 {
   Row &row = rows[i];

@@ -5,13 +5,13 @@
 
 namespace LAMMPS_NS {
 
-/* Rows of a sparse symmetric matrix in an order of least fill. The row with the fewest neighbors
-   goes first, whose neighbors then are neighbors of each other. Such a set of rows is kept as one
-   element, never as pairs, and numbers of neighbors are bounds from above: Amestoy, Davis and Duff,
-   SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
+/* EliminationOrder finds an order of the rows of a sparse symmetric matrix with little fill. The
+   row with the fewest neighbors goes first; its neighbors then are neighbors of each other. Such a
+   set of rows is kept as one element, never as pairs, and numbers of neighbors are upper bounds:
+   Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
 class EliminationOrder {
  public:
-  // the neighbors of each row, sorted or not, in others[first[i]] to others[first[i + 1] - 1]
+  // The neighbors of row i, sorted or not, are others[first[i]] to others[first[i + 1] - 1].
   EliminationOrder(const std::vector<int> &first, const std::vector<int> &others);
   std::vector<int> find();    // rows, in the order of their elimination
 

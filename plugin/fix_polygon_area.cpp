@@ -20,10 +20,11 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix polygon/area";
 
-/* fix ID group polygon/area ka a0: each a number, d_name or v_name */
+/* The command is: fix ID group polygon/area ka a0. Each value is a number, d_name or v_name. */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka", true),
-    rest_area(lmp, WHO, "rest area", false), energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
+    rest_area(lmp, WHO, "rest area", false), energy(0.0), eflag_caller(0), parameters_of(-1),
+    done(false)
 {
   if (narg != 5)
     error->all(FLERR, "{} needs: ka a0, each a number, d_name from fix property/atom, or v_name",
@@ -69,7 +70,7 @@ void FixPolygonArea::init()
     bond->rings = nullptr;
 }
 
-/* whether no fix before this one sees or changes the forces that it adds to */
+/* No fix before this one may see or change the forces that it adds to. */
 bool FixPolygonArea::first_to_add()
 {
   for (Fix *fix : modify->get_fix_list()) {
@@ -79,8 +80,8 @@ bool FixPolygonArea::first_to_add()
   return false;
 }
 
-/* f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
-   Every rank adds the force on its own vertices only: nothing to send back. */
+/* The force is f_i = -ka (a - a0) da/dx_i with da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
+   Each rank adds the forces on its own vertices, so nothing goes back to other ranks. */
 void FixPolygonArea::post_force(int vflag)
 {
   ev_init(eflag_caller, vflag);
@@ -88,8 +89,8 @@ void FixPolygonArea::post_force(int vflag)
   done = false;
 }
 
-/* for the bond style: where all its bonds are edges of these rings, their tension is added in the
-   same pass. Returns their energy, of the edges that start at vertices of this rank. */
+/* Bond style line/tension calls this: where all its bonds are edges of these rings, their tension
+   is added in the same pass. The energy is that of edges that start at vertices of this rank. */
 bool FixPolygonArea::add_tension_too(double gamma, double eta, double &energy_of_edges)
 {
   polygon_rings.refresh(groupbit);
@@ -110,8 +111,8 @@ double FixPolygonArea::add_forces(double gamma, double eta)
   return gamma * length;
 }
 
-/* returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere.
-   */
+/* The sum of sqrt(l^2 + eta^2) is returned. An edge of zero length has no direction and pulls
+   nowhere. */
 double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, double gamma,
                                       double eta)
 {

@@ -9,9 +9,9 @@
 
 namespace LAMMPS_NS {
 
-/* Area elasticity of the closed rings of a group, second term of Boromand et al. eq 7:
-   E = sum_m (ka_m/2) (a_m - a0_m)^2. Energy and virial of a polygon are shared by its
-   vertices; the virial is taken about its center. */
+/* The area elasticity of the closed rings of a group is the second term of Boromand et al. eq 7: E
+   = sum_m (ka_m/2) (a_m - a0_m)^2. The vertices of a polygon share its energy and virial; the
+   virial is taken about its center. */
 class FixPolygonArea : public Fix {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
@@ -22,7 +22,7 @@ class FixPolygonArea : public Fix {
   void setup(int vflag) override { post_force(vflag); }
   void min_setup(int vflag) override { post_force(vflag); }
   void setup_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
-  // keeps the flag that post_force is not told
+  // post_force is not told this flag
   void pre_reverse(int eflag, int /*vflag*/) override { eflag_caller = eflag; }
   void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void post_force(int) override;
@@ -31,7 +31,7 @@ class FixPolygonArea : public Fix {
   double memory_usage() override { return bytes(ka, a0, pulls) + polygon_rings.memory_usage(); }
   bool add_tension_too(double gamma, double eta, double &energy_of_edges);
 
-  // at the last evaluation of forces
+  // These values are those of the last evaluation of forces.
   const PolygonRings &rings() const { return polygon_rings; }
   double stiffness_of(int polygon) const { return ka[polygon]; }
   double excess_of(int polygon) const { return shape[3 * polygon] - a0[polygon]; }

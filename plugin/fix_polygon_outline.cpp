@@ -29,14 +29,14 @@ struct Record {    // an atom of a molecule, or one of its bonds
   ImageOffset image;
 };
 
-struct Owned {
+struct ReturnedLink {
   int rank, index;
   OutlineLink link;
 };
 
 }    // namespace
 
-/* fix ID all POLYGON/OUTLINE: made by the other styles, not by users */
+/* Other styles make this fix by: fix ID all POLYGON/OUTLINE. Users do not need it. */
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), unread(true), rebuilds(0), refreshed(0),
     refreshed_for(-1, -1)
@@ -57,7 +57,7 @@ FixPolygonOutline::~FixPolygonOutline()
   if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
 }
 
-/* the one instance, made if there is none */
+/* All styles share one instance, which the first of them makes. */
 FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 {
   Fix *const present = lmp->modify->get_fix_by_id(ID);
@@ -97,8 +97,8 @@ bigint FixPolygonOutline::refresh()
   successor.resize(nall);
   predecessor.resize(nall);
   for (int i = 0; i < nall; i++) {
-    successor[i] = same_copy(i, links[i].next);
-    predecessor[i] = same_copy(i, links[i].prev);
+    successor[i] = in_same_image(i, links[i].next);
+    predecessor[i] = in_same_image(i, links[i].prev);
   }
   refreshed_for = lists();
   return ++refreshed;
@@ -109,7 +109,7 @@ std::pair<bigint, bigint> FixPolygonOutline::lists() const
   return {rebuilds, neighbor->ncalls};
 }
 
-/* changes, where atom i is bonded to others than before */
+/* This number changes when atom i has other bonds than before. */
 int FixPolygonOutline::bonds_of(int i) const
 {
   unsigned sum = 0;
@@ -119,8 +119,7 @@ int FixPolygonOutline::bonds_of(int i) const
   return static_cast<int>(sum);
 }
 
-/* in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds
-   */
+/* During a run atoms may come (fix deposit), lose a neighbor (fix evaporate) or get other bonds. */
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
@@ -132,7 +131,7 @@ bool FixPolygonOutline::outlines_changed() const
   return false;
 }
 
-int FixPolygonOutline::same_copy(int i, tagint tag) const
+int FixPolygonOutline::in_same_image(int i, tagint tag) const
 {
   if (!tag) return -1;
   int j = atom->map(tag);
@@ -140,7 +139,7 @@ int FixPolygonOutline::same_copy(int i, tagint tag) const
   return j;
 }
 
-/* Makes the outlines of the molecules that this rank looks after, for Comm::rendezvous. The link of
+/* Each rank makes the outlines of some molecules: the callback of Comm::rendezvous. The link of
    each atom returns to the owner of the atom. */
 static int find_links(int count, char *buffer, int &kind, int *&owners, char *&out, void *caller)
 {
@@ -150,7 +149,7 @@ static int find_links(int count, char *buffer, int &kind, int *&owners, char *&o
     const bool p_bond = p.partner, q_bond = q.partner;    // bonds follow the atoms of a molecule
     return std::tie(p.molecule, p_bond, p.tag) < std::tie(q.molecule, q_bond, q.tag);
   });
-  std::vector<Owned> links;
+  std::vector<ReturnedLink> links;
   std::vector<OutlineAtom> atoms;
   std::vector<OutlineBond> bonds;
   for (int begin = 0, end = 0; begin < count; begin = end) {
@@ -172,11 +171,11 @@ static int find_links(int count, char *buffer, int &kind, int *&owners, char *&o
   lmp->memory->create(owners, links.size(), "polygon/outline:owners");
   for (std::size_t k = 0; k < links.size(); k++) owners[k] = links[k].rank;
   out = static_cast<char *>(lmp->memory->smalloc(bytes(links), "polygon/outline:links"));
-  std::copy(links.begin(), links.end(), reinterpret_cast<Owned *>(out));
+  std::copy(links.begin(), links.end(), reinterpret_cast<ReturnedLink *>(out));
   return static_cast<int>(links.size());
 }
 
-/* One rank knows all bonds of a molecule. The map of LAMMPS may not know these atoms yet. */
+/* One rank receives all bonds of a molecule. The map of LAMMPS may not know these atoms yet. */
 std::vector<OutlineLink> FixPolygonOutline::present_links() const
 {
   std::vector<OutlineLink> found(atom->nlocal);
@@ -194,13 +193,16 @@ std::vector<OutlineLink> FixPolygonOutline::present_links() const
     ranks.resize(own.size(), static_cast<int>(molecule % comm->nprocs));
   }
   char *buffer = nullptr;
-  const int count = comm->rendezvous(1, static_cast<int>(own.size()),
-                                     reinterpret_cast<char *>(own.data()), sizeof(Record), 0,
-                                     ranks.data(), find_links, 0, buffer, sizeof(Owned), lmp);
-  for (const Owned *one = reinterpret_cast<Owned *>(buffer), *end = one + count; one < end; one++) {
-    const int bonds = found[one->index].bonds;
-    found[one->index] = one->link;
-    found[one->index].bonds = bonds;
+  const int size = static_cast<int>(own.size());
+  const int count = comm->rendezvous(1, size, reinterpret_cast<char *>(own.data()), sizeof(Record),
+                                     0, ranks.data(), find_links, 0, buffer, sizeof(ReturnedLink),
+                                     lmp);
+  const auto returned = reinterpret_cast<const ReturnedLink *>(buffer);
+  for (int k = 0; k < count; k++) {
+    OutlineLink &link = found[returned[k].index];
+    const int bonds = link.bonds;
+    link = returned[k].link;
+    link.bonds = bonds;
   }
   memory->sfree(buffer);
   return found;
@@ -242,7 +244,7 @@ int FixPolygonOutline::unpack_exchange(int i, double *buf)
   return PER_ATOM;
 }
 
-/* a ghost lies pbc lattice vectors from the atom that it is a copy of */
+/* A ghost lies pbc lattice vectors from the atom that it is an image of. */
 int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
 {
   for (int k = 0; k < n; k++, buf += PER_GHOST) {

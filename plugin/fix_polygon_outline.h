@@ -11,15 +11,15 @@
 
 namespace LAMMPS_NS {
 
-/* Which vertex follows which on the outline of its molecule. The outlines are the bonds, which are
-   read at the start of every run, and whenever molecules have come or gone in between; atom IDs and
-   their order mean nothing. One instance serves all styles of this plugin, which make it when there
-   is none.
+/* This fix knows which vertex follows which on the outline of its molecule. The bonds are the
+   outlines. They are read at the start of every run, and whenever molecules have come or gone; atom
+   IDs and their order have no meaning. One instance serves all styles of this plugin, which make it
+   when there is none.
 
-   A polygon and its periodic images are different copies. Image flags say to which copy an atom or
-   ghost belongs: two atoms of one molecule that need the same lattice translation to their
-   unwrapped place are of one copy. So a polygon may be wider than half the box, and it meets its
-   own images as it meets other polygons. */
+   A polygon and its periodic images are different outlines. Image flags say to which of them an
+   atom or ghost belongs: two atoms of one molecule that need the same lattice translation to their
+   unwrapped place are of one image. So a polygon may be wider than half the box, and it may touch
+   its own images as it touches other polygons. */
 class FixPolygonOutline : public Fix {
  public:
   FixPolygonOutline(class LAMMPS *, int, char **);
@@ -28,8 +28,8 @@ class FixPolygonOutline : public Fix {
 
   int setmask() override { return FixConst::POST_NEIGHBOR | FixConst::MIN_POST_NEIGHBOR; }
   void init() override { unread = true; }
-  // Neighbor lists and ghosts are new. The styles ask for a refresh when they need it, also styles
-  // that compute without these calls (rerun, gcmc).
+  // Neighbor lists and ghosts are new. The styles ask for a refresh when they need it; styles that
+  // compute without these calls (rerun, gcmc) do so too.
   void setup_post_neighbor() override { rebuilds = ++all_rebuilds; }
   void post_neighbor() override { rebuilds = ++all_rebuilds; }
   void min_post_neighbor() override { rebuilds = ++all_rebuilds; }
@@ -42,16 +42,16 @@ class FixPolygonOutline : public Fix {
   void unpack_forward_comm(int, int, double *) override;
   double memory_usage() override { return bytes(links, images, successor, predecessor, tags); }
 
-  // Collective functions that need no ghosts and no neighbor list: the links that bonds and positions
-  // of owned atoms make now, and the same links for the styles from now on.
+  // Finds the links that bonds and positions of owned atoms make now; the second function keeps
+  // them for the styles. Both are collective, and need no ghosts and no neighbor list.
   std::vector<OutlineLink> present_links() const;
   void read_bonds();
-  // collective, before the first use after a neighbor build; returns the number of the refresh
+  // Collective, before the first use after a neighbor build: returns the number of the refresh.
   bigint refresh();
   // Identifies neighbor lists. The first number is 0 until this fix has seen lists made.
   std::pair<bigint, bigint> lists() const;
 
-  // of owned atoms and ghosts, at the last refresh
+  // These belong to owned atoms and ghosts at the last refresh.
   const OutlineLink &link(int i) const { return links[i]; }
   const ImageOffset &image(int i) const { return images[i]; }
   int next(int i) const { return successor[i]; }      // local index in the same copy, -1 if absent
@@ -69,7 +69,7 @@ class FixPolygonOutline : public Fix {
 
   bool outlines_changed() const;
   int bonds_of(int i) const;
-  int same_copy(int i, tagint tag) const;
+  int in_same_image(int i, tagint tag) const;
   void warn_of_crossings() const;
 };
 

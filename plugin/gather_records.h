@@ -8,7 +8,7 @@
 
 namespace LAMMPS_NS {
 
-/* The records of all ranks, known to each of them, in the order of the ranks. */
+/* Every rank gets the records of all ranks, in the order of the ranks. */
 template <class Record> std::vector<Record> gather_records(std::vector<Record> own, MPI_Comm world)
 {
   static_assert(std::is_trivially_copyable<Record>::value, "records travel as bytes");

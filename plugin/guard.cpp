@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-/* Entry point of the plugin. The styles are a library of their own, which is opened only by a
-   LAMMPS that they fit: with another one some of its symbols would be missing, and LAMMPS would say
-   no more. */
+/* LAMMPS enters the plugin here. The styles are a library of their own, which is opened only by a
+   LAMMPS that they fit: another one would lack some of its symbols, and say no more than that. */
 
 #include "lammps.h"
 #include "lmptype.h"
@@ -15,7 +14,7 @@
 using namespace LAMMPS_NS;
 
 extern "C" {
-// library interface of LAMMPS: the same in every version, unlike its C++ classes
+// the library interface of LAMMPS is the same in every version, unlike its C++ classes
 int lammps_version(void *);
 int lammps_extract_setting(void *, const char *);
 int lammps_config_has_mpi_support();
@@ -27,7 +26,7 @@ __attribute__((visibility("default"))) void lammpsplugin_init(void *, void *, vo
 static constexpr int WARNING = 0;
 static constexpr char NO_MPI[] = "no MPI (STUBS)";
 
-// the MPI of mpi.h; tests compile another name in
+// BUILT_MPI names the MPI of mpi.h, or another in tests.
 #if defined(JAMLAB_MPI)
 static constexpr char BUILT_MPI[] = JAMLAB_MPI;
 #elif defined(OPEN_MPI)
@@ -40,8 +39,9 @@ static constexpr const char *BUILT_MPI = NO_MPI;
 static constexpr char BUILT_MPI[] = "";
 #endif
 
-/* Updates of one version may lay out its classes otherwise: Pair has grown in update 4 of
-   22 Jul 2025. Only the tag "stable_22Jul2025_update4" tells, where LAMMPS was built from git. */
+/* Updates of one version may lay out its classes differently: Pair has grown in update 4 of 22
+   Jul 2025. Where LAMMPS was built from git, only its tag says the update:
+   "stable_22Jul2025_update4". */
 static std::string update_of_lammps()
 {
   const std::string tag = LAMMPS::git_descriptor(), word = "_update";
@@ -50,8 +50,8 @@ static std::string update_of_lammps()
   return at == std::string::npos ? "0" : std::to_string(std::atoi(tag.c_str() + at + word.size()));
 }
 
-/* Family of MPI that runs: handles are numbers in one and pointers in the other, so code compiled
-   for one crashes in the other. Empty where it cannot be told. */
+/* The family of the MPI that runs matters: handles are numbers in one and pointers in the other, so
+   code compiled for one crashes in the other. The name is empty where it cannot be told. */
 static std::string mpi_of_lammps()
 {
   if (!lammps_config_has_mpi_support()) return NO_MPI;
@@ -74,7 +74,7 @@ static std::string sizes(size_t big, size_t tag, size_t image)
       std::to_string(8 * image) + "-bit bigint, tagint and imageint";
 }
 
-/* Why this LAMMPS cannot use the plugin; empty if it can. */
+/* Says why this LAMMPS cannot use the plugin; the text is empty if it can. */
 static std::string misfit(void *lmp)
 {
   const int found = lammps_version(lmp);
@@ -97,7 +97,7 @@ static std::string misfit(void *lmp)
   return known && mpi != built_mpi ? "with " + built_mpi + ", this LAMMPS has " + mpi : "";
 }
 
-/* The library of the styles, in the folder of this one. */
+/* The library of the styles lies in the folder of this one. */
 static std::string styles_file()
 {
   Dl_info here;
@@ -119,7 +119,7 @@ void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     return;
   }
 
-  // never closed: LAMMPS may hold objects of its classes to the end
+  // the library is never closed: LAMMPS may hold objects of its classes to the end
   void *const styles = dlopen(styles_file().c_str(), RTLD_NOW | RTLD_LOCAL);
   void *const add = styles ? dlsym(styles, "jamlab_register") : nullptr;
   if (!add) {

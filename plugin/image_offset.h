@@ -7,9 +7,9 @@
 
 namespace LAMMPS_NS {
 
-/* Lattice vectors from the box to the unwrapped place of an atom, by the image flags of LAMMPS
-   along x and y. Flags begin anew after 2 IMGMAX boxes, and so do these: only their differences
-   count. */
+/* An ImageOffset counts the lattice vectors from the box to the unwrapped place of an atom, which
+   the image flags of LAMMPS give along x and y. Flags begin anew after 2 IMGMAX boxes, and so do
+   these: only their differences count. */
 struct ImageOffset {
   int a = 0, b = 0;
 

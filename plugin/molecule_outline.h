@@ -8,7 +8,7 @@
 
 namespace LAMMPS_NS {
 
-/* What the bonds of one molecule make of its atoms. */
+/* The bonds of a molecule make one of these of each of its atoms. */
 enum OutlineKind {
   UNKNOWN,    // not yet looked at: the atom came during a run
   LONE,       // no bond within the molecule
@@ -35,9 +35,9 @@ struct OutlineBond {
   tagint a, b;
 };
 
-/* Links of the atoms of one molecule, in the order of `atoms`, which are sorted by ID. Bonds to
-   atoms of other molecules do not count, nor does a second listing of a bond. The area of the ring
-   decides which way is counter-clockwise: the order of the IDs is free. */
+/* Finds the links of the atoms of one molecule, in the order of `atoms`, which are sorted by ID.
+   Bonds to atoms of other molecules do not count, nor does a second listing of a bond. The area of
+   the ring decides which way is counter-clockwise: the order of the IDs is free. */
 std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms,
                                        const std::vector<OutlineBond> &bonds);
 

@@ -3,12 +3,14 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "compute.h"
 #include "domain.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
 #include "gather_records.h"
 #include "lammps.h"
+#include "modify.h"
 #include "neigh_list.h"
 
 #include <algorithm>
@@ -16,8 +18,6 @@
 #include <tuple>
 
 using namespace LAMMPS_NS;
-
-static constexpr char STYLE[] = "Pair style circuloline";
 
 namespace {
 
@@ -73,8 +73,8 @@ Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaw
 
 }    // namespace
 
-void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, const NeighList *list,
-                               const ContactLaws &laws)
+void LAMMPS_NS::check_outlines(LAMMPS *lmp, const char *who, const FixPolygonOutline &outline,
+                               const NeighList *list, const ContactLaws &laws)
 {
   Finding own;
   for (int ii = 0; ii < list->inum; ii++)
@@ -84,7 +84,7 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
   if (worst.fault == NONE) return;
 
   const auto [fault, length, ends, molecule, type, kind] = worst;
-  const auto stop = [&](const std::string &what) { lmp->error->all(FLERR, "{}: {}", STYLE, what); };
+  const auto stop = [&](const std::string &what) { lmp->error->all(FLERR, "{}: {}", who, what); };
   const std::string edge = fmt::format(
       "the edge between atoms {} and {} is {:.6g} long, more than ", ends[0], ends[1], length);
   if (fault == NOT_AN_OUTLINE && kind == CHAIN)
@@ -113,7 +113,7 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
 }
 
 /* Factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends. */
-void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
+void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const char *who, const ContactLaws &laws)
 {
   const double *const factors = lmp->force->special_lj;
   if (std::count(factors + 1, factors + 4, 1.0) == 3) return;
@@ -126,9 +126,26 @@ void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
       const int itype = atom->type[i], jtype = atom->type[j];
       const bool idisk = laws.disk(itype), jdisk = laws.disk(jtype);
       const bool one_outline = !idisk && !jdisk && atom->molecule[i] == atom->molecule[j];
-      if (laws.start[itype][jtype] < 0.0 || (idisk && jdisk) || one_outline) continue;
+      if (laws.initial_width[itype][jtype] < 0.0 || (idisk && jdisk) || one_outline) continue;
       lmp->error->one(FLERR, "{}: bonds join atoms {} and {}, of which one is on an outline, so "
                       "that special_bonds cannot weaken their contacts: use special_bonds lj/coul "
-                      "1 1 1", STYLE, atom->tag[i], atom->special[i][k]);
+                      "1 1 1", who, atom->tag[i], atom->special[i][k]);
+    }
+}
+
+void LAMMPS_NS::refuse_computes(LAMMPS *lmp, const char *who)
+{
+  Atom *const atom = lmp->atom;
+  for (const char *style : {"^pair/local", "/tally$"})
+    for (const Compute *compute : lmp->modify->get_compute_by_style(style)) {
+      int vertices = 0;
+      for (int i = 0; i < atom->nlocal; i++)
+        if (atom->molecule[i] && (atom->mask[i] & compute->groupbit)) vertices = 1;
+      MPI_Allreduce(MPI_IN_PLACE, &vertices, 1, MPI_INT, MPI_MAX, lmp->world);
+      if (vertices)
+        lmp->error->all(FLERR,
+                        "{}: compute {} of style {} knows pairs of atoms only, and a contact is a "
+                        "vertex and an edge: use compute polygon/contact, or a group without "
+                        "polygons", who, compute->id, compute->style);
     }
 }

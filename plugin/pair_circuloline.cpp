@@ -4,23 +4,36 @@
 #include "atom.h"
 #include "citation.h"
 #include "comm.h"
-#include "compute.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
 #include "memory.h"
-#include "modify.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "outline_checks.h"
+#include "restart_values.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 
 using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
+static constexpr double LAYOUT = -6.0;    // of restart files; the first layout has delta here
+
+// These are the keywords of pair_style, by Role; `contact` is that of vertices.
+static const std::string ROLES[] = {"contact", "walls", "disks", "flat"};
+
+static ContactForm contact_form(LAMMPS *lmp, const char *name)
+{
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
+    if (strcmp(name, CONTACT_FORMS[k]) == 0) return static_cast<ContactForm>(k);
+  lmp->error->all(FLERR, "{}: unknown contact form {}, use one of {}", WHO, name,
+                  contact_form_names(", "));
+  return OUTLINE;
+}
 
 static void add_virial(double *sum, double share, const double *xx_yy_xy)
 {
@@ -55,9 +68,112 @@ PairCirculoline::~PairCirculoline()
     memory->destroy(cutsq);
     memory->destroy(laws.eps);
     memory->destroy(laws.width);
-    memory->destroy(laws.start);
+    memory->destroy(laws.initial_width);
     memory->destroy(laws.form);
   }
+}
+
+void PairCirculoline::allocate()
+{
+  allocated = 1;
+  const int np1 = atom->ntypes + 1;
+  memory->create(setflag, np1, np1, "pair:setflag");
+  memory->create(cutsq, np1, np1, "pair:cutsq");
+  memory->create(laws.eps, np1, np1, "pair:eps");
+  memory->create(laws.width, np1, np1, "pair:delta");
+  memory->create(laws.initial_width, np1, np1, "pair:initial_width");
+  memory->create(laws.form, np1, np1, "pair:form");
+  given_coeffs.assign(np1 * np1, Given());
+  std::fill_n(setflag[0], np1 * np1, 0);
+  std::fill_n(laws.eps[0], np1 * np1, 0.0);
+  std::fill_n(laws.width[0], np1 * np1, -1.0);
+  std::fill_n(laws.initial_width[0], np1 * np1, -1.0);
+  std::fill_n(laws.form[0], np1 * np1, form);
+  read_roles();
+}
+
+/* The command is: pair_style circuloline delta longest_edge, and then contact form, walls types,
+   disks types or flat types. */
+void PairCirculoline::settings(int narg, char **arg)
+{
+  if (narg < 2 || narg % 2)
+    error->all(FLERR, "{} needs: delta longest_edge [contact {}] [walls types] [disks types] [flat "
+               "types]", WHO, contact_form_names("|"));
+
+  delta = utils::numeric(FLERR, arg[0], false, lmp);
+  laws.longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
+  if (delta <= 0.0) error->all(FLERR, "{}: delta {} must be positive", WHO, arg[0]);
+  if (laws.longest_edge <= 0.0)
+    error->all(FLERR, "{}: longest edge {} must be positive", WHO, arg[1]);
+
+  form = OUTLINE;
+  for (auto &types : role_types) types.clear();
+  for (int k = 2; k < narg; k += 2) {
+    const auto role = std::find(ROLES, ROLES + FLAT + 1, std::string(arg[k])) - ROLES;
+    if (role == VERTEX)
+      form = contact_form(lmp, arg[k + 1]);
+    else if (role <= FLAT)
+      role_types[role] = arg[k + 1];
+    else
+      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls, disks or flat", WHO,
+                 arg[k]);
+  }
+
+  // if the style is given again, types without a width or a form of their own take the new one
+  if (!allocated) return;
+  read_roles();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form);
+}
+
+/* Types are read as LAMMPS writes them, several of them with commas: 2 or 2*4 or 2,5*. */
+void PairCirculoline::read_roles()
+{
+  laws.role.assign(atom->ntypes + 1, VERTEX);
+  for (const Role role : {WALL, DISK, FLAT}) {
+    std::istringstream ranges(role_types[role]);
+    for (std::string range; std::getline(ranges, range, ',');) {
+      int low, high;
+      utils::bounds(FLERR, range, 1, atom->ntypes, low, high, error);
+      std::fill(laws.role.begin() + low, laws.role.begin() + high + 1, role);
+    }
+  }
+}
+
+/* The command is: pair_coeff i j eps [delta [contact form]]. For disks delta is the diameter.
+   Without delta a type has that of pair_style, and two types the mean of both. */
+void PairCirculoline::coeff(int narg, char **arg)
+{
+  if (narg < 3 || narg > 5)
+    error->all(FLERR, "{} needs: pair_coeff i j eps [delta [contact form]]", WHO);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+  const double eps = utils::numeric(FLERR, arg[2], false, lmp);
+  if (eps < 0.0) error->all(FLERR, "{}: eps {} must not be negative", WHO, arg[2]);
+  const double width = narg > 3 ? utils::numeric(FLERR, arg[3], false, lmp) : -1.0;
+  if (narg > 3 && width <= 0.0) error->all(FLERR, "{}: delta {} must be positive", WHO, arg[3]);
+  const int of_pair = narg > 4 ? contact_form(lmp, arg[4]) : -1;
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = std::max(jlo, i); j <= jhi; j++) {
+      set(i, j, eps, width, of_pair);
+      count++;
+    }
+  if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
+}
+
+void PairCirculoline::set(int i, int j, double eps, double width, int of_pair)
+{
+  setflag[i][j] = 1;
+  laws.eps[i][j] = laws.eps[j][i] = eps;
+  given(i, j) = given(j, i) = {width, -1.0, of_pair};
+  laws.width[i][j] = laws.width[j][i] = width < 0.0 && i == j ? delta : width;
+  laws.form[i][j] = laws.form[j][i] = of_pair < 0 ? form : of_pair;
 }
 
 void PairCirculoline::compute(int eflag, int vflag)
@@ -74,7 +190,7 @@ void PairCirculoline::compute(int eflag, int vflag)
   if (own) return_from_ghosts();
 }
 
-/* pushes each vertex away from the edge that it touches */
+/* Each contact repels its vertex from its edge. */
 template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
 {
   const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
@@ -159,7 +275,8 @@ void PairCirculoline::return_from_ghosts()
   }
 }
 
-/* E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force */
+/* The energy is E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no
+   force. */
 PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &contact) const
 {
   const PairLaw &law = pair_laws[contact.law];
@@ -170,9 +287,9 @@ PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &cont
   return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, foot.r * per_d};
 }
 
-/* for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a
-   flow has moved atoms since the forces. Candidates are known by local and ghost index, which
-   neighbor lists and commands change. */
+/* Computes may ask for contacts at any point of a step. Ghosts lag behind where fix deform or a
+   flow has moved atoms since the forces. Candidates are local and ghost indices, which neighbor
+   lists and commands change. */
 const std::vector<Contact> &PairCirculoline::present_contacts()
 {
   const int nall = atom->nlocal + atom->nghost;
@@ -197,15 +314,15 @@ void PairCirculoline::renew_candidates()
 void PairCirculoline::find_candidates()
 {
   outline->refresh();
-  check_outlines(lmp, *outline, list, laws);
-  check_special_bonds(lmp, laws);
+  check_outlines(lmp, WHO, *outline, list, laws);
+  check_special_bonds(lmp, WHO, laws);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
     if (in_use[k]) candidates[k].build(outline, list, laws, static_cast<ContactForm>(k));
 }
 
 void PairCirculoline::init_style()
 {
-  refuse_computes();
+  refuse_computes(lmp, WHO);
   lower_ghost_cutoff();
   outline = FixPolygonOutline::shared(lmp, WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
@@ -213,29 +330,11 @@ void PairCirculoline::init_style()
       error->warning(FLERR, "{}: neigh_modify exclude molecule/intra hides the contacts of a "
                      "polygon with its own periodic images", WHO);
   std::fill_n(in_use, NUMBER_OF_CONTACT_FORMS, false);
-  for (int i = 0; i <= atom->ntypes; i++)
-    for (int j = 0; j <= atom->ntypes; j++) laws.start[i][j] = -1.0;
+  std::fill_n(laws.initial_width[0], (atom->ntypes + 1) * (atom->ntypes + 1), -1.0);
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
-/* Some computes would take the neighbors of a vertex for its contacts without a word. LAMMPS itself
-   refuses computes that call single(). */
-void PairCirculoline::refuse_computes() const
-{
-  for (const char *style : {"^pair/local", "/tally$"})
-    for (const Compute *compute : modify->get_compute_by_style(style)) {
-      int vertices = 0;
-      for (int i = 0; i < atom->nlocal; i++)
-        if (atom->molecule[i] && (atom->mask[i] & compute->groupbit)) vertices = 1;
-      MPI_Allreduce(MPI_IN_PLACE, &vertices, 1, MPI_INT, MPI_MAX, world);
-      if (vertices)
-        error->all(FLERR, "{}: compute {} of style {} knows pairs of atoms only, and a contact is "
-                   "a vertex and an edge: use compute polygon/contact, or a group without polygons",
-                   WHO, compute->id, compute->style);
-    }
-}
-
-/* restores the ghost cutoff of comm_modify, unless another command has changed it since */
+/* The ghost cutoff of comm_modify returns, unless another command has changed it since. */
 void PairCirculoline::lower_ghost_cutoff()
 {
   if (comm->cutghostuser == raised_cutoff) comm->cutghostuser = user_cutoff;
@@ -243,8 +342,8 @@ void PairCirculoline::lower_ghost_cutoff()
   user_cutoff = comm->cutghostuser;
 }
 
-/* Neighbors are what may touch; ghosts must hold also the far end of an edge that touches. Fix
-   adapt calls this again during a run. */
+/* Neighbor lists hold what may touch. Ghosts must include the far end of an edge that touches. Fix
+   adapt calls this function again during a run. */
 double PairCirculoline::init_one(int i, int j)
 {
   const bool unknown = !setflag[i][j] && !(setflag[i][i] && setflag[j][j]);
@@ -257,23 +356,23 @@ double PairCirculoline::init_one(int i, int j)
   in_use[laws.form[i][j]] = true;
 
   const double width = laws.width[i][j];
-  double &start = laws.start[i][j];
-  if (start < 0.0)
-    start = laws.start[j][i] = width;
-  else if (width > start)
+  double &initial = laws.initial_width[i][j];
+  if (initial < 0.0)
+    initial = laws.initial_width[j][i] = width;
+  else if (width > initial)
     error->all(FLERR, "{}: delta of types {} and {} grew to {} from {} at the start of the run, "
                "for which the neighbor lists are made: start with the largest value", WHO, i, j,
-               width, start);
+               width, initial);
 
   const double cutoff = laws.cutoff(i, j);
   const bool disks = laws.disk(i) && laws.disk(j);
-  const double ghosts = disks ? cutoff : std::max(cutoff, start + laws.longest_edge);
+  const double ghosts = disks ? cutoff : std::max(cutoff, initial + laws.longest_edge);
   if (comm->mode != Comm::SINGLE) return ghosts;    // each type has the ghosts of its own cutoff
   comm->cutghostuser = raised_cutoff = std::max(comm->cutghostuser, ghosts + neighbor->skin);
   return cutoff;
 }
 
-/* mixes the contact of two types that no pair_coeff names */
+/* Two types that no pair_coeff names have a mixed contact. */
 void PairCirculoline::mix(int i, int j)
 {
   if (!setflag[i][i] || !setflag[j][j])
@@ -292,7 +391,7 @@ void PairCirculoline::mix(int i, int j)
 void PairCirculoline::mix_widths(int i, int j)
 {
   Given &pair = given(i, j);
-  if (laws.start[i][j] >= 0.0 && laws.width[i][j] != pair.mixed) return;
+  if (laws.initial_width[i][j] >= 0.0 && laws.width[i][j] != pair.mixed) return;
   if (laws.width[i][i] <= 0.0 || laws.width[j][j] <= 0.0)
     error->all(FLERR, "{}: types {} and {} have no widths of their own to mix: give pair_coeff {} "
                "{} eps delta", WHO, i, j, i, j);
@@ -326,4 +425,76 @@ double PairCirculoline::memory_usage()
   double total = Pair::memory_usage() + bytes(ghosts, found, all_found, tags);
   for (const auto &of_form : candidates) total += of_form.memory_usage();
   return total;
+}
+
+void PairCirculoline::write_restart(FILE *fp)
+{
+  write_restart_settings(fp);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      write_value(fp, setflag[i][j]);
+      if (!setflag[i][j]) continue;
+      write_value(fp, laws.eps[i][j]);
+      write_value(fp, given(i, j));
+    }
+}
+
+void PairCirculoline::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      read_everywhere(lmp, fp, &setflag[i][j]);
+      if (!setflag[i][j]) continue;
+      double eps;
+      Given own;
+      read_everywhere(lmp, fp, &eps);
+      read_everywhere(lmp, fp, &own);
+      set(i, j, eps, own.width, own.form);
+    }
+}
+
+/* LAMMPS keeps these values alone for a style in pair_style hybrid. */
+void PairCirculoline::write_restart_settings(FILE *fp)
+{
+  write_value(fp, LAYOUT);
+  write_value(fp, delta);
+  write_value(fp, laws.longest_edge);
+  write_value(fp, form);
+  write_value(fp, mix_flag);
+  write_value(fp, user_cutoff);
+  write_value(fp, raised_cutoff);    // comm_modify of the file has it
+  for (const auto &types : role_types) write_value(fp, types);
+}
+
+void PairCirculoline::read_restart_settings(FILE *fp)
+{
+  double layout;
+  read_everywhere(lmp, fp, &layout);
+  if (layout != LAYOUT)
+    error->all(FLERR, "{}: the restart file was written by another version of this plugin: start "
+               "from a data file", WHO);
+  read_everywhere(lmp, fp, &delta);
+  read_everywhere(lmp, fp, &laws.longest_edge);
+  read_everywhere(lmp, fp, &form);
+  read_everywhere(lmp, fp, &mix_flag);
+  read_everywhere(lmp, fp, &user_cutoff);
+  read_everywhere(lmp, fp, &raised_cutoff);
+  for (auto &types : role_types) read_everywhere(lmp, fp, &types);
+}
+
+void PairCirculoline::write_data(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    fprintf(fp, "%d %.17g %.17g %s\n", i, laws.eps[i][i], laws.width[i][i],
+            CONTACT_FORMS[laws.form[i][i]]);
+}
+
+void PairCirculoline::write_data_all(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      fprintf(fp, "%d %d %.17g %.17g %s\n", i, j, laws.eps[i][j], laws.width[i][j],
+              CONTACT_FORMS[laws.form[i][j]]);
 }

@@ -12,12 +12,12 @@
 
 namespace LAMMPS_NS {
 
-/* Repulsion between outlines of a width: polygons (closed rings of bonds), walls (open chains) and
-   disks, in the forms of contact_forms.h.
+/* PairCirculoline is the repulsion between outlines of a width: polygons (closed rings of bonds),
+   walls (open chains) and disks, in the forms of contact_forms.h.
 
-   A periodic image of a polygon is another polygon, also to itself. A contact is evaluated by the
-   rank that owns its vertex, disk or edge, and its energy and virial shared by its three atoms.
-   Forces on ghosts go back by reverse communication whatever the newton setting. */
+   A periodic image of a polygon is another polygon, also to itself. The rank that owns the vertex
+   or disk evaluates its contacts. The three atoms of a contact share its energy and virial. Forces
+   on ghosts go back by reverse communication whatever the newton setting. */
 class PairCirculoline : public Pair {
  public:
   PairCirculoline(class LAMMPS *);
@@ -51,8 +51,9 @@ class PairCirculoline : public Pair {
 
   bool flat(int i) const { return laws.flat(atom->type[i]); }    // whether an atom is a flat wall
 
-  // Contacts of this rank, where ghosts are up to date, with gaps up to `beyond`. The list is good
-  // until the next call. The second function is collective, and brings ghosts up to date.
+  // Finds the contacts of this rank, where ghosts are up to date, with gaps up to `beyond`. The
+  // list is valid until the next call. The second function is collective, and brings ghosts up to
+  // date.
   const std::vector<Contact> &find_contacts(double beyond = 0.0);
   const std::vector<Contact> &present_contacts();
 
@@ -90,7 +91,6 @@ class PairCirculoline : public Pair {
   void find_candidates();
   void renew_candidates();
   void lower_ghost_cutoff();
-  void refuse_computes() const;
   template <class Act> void visit_contacts(Act, double beyond = 0.0);
   template <bool OWN, bool TALLY> void apply_contacts();
   void tally(const Contact &, const ContactForce &, bool own);

@@ -70,7 +70,7 @@ void PolygonParameter::check_vertices(const PolygonRings &rings, const double *o
   const auto first = rings.of_first(1, [=](int i, double *value) { *value = of_atom[i]; });
   for (const auto &vertex : rings.vertices())
     if (of_atom[vertex.i] != first[vertex.polygon])
-      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who, what,
-                 name, rings.polygons()[vertex.polygon].molecule, first[vertex.polygon],
+      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who,
+                 what, name, rings.polygons()[vertex.polygon].molecule, first[vertex.polygon],
                  of_atom[vertex.i]);
 }

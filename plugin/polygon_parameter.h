@@ -9,9 +9,9 @@
 
 namespace LAMMPS_NS {
 
-/* One number for each polygon of a fix, as its argument says: a number, d_name (a
-   per-atom property) or v_name (an equal- or atom-style variable). All vertices of a
-   polygon must agree. */
+/* A PolygonParameter has one value for each polygon of a fix, as an argument says: a number, d_name
+   (a per-atom property) or v_name (an equal- or atom-style variable). All vertices of a polygon
+   must have the same value. */
 class PolygonParameter : protected Pointers {
  public:
   PolygonParameter(class LAMMPS *lmp, const char *who, const char *what, bool may_be_zero) :

@@ -33,7 +33,7 @@ void PolygonRings::clear()
   number.clear();
 }
 
-/* counts a vertex to its polygon, and returns the number of the polygon */
+/* A vertex counts to its polygon, whose number is returned. */
 int PolygonRings::count(int i)
 {
   const tagint molecule = atom->molecule[i];
@@ -45,7 +45,7 @@ int PolygonRings::count(int i)
   return place->second;
 }
 
-/* vertices of closed rings; atoms without bonds have no area and are left alone */
+/* Vertices of closed rings take part. Atoms without bonds have no area and are left alone. */
 bool PolygonRings::takes_part(int i, int groupbit) const
 {
   return (atom->mask[i] & groupbit) && outline->link(i).kind == RING;
@@ -100,7 +100,7 @@ void PolygonRings::refresh(int groupbit)
   find_origins();
 }
 
-/* from an owned vertex on along its ring, as far as this rank owns it */
+/* Walks from an owned vertex along its ring, as far as this rank owns the vertices. */
 void PolygonRings::walk(int start, int groupbit, std::vector<char> &seen)
 {
   const int begin = static_cast<int>(vertex_list.size());
@@ -116,7 +116,7 @@ void PolygonRings::walk(int start, int groupbit, std::vector<char> &seen)
   segment_list.push_back({vertex_list[begin].polygon, begin, static_cast<int>(vertex_list.size())});
 }
 
-/* polygons of which several ranks own vertices, numbered in the order of their molecules */
+/* Finds polygons whose vertices several ranks own, and numbers them in the order of molecules. */
 void PolygonRings::find_shared()
 {
   shared.clear();
@@ -157,7 +157,8 @@ void PolygonRings::find_origins()
     std::copy_n(&found[4 * k], 2, polygon_list[k].origin);
   for (Vertex &vertex : vertex_list) {
     const double *const image = &found[4 * vertex.polygon + 2];
-    vertex.image = vertex.image - ImageOffset(static_cast<int>(image[0]), static_cast<int>(image[1]));
+    const ImageOffset first(static_cast<int>(image[0]), static_cast<int>(image[1]));
+    vertex.image = vertex.image - first;
   }
 }
 
@@ -173,8 +174,8 @@ void PolygonRings::sum(std::vector<double> &values, int width) const
     std::copy_n(&sums[width * place], width, &values[width * polygon]);
 }
 
-/* a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same sum; one near the
-   polygon keeps its digits. */
+/* The area is a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same sum; one
+   near the polygon keeps its digits. */
 void PolygonRings::measure(const RingSegment &segment, bool centers, double *value)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);

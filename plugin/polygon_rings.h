@@ -11,8 +11,8 @@
 
 namespace LAMMPS_NS {
 
-/* The closed rings of a group, as far as this rank owns their vertices, and sums over whole
-   polygons wherever the periodic boundary or the sub-domains cut them. */
+/* PolygonRings are the closed rings of a group, as far as this rank owns their vertices. It sums
+   over whole polygons wherever the periodic boundary or the sub-domains cut them. */
 class PolygonRings : protected Pointers {
  public:
   PolygonRings(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
@@ -33,8 +33,8 @@ class PolygonRings : protected Pointers {
     int first;           // local index of that vertex, -1 on other ranks
   };
 
-  // collective: finds the rings of the group from the bonds, and refuses a group that cuts a
-  // polygon
+  // Collective: finds the rings of the group from the bonds, and refuses a group that cuts a
+  // polygon.
   void init(int groupbit);
   void refresh(int groupbit);    // collective, before use after a neighbor build
   bigint refreshed() const { return outline_refresh; }
@@ -44,12 +44,12 @@ class PolygonRings : protected Pointers {
   const std::vector<RingSegment> &segments() const { return segment_list; }
   const std::vector<Vertex> &vertices() const { return vertex_list; }
 
-  // collective: values[width * polygon + k] becomes its sum over the ranks that share the polygon
+  // Collective: values[width * polygon + k] becomes its sum over the ranks that share the polygon.
   void sum(std::vector<double> &values, int width) const;
 
-  // collective: three values for each polygon, its area and, where centers are wanted, the sums of
-  // x and y from the origin. act(segment) is called when they are known, which is at once where
-  // this rank owns the whole polygon.
+  // Collective: finds three values for each polygon, its area and, where centers are wanted, the
+  // sums of x and y from the origin. act(segment) is called when they are known, which is at once
+  // where this rank owns the whole polygon.
   template <class Act> void areas_and_centers(std::vector<double> &values, bool centers, Act act)
   {
     values.assign(3 * polygon_list.size(), 0.0);
@@ -62,8 +62,8 @@ class PolygonRings : protected Pointers {
       if (!whole(segment)) act(segment);
   }
 
-  // when act(segment) is called: edges, from the one that ends at the first vertex of the segment
-  // to the one that starts at its last
+  // These are the edges when act(segment) is called, from the one that ends at the first vertex of
+  // the segment to the one that starts at its last.
   struct Edges {
     const double *x, *y;    // one more than the segment has vertices
   };
@@ -72,15 +72,15 @@ class PolygonRings : protected Pointers {
     return {&edge_x[first_edge(segment)], &edge_y[first_edge(segment)]};
   }
 
-  // from the origin of its polygon, unwrapped
+  // The unwrapped position is counted from the origin of the polygon.
   jamlab::Vector position(const Vertex &vertex) const
   {
     const double *const origin = polygon_list[vertex.polygon].origin;
     return vertex.image.unwrapped(atom->x[vertex.i], domain) - jamlab::point(origin, 0);
   }
 
-  // Collective: `width` numbers of each polygon, which put(i, numbers) writes where i, its first
-  // vertex, is owned. All ranks that share the polygon know them.
+  // Collective: put(i, numbers) writes `width` numbers of each polygon on the rank that owns its
+  // first vertex i, and all ranks that share the polygon get them.
   template <class Put> std::vector<double> of_first(int width, Put put) const
   {
     std::vector<double> values(width * polygon_list.size(), 0.0);

@@ -11,7 +11,7 @@
 
 namespace LAMMPS_NS {
 
-/* Values in restart files, as bytes. One rank reads them for all. */
+/* Restart files hold values as bytes. One rank reads them for all. */
 template <class Value>
 void read_everywhere(LAMMPS *lmp, FILE *fp, Value *values, std::size_t count = 1)
 {

@@ -3,7 +3,7 @@
 
 namespace LAMMPS_NS {
 
-/* Memory that vectors hold, for the memory usage that LAMMPS prints. */
+/* LAMMPS prints the memory usage of styles: this is what vectors hold. */
 template <class... Vectors> double bytes(const Vectors &...vectors)
 {
   return (0.0 + ... + (vectors.capacity() * sizeof(typename Vectors::value_type)));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-/* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems
-   and processors cannot. Without fused products, so that both give the same digits. */
+/* JAMLAB_WIDE_VECTORS compiles a function twice, for wider vectors too. The loader chooses one,
+   which other systems and processors cannot. No product is fused, so both give the same digits. */
 
 #if defined(__x86_64__) && defined(__linux__) && __has_include(<gnu/libc-version.h>)
 #define JAMLAB_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))

@@ -1,5 +1,5 @@
-// Copies vectors of all atoms between arrays in the order of their ids and LAMMPS' own arrays.
-// LAMMPS changes its order whenever it sorts atoms. Each function returns n, or -1 where the ids
+// These functions copy vectors of all atoms between arrays in the order of their ids and the arrays
+// of LAMMPS, which changes its order whenever it sorts atoms. Each returns n, or -1 where the ids
 // are not 1 to n. `wide`: ids and image flags have 64 bits (LAMMPS_BIGBIG), otherwise 32.
 
 #include "kernel.h"
@@ -14,8 +14,8 @@ int64_t number(const void *numbers, int64_t wide, int64_t i)
               : static_cast<const std::int32_t *>(numbers)[i];
 }
 
-// Calls act(row, value, shift) for x and y of all atoms: LAMMPS' number, the value in the order of
-// ids, and the translation of its image flags, which LAMMPS packs into one number.
+// Calls act(row, value, shift) for x and y of all atoms: the number of LAMMPS, the value in the
+// order of ids, and the translation by the image flags, which LAMMPS packs into one number.
 template <class Row, class Value, class Act>
 int64_t visit(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
               Value *values, Row *const *rows, Act act)

@@ -1,7 +1,7 @@
-// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of
-// decks: the same states to rounding, at less than half the price, unless disks are HEAVY. E.
-// Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175,
-// 109584 (2020).
+// This is FIRE for soft disks, step for step as `min_style fire` of LAMMPS takes it with the
+// settings of decks. It finds the same states to rounding, in less than half the time, unless disks
+// are HEAVY: E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006); J. Guenole et al., Comput.
+// Mater. Sci. 175, 109584 (2020).
 
 #include "../wide_vectors.h"
 #include "disk_neighbors.h"
@@ -17,15 +17,15 @@ namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
-// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the
-// strength is an energy, or else a stiffness; see PowerLaw in jamlab/models/pair_laws.py.
+// An overlap x = 1 - r/s has the energy (strength/exponent) x^exponent, times s^2 unless
+// `relative`: the strength is an energy, or else a stiffness; see jamlab/models/pair_laws.py.
 struct Law {
   double strength;
   bool relative;
   double exponent;
 };
 
-// disks of a share; pairs across shares, 5 % of all, are computed twice
+// A share has so many disks. Pairs across shares, 5 % of all, are computed twice.
 constexpr int64_t SHARE = 4096, MOST_SHARES = 64;
 
 struct Fire {
@@ -33,7 +33,7 @@ struct Fire {
   int64_t delay, most_uphill;
 };
 
-// Strains that the box may take, as upper triangles, at a pressure outside.
+// The box may take these strains, upper triangles, against a pressure outside.
 struct Border {
   int count;
   Triangle strain[3];
@@ -42,7 +42,7 @@ struct Border {
   static constexpr double LESS = 0.1;  // longest strain over the longest move
 };
 
-// What one pass over all disks tells.
+// One pass over all disks finds these sums.
 struct Sums {
   double power = 0, velocity2 = 0, force2 = 0;  // v . f, m v . v, f . f / m
   double fastest = 0, strongest = 0;            // largest components of v and of f / m
@@ -51,7 +51,7 @@ struct Sums {
   char unused[56] = {};                             // shares are written side by side
 };
 
-// The box in one thread; all threads compute the same.
+// Each thread has its own box; all of them compute the same.
 struct Cell {
   Triangle box, since{1, 0, 1};  // since the neighbors were listed
   double velocity[3] = {}, force[3] = {};
@@ -59,7 +59,7 @@ struct Cell {
 
 constexpr double NEARLY_TOGETHER = 1e-100;  // centres have no direction
 
-// Some pairs: their distance vectors, contact distances and forces.
+// A batch is some pairs: their distance vectors, contact distances and forces.
 struct Batch {
   static constexpr int MOST = 128;
   double x[MOST], y[MOST], reach[MOST], force_x[MOST], force_y[MOST];
@@ -78,7 +78,7 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
     pairs.force_y[p] = slope * y;
   }
   if (law.exponent == 2.0) return;
-  // contacts grow stiffer: x^(exponent - 2) times the force of springs
+  // the force is x^(exponent - 2) times that of springs
   for (int p = 0; p < count; ++p) {
     const double reach = pairs.reach[p], r = size(Vector{pairs.x[p], pairs.y[p]});
     if (r >= reach) continue;
@@ -125,7 +125,7 @@ class Minimizer {
   int64_t built_at = 0;
   double last_force = 0.0;
 
-  // Do something with each share of one thread.
+  // Does something with each share of one thread.
   template <class Work> void each(int k, Work work)
   {
     const int shares = static_cast<int>(all.shares.size());
@@ -193,7 +193,7 @@ class Minimizer {
     return step;
   }
 
-  // Strain the box for a time; the map that positions have to follow.
+  // Strains the box for a time, and returns the map that positions have to follow.
   Triangle strain(int k, Cell &cell, double time)
   {
     if (!border.count) return {1, 0, 1};
@@ -213,7 +213,7 @@ class Minimizer {
     return map;
   }
 
-  // Half a step back, where the power has turned negative, and stop.
+  // Goes back half a step, where the power has turned negative, and stops.
   void step_back(int k, double time, const Triangle &map)
   {
     each(k, [&](int s) {
@@ -238,8 +238,8 @@ class Minimizer {
     });
   }
 
-  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last;
-  // `travelled` is a bound that spares looking at every step.
+  // Lists neighbors anew when a disk has moved half the skin, or nearer ones where lists last long.
+  // `travelled` is an upper bound, which spares looking at every disk in every step.
   void relist(int k, int64_t step, Cell &cell, double &travelled)
   {
     const bool lasts = step - built_at == LONG && skin > TIGHTEST;
@@ -259,7 +259,7 @@ class Minimizer {
     team.meet();
     try {
       if (k == 0) {
-        // long-lived lists may be tight; lists that are soon out of date had better reach further
+        // lists that last long may be tight; lists that are soon out of date reach farther
         const double wider = std::min(1.5 * skin, 0.3);
         const int64_t life = step - built_at;
         if (step > 0 && life < 20 && all.fits(wider)) skin = wider;
@@ -284,7 +284,7 @@ class Minimizer {
   Sums forces(int k, Cell &cell)
   {
     team.meet();  // all have moved
-    each(k, [&](int s) { sums[s] = press(all.shares[s]); });
+    each(k, [&](int s) { sums[s] = forces_of(all.shares[s]); });
     team.meet();
     Sums total;
     for (const Sums &part : sums) {
@@ -302,7 +302,7 @@ class Minimizer {
     return total;
   }
 
-  // The strains of the box as coordinates beside the positions.
+  // Adds the strains of the box, which are coordinates like the positions.
   void add_border(Cell &cell, Sums &total) const
   {
     const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(border.inertia);
@@ -322,16 +322,16 @@ class Minimizer {
     }
   }
 
-  // Forces of a share, 0 before, and what they amount to.
-  Sums press(const Share &share)
+  // Finds the forces of a share, which are 0 before, and their sums.
+  Sums forces_of(const Share &share)
   {
     Sums found;
     if (border.count) {
-      push<true, true>(share.disk, share.neighbor, found);
-      push<false, true>(share.outer_disk, share.outer_neighbor, found);
+      add_pair_forces<true, true>(share.disk, share.neighbor, found);
+      add_pair_forces<false, true>(share.outer_disk, share.outer_neighbor, found);
     } else {
-      push<true, false>(share.disk, share.neighbor, found);
-      push<false, false>(share.outer_disk, share.outer_neighbor, found);
+      add_pair_forces<true, false>(share.disk, share.neighbor, found);
+      add_pair_forces<false, false>(share.outer_disk, share.outer_neighbor, found);
     }
     for (int64_t i = share.first; i < share.last; ++i) {
       const Vector v = all.velocity[i], f = force[i];
@@ -347,11 +347,11 @@ class Minimizer {
     return found;
   }
 
-  // Add the forces of pairs to their disks, or to the first of each only: batches, so that no
-  // branch is guessed wrong.
+  // Adds the forces of pairs to both of their disks, or to the first disk alone. Batches spare
+  // branches that cannot be predicted.
   template <bool BOTH, bool STRESS>
-  void push(const std::vector<std::uint32_t> &first, const std::vector<std::uint32_t> &neighbor,
-            Sums &found)
+  void add_pair_forces(const std::vector<std::uint32_t> &first,
+                       const std::vector<std::uint32_t> &neighbor, Sums &found)
   {
     const double weight = BOTH ? 1.0 : 0.5;
     const Disk *disks = all.disks.data();

@@ -1,5 +1,5 @@
-// Disks in a periodic parallelogram, sorted by cells, and who of them may touch whom until one has
-// moved half a skin.
+// This file sorts disks in a periodic parallelogram by cells, and lists which of them may touch
+// until one has moved half a skin.
 #pragma once
 
 #include "vector.h"
@@ -15,7 +15,8 @@ struct Disk {
   double radius, lightness;  // one half of a cache line in all; lightness: 1/mass
 };
 
-// A box with rows (xx, 0) and (xy, yy), or the map of positions that the transposed matrix makes.
+// A triangle is a box with rows (xx, 0) and (xy, yy), or the map of positions by the transposed
+// matrix.
 struct Triangle {
   double xx, xy, yy;
 
@@ -24,8 +25,8 @@ struct Triangle {
   double strain() const { return std::max(std::fabs(xx - 1), std::fabs(yy - 1)) + std::fabs(xy); }
 };
 
-// A part of the disks, [first, last) in sorted order, and its pairs: a disk of the share, and its
-// neighbor's number with, above that, which image of it.
+// A share is a part of the disks, [first, last) in sorted order, with its pairs: a disk of the
+// share, and the number of its neighbor with, above that, the image of the neighbor.
 struct Share {
   std::int64_t first = 0, last = 0;
   std::vector<std::uint32_t> disk, neighbor;              // both in the share: listed once
@@ -38,8 +39,8 @@ class DiskNeighbors {
   static constexpr int IMAGE = 28;  // bits above: 3 sx + sy + 4 for shifts -1, 0, 1 by the two rows
   static constexpr std::int64_t MOST = NUMBER;
   // Disks above so many mean diameters have a mass in proportion to their diameter, as to the
-  // number of their contacts: they would be the stiffest and hold back the time step of all. 4096
-  // disks of 1:20 take a third fewer steps.
+  // number of their contacts: otherwise they would be the stiffest and limit the time step of all.
+  // 4096 disks of 1:20 take a third fewer steps.
   static constexpr double HEAVY = 2.0;
 
   DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Triangle box,
@@ -63,8 +64,8 @@ class DiskNeighbors {
     for (int k = 0; k < 9; ++k) shift[k] = box({k / 3 - 1.0, k % 3 - 1.0});
   }
 
-  // Whether cells as wide as the reach fit three times into the box either way: a pair then meets
-  // in one image only.
+  // Returns whether cells as wide as the reach fit three times into the box either way: then a pair
+  // can touch in one image only.
   bool fits(double skin)
   {
     const double reach = (largest + skin) * (1 + 1e-12);
@@ -77,8 +78,8 @@ class DiskNeighbors {
     return true;
   }
 
-  // Wrap and sort all disks. False: a position is not finite, or too far away to be told from its
-  // image.
+  // Wraps and sorts all disks. Returns false if a position is not finite, or so far away that it
+  // cannot be told from its image.
   bool sort()
   {
     const std::int64_t n = static_cast<std::int64_t>(disks.size());
@@ -115,7 +116,7 @@ class DiskNeighbors {
     return true;
   }
 
-  // List the pairs of one share, nearer than their contact distance and the skin.
+  // Lists the pairs of one share that are nearer than their contact distance and the skin.
   void list(Share &share, double skin) const
   {
     for (auto *list : {&share.disk, &share.neighbor, &share.outer_disk, &share.outer_neighbor})
@@ -149,8 +150,8 @@ class DiskNeighbors {
     }
   }
 
-  // How far a disk of a share has moved at most since the disks were sorted, and half a pair by the
-  // strain of the box.
+  // Returns how far a disk of the share has moved at most since the disks were sorted, and half a
+  // pair by the strain of the box.
   double moved(const Share &share, const Triangle &since, double skin) const
   {
     double most = 0.0;
@@ -166,7 +167,7 @@ class DiskNeighbors {
     return 0.5 * map.strain() * (largest + skin);
   }
 
-  // Positions in the order given at first, unwrapped.
+  // Writes unwrapped positions in the order given at first.
   void unwrapped(double *positions) const
   {
     for (std::size_t i = 0; i < disks.size(); ++i) {

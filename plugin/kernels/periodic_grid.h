@@ -17,7 +17,7 @@ namespace jamlab {
 
 enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
 
-// A periodic image: its translation in multiples of two lattice vectors.
+// A periodic image is known by its translation in multiples of two lattice vectors.
 struct Image {
   int64_t first, second;
   bool operator==(const Image &other) const { return (*this - other).home(); }
@@ -34,7 +34,7 @@ struct Image {
 // Translations of points and copies, in vectors of the box, fit in 64 bits below 2^52 and 2^37.
 constexpr double LARGEST_WRAP = 4503599627370496.0, LARGEST_COMBINATION = 137438953472.0;
 
-// Where a point lies in the reduced cell: fractions from 0 to 1, and how many vectors moved it.
+// A place has fractions from 0 to 1 of the reduced cell; `wrap` counts the vectors to a point.
 struct Place {
   double f[2];
   Image wrap;
@@ -64,13 +64,13 @@ class Lattice {
       height[k] = 1 / (std::fabs(density) * std::hypot(cell[1 - k].x, cell[1 - k].y));
   }
 
-  // Coordinates in vectors of the cell.
+  // Returns coordinates in vectors of the cell.
   Vector fraction(const Vector &p) const
   {
     return Vector{cross(p, cell[1]), cross(cell[0], p)} * density;
   }
 
-  // False for a point so far away that its image cannot be counted.
+  // Returns false for a point so far away that its image cannot be counted.
   bool locate(const Vector &p, Place &place) const
   {
     const Vector whole = fraction(p);
@@ -85,7 +85,7 @@ class Lattice {
     return true;
   }
 
-  // A translation in vectors of the cell, in vectors of the box.
+  // Returns the translation in vectors of the box that is m vectors of the cell.
   Image in_box(const Image &m) const
   {
     return {m.first * combination[0].first + m.second * combination[1].first,
@@ -97,10 +97,10 @@ class Lattice {
     return box[0] * static_cast<double>(shift.first) + box[1] * static_cast<double>(shift.second);
   }
 
-  // Fraction of the cell that a distance takes in a direction, beyond the rounding of fractions.
+  // Returns the part of the cell that a distance takes, beyond the rounding of fractions.
   double margin(double reach, int k) const { return reach / height[k] + 1e-9; }
 
-  // Whether so many points have more copies within reach of the cell than a search may visit.
+  // Returns whether points have more copies within reach of the cell than a search may visit.
   bool too_many_images(double reach, int64_t points, double most) const
   {
     double copies = static_cast<double>(points);
@@ -155,7 +155,7 @@ inline bool locate_all(const Lattice &lattice, int64_t n, const double *points,
   return true;
 }
 
-// Points at their places, by their numbers.
+// The grid finds points at their places by their numbers.
 class PeriodicGrid {
  public:
   struct Entry {

@@ -1,11 +1,11 @@
-// The search for points that are neighbors in a periodic parallelogram, in every image.
+// This is the search for points that are neighbors in a periodic parallelogram, in every image.
 #pragma once
 
 #include "periodic_grid.h"
 
 namespace jamlab {
 
-// Point j in the image `shift`, at the vector r from point i.
+// Point j in the image `shift` lies at the vector r from point i.
 struct Neighbor {
   int64_t i, j;
   Image shift;
@@ -16,7 +16,7 @@ struct Neighbor {
   }
 };
 
-// Points (n, 2) and how far each reaches (n).
+// Each of these points (n, 2) reaches some way (n).
 struct Reaching {
   int64_t n;
   const double *points, *reach;
@@ -24,7 +24,7 @@ struct Reaching {
   double mean() const { return std::accumulate(reach, reach + n, 0.0) / static_cast<double>(n); }
 };
 
-// Whether |r| < limit as `hypot` says it, which only matters within rounding of the limit.
+// Returns whether |r| < limit by `hypot`, which only matters within rounding of the limit.
 inline bool nearer(const Vector &r, double limit)
 {
   const double square = dot(r, r), bound = limit * limit;

@@ -11,8 +11,8 @@ constexpr double SKIN = 0.3;        // extra reach of the list of pairs, mean di
 constexpr double TOUCHING = 1e-12;  // distance over delta below which a contact has no direction
 constexpr double MOST_COPIES = 1e8;
 
-// Derivatives g of a distance d in the coordinates of a vertex's polygon and of the other polygon.
-// The second derivatives of the energy are k g g' - f grad grad d.
+// These are the derivatives g of a distance d in the coordinates of a vertex's polygon and of the
+// other polygon. The second derivatives of the energy are k g g' - f grad grad d.
 struct Gradient {
   double of[6];
 };
@@ -93,9 +93,9 @@ void RigidPolygons::turn_spokes()
   }
 }
 
-// The contact of a point, seen from the centre of polygon j, with the outline of j. The nearest
-// edge is the edge of the point's sector.
-bool RigidPolygons::meet(const Vector &point, int64_t j, Contact &contact)
+// Finds the contact of a point, seen from the centre of polygon j, with the outline of j. The
+// nearest edge is the edge of the point's sector.
+bool RigidPolygons::find_contact(const Vector &point, int64_t j, Contact &contact)
 {
   const int64_t count = first[j + 1] - first[j];
   double sector = (std::atan2(point.y, point.x) - q[3 * j + 2] / radii[j]) * count / TWO_PI;
@@ -114,7 +114,8 @@ bool RigidPolygons::meet(const Vector &point, int64_t j, Contact &contact)
   return true;
 }
 
-void RigidPolygons::press(int64_t i, int64_t j, const Contact &c, Stiffness *second, bool turned)
+void RigidPolygons::add_contact(int64_t i, int64_t j, const Contact &c, Stiffness *second,
+                                bool turned)
 {
   const double overlap = 1 - c.distance / delta, force = eps / delta * overlap;
   const Gradient g = gradient_along(c.normal, c.arm, c.foot, radii[i], radii[j]);
@@ -176,12 +177,12 @@ void RigidPolygons::evaluate(bool with_stiffness)
       for (int64_t v = first[i]; v < first[i + 1]; ++v) {
         const Vector point = from + spokes[v];
         Contact contact;
-        if (dot(point, point) >= reach * reach || !meet(point, j, contact)) continue;
+        if (dot(point, point) >= reach * reach || !find_contact(point, j, contact)) continue;
         contact.arm = spokes[v];
         if (with_stiffness && !touching)
           stiffness.push_back({pair.i, pair.j, apart, 0.0, {}, {}, {}});
         touching = true;
-        press(i, j, contact, with_stiffness ? &stiffness.back() : nullptr, turned);
+        add_contact(i, j, contact, with_stiffness ? &stiffness.back() : nullptr, turned);
         const double force = eps / delta * (1 - contact.distance / delta);
         pushed += contact.normal * (turned ? -force : force);
       }
@@ -264,8 +265,8 @@ std::vector<double> RigidPolygons::forces_of_scaling() const
   return u;
 }
 
-// Rows are of polygon i, or j, and columns of the two shears. A shear moves i against j by
-// (s x + g y, -s y).
+// Rows of this block belong to polygon i, or j, and columns to the two shears. A shear moves i
+// against j by (s x + g y, -s y).
 RigidPolygons::Block RigidPolygons::shear_block(const Stiffness &pair, bool of_j) const
 {
   Block block{};
@@ -312,8 +313,9 @@ template <class Act> void RigidPolygons::visit_blocks(Act act) const
   }
 }
 
-// Whether the matrix is positive definite with this shift of the diagonal. `pin_loose` gives a
-// stiffness of 1 to polygons without contacts, and to one polygon against translations of all.
+// Returns whether the matrix is positive definite with this shift of the diagonal. `pin_loose`
+// gives a stiffness of 1 to polygons without contacts, and to one polygon against translations of
+// all.
 bool RigidPolygons::factorise(double shift, bool pin_loose)
 {
   std::vector<Factors::Entry> entries;

@@ -1,4 +1,4 @@
-// Rigid regular polygons with rims: energy, forces and exact second derivatives of their contacts.
+// This file finds the energy of rigid regular polygons with rims, and its first two derivatives.
 //
 // A vertex of one polygon and the nearest point of the outline of another, at a distance d below
 // delta, have the energy (eps/2) (1 - d/delta)^2, the form "outline". A polygon has three
@@ -7,7 +7,7 @@
 //
 //     F(s, g) = [[exp(s), g], [0, exp(-s)]],   centre -> F centre + u,
 //
-// may be coordinates as well; they follow the polygons' coordinates, as sqrt(n) s and sqrt(n) g.
+// may be coordinates as well. They follow the polygons' coordinates, as sqrt(n) s and sqrt(n) g.
 #pragma once
 
 #include "../block_cholesky.h"
@@ -17,7 +17,7 @@
 
 namespace jamlab {
 
-// The part of the polygons that a step of a minimisation changes.
+// A step of a minimisation changes this part of the polygons.
 struct RigidState {
   std::vector<double> q;       // x, y and R times the angle of each polygon
   double width, tilt, height;  // rows of the box: (width, 0), (tilt, height)
@@ -84,8 +84,8 @@ class RigidPolygons : public RigidState {
   bool list_holds() const;
   void list_pairs();
   void turn_spokes();
-  bool meet(const Vector &point, int64_t j, Contact &contact);
-  void press(int64_t i, int64_t j, const Contact &contact, Stiffness *second, bool turned);
+  bool find_contact(const Vector &point, int64_t j, Contact &contact);
+  void add_contact(int64_t i, int64_t j, const Contact &contact, Stiffness *second, bool turned);
   Block shear_block(const Stiffness &pair, bool of_j) const;
   Block box_block(const Stiffness &pair) const;
   template <class Act> void visit_blocks(Act act) const;

@@ -1,4 +1,4 @@
-// Relaxes rigid regular polygons to a minimum by Levenberg-Marquardt steps with the exact second
+// Rigid regular polygons relax to a minimum by Levenberg-Marquardt steps with the exact second
 // derivatives: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal & Wright, Numerical
 // Optimization, algorithm 4.1.
 
@@ -41,7 +41,7 @@ class Relaxation {
   Relaxation(RigidPolygons &polygons, const Settings &settings) :
       polygons(polygons), settings(settings) {}
 
-  // Scale box and centres; contacts respond linearly where they are stable.
+  // Scales box and centres. Contacts respond linearly where they are stable.
   void follow(double factor)
   {
     polygons.evaluate(true);
@@ -56,7 +56,7 @@ class Relaxation {
     if (!u.empty()) polygons.move(u, 1.0);
   }
 
-  // To a minimum, or to where contacts are lost; the number of steps.
+  // Descends to a minimum, or until contacts are lost, and returns the number of steps.
   int64_t descend(int64_t steps)
   {
     double shift = settings.first_shift;
@@ -69,7 +69,7 @@ class Relaxation {
 
   bool loose() const { return polygons.energy <= settings.loose; }
 
-  // From a saddle downhill along its mode to where it goes uphill again; false at a minimum.
+  // Leaves a saddle downhill along its mode until the energy rises; returns false at a minimum.
   bool leave_saddle()
   {
     const double force = polygons.contact_force;
@@ -123,7 +123,7 @@ class Relaxation {
     return true;
   }
 
-  // The fall of the energy along a step from what was kept; negative where polygons cross.
+  // Returns the fall of the energy from the kept state, which is negative where polygons cross.
   double gained_along(const std::vector<double> &u, double factor)
   {
     const RigidState &before = polygons.kept();
@@ -165,7 +165,7 @@ class Relaxation {
     return false;
   }
 
-  // Longer and longer steps as long as the energy falls, and one that ends in what stops it.
+  // Takes longer and longer steps while the energy falls, and one that ends in what stops it.
   void slide(const std::vector<double> &mode, double sign)
   {
     double length = 0.0, next = 0.002 * settings.reach;
@@ -184,7 +184,7 @@ class Relaxation {
 
 }  // namespace
 
-// Minimise the energy of rigid polygons, over the shears of the box as well if they are given.
+// Minimises the energy of rigid polygons, over the shears of the box as well if they are given.
 //   counts, radii (n); shears: 0 or 1; box (2, 2), coordinates (n, 3): in and out; factor: scales
 //   box and centres first; numbers (15): `Settings`; steps, saddles: at most; out (4): energy,
 //   largest force, sum of force times distance, largest contact force.
@@ -215,8 +215,8 @@ try {
 }
 JAMLAB_OR_NO_MEMORY
 
-// Energy and its derivatives: forces (m) and stiffness (m, m) out, with m = 3 (n + shears).
-// Returns 0, or -1 if polygons cross.
+// Finds the energy and its derivatives: forces (m) and stiffness (m, m) out, with m = 3 (n +
+// shears). Returns 0, or -1 if polygons cross.
 JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const double *radii,
                                       double eps, double delta, int64_t shears, const double *box,
                                       const double *coordinates, double *energy, double *forces,

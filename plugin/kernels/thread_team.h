@@ -1,4 +1,4 @@
-// Threads that run one function side by side and meet at barriers.
+// A team of threads runs one function side by side. They wait for each other where they meet.
 #pragma once
 
 #include <atomic>
@@ -39,7 +39,7 @@ class ThreadTeam {
     asleep.fetch_sub(1);
   }
 
-  // Runs work(0) .. work(members - 1), which must not throw. False: nothing has run, threads lack.
+  // Runs work(0) .. work(members - 1), which must not throw; false: threads lack, none has run.
   template <class Work> bool run(Work work)
   {
     std::vector<std::thread> others;

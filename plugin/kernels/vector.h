@@ -1,4 +1,4 @@
-// Vectors of the plane, read from and written to arrays (n, 2).
+// Vectors of the plane are read from and written to arrays (n, 2).
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b
 inline double cross(const Vector &a, const Vector &b) { return a.x * b.y - a.y * b.x; }
 inline double size(const Vector &a) { return std::sqrt(dot(a, a)); }  // for 1e-100 to 1e100
 
-// Whether the edges a-b and c-d pass through each other; touching ends do not count.
+// Returns whether edges a-b and c-d pass through each other; touching ends do not count.
 inline bool edges_cross(const Vector &a, const Vector &b, const Vector &c, const Vector &d)
 {
   return cross(b - a, c - a) * cross(b - a, d - a) < 0 &&

@@ -1,4 +1,4 @@
-// Meetings of vertices with edges of other polygons, and of other images of their own.
+// This file finds where vertices meet edges of other polygons, or of other images of their own.
 
 #include "kernel.h"
 #include "periodic_neighbors.h"
@@ -66,7 +66,7 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
   return refusal;
 }
 
-// Whether an edge that starts in a vertex crosses an edge that the vertex meets.
+// Finds whether an edge that starts in a vertex crosses an edge that the vertex meets.
 bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, int64_t *crossing)
 {
   for (const Meeting &meeting : all) {
@@ -80,7 +80,7 @@ bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, in
   return false;
 }
 
-// The closest meeting of each vertex with each polygon, of equals that with the lowest tail.
+// Keeps the closest meeting of each vertex with each polygon, of equals that with the lowest tail.
 void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
 {
   const auto same = [&](const Meeting &a, const Meeting &b) {

@@ -48,7 +48,7 @@ ASCII = dict(
 AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
             "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
 PLAIN = {  # what the compiler of edge_geometry.h may not know
-    """/* x and y side by side, in one register where there are such */
+    """/* x and y are side by side, in one register where the processor has such registers. */
 using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
 
 inline Two two(const double *from) { return *reinterpret_cast<const Two *>(from); }
@@ -111,10 +111,9 @@ def source(name: str, helpers: dict[str, str]) -> str:
     if name == "pair_circuloline.cpp":
         citation = (SOURCE / "citation.h").read_text()
         (entry,) = re.findall(r"(?s)static constexpr char CITE_CIRCULOLINE.*?;\n", citation)
-        text = text.replace('#include "comm.h"', '#include "citeme.h"\n#include "comm.h"', 1)
+        text = text.replace('#include "polygon_citation.h"\n', '#include "citeme.h"\n', 1)
         text = text.replace("\nusing namespace LAMMPS_NS;\n", f"\nusing namespace LAMMPS_NS;\n\n{entry}", 1)
-        cite = "  if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);\n"
-        text = re.sub(r"(PairCirculoline::PairCirculoline\(.*?\n\{\n)", rf"\1{cite}", text, count=1, flags=re.DOTALL)
+        text = text.replace("cite(lmp, CITE_CIRCULOLINE);", "if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);")
     if name.endswith(".h") and stem in STYLES:
         macro, style, of_class = STYLES[stem]
         text = REGISTRATION.format(kind=macro.upper(), macro=macro, style=style, name=of_class) + text + "\n#endif\n"
