@@ -188,9 +188,23 @@ RANKS = [
 ]
 
 
+def with_far_images(state, first):
+    """Data file of a state whose image flags along x begin at `first`, and begin anew beyond 511."""
+    text = outlines.data(state.shifted(np.array([first, 0]) * state.box)).splitlines()
+    for k, line in enumerate(text):
+        words = line.split()
+        if len(words) == 9:  # an atom
+            words[6] = str((int(words[6]) + 512) % 1024 - 512)
+            text[k] = " ".join(words)
+    return "\n".join(text) + "\n"
+
+
 @pytest.mark.parametrize(("ranks", "newton"), RANKS)
 def test_files_are_read_alike_on_any_number_of_ranks(tmp_path, ranks, newton):
-    """A dump by rerun; restart files of a mixed law and of single diameters, whose energies are known by hand."""
+    """A dump by rerun; image flags that begin anew, with ghosts by type; restart files of a mixed law and of single
+    diameters. Their energies are known by hand."""
+    split = outlines.scene(32).shifted(np.array([2.7, 0.4]))
+    (tmp_path / "far").write_text(with_far_images(split, 511))
     laws = "pair_style circuloline 0.5 1.0 disks 1*2\npair_modify mix sixthpower\n" + LAWS.format(circuloline="")
     (tmp_path / "data").write_text(outlines.data(outlines.scene(31)))
     deck = outlines.deck("data", newton) + "compute v all pressure NULL virial\nthermo_modify press v\n" + RERUN
@@ -201,7 +215,10 @@ def test_files_are_read_alike_on_any_number_of_ranks(tmp_path, ranks, newton):
         deck += start.replace("units lj", f"units lj\nnewton {newton}") + f"write_restart {name}\nclear\n"
         deck += f"read_restart {name}\n{again.format(ghost='')}\nthermo_modify norm no\nrun 0\n"
         deck += f'print "state-{name} $(pe:%.17g)"\n'
+    by_type = "neighbor 0.1 multi\ncomm_modify mode multi\nthermo_modify norm no\nrun 0\n"
+    deck += outlines.deck("far", newton) + by_type + 'print "state-far $(pe:%.17g)"\n'
     found = run(tmp_path, deck, ranks)
+    assert found["state-far"] == pytest.approx([outlines.energy(split)], rel=1e-11)
     assert found["state-rerun"] == pytest.approx(found["state-run"], rel=1e-12)
     mixed = RULES["sixthpower"] / 2 * (1 - 0.5 / 0.7) ** 2
     assert [*found["state-mixed"], *found["state-sizes"]] == pytest.approx([mixed, 0.5 * 0.2**2.5], rel=1e-12)
@@ -212,14 +229,7 @@ def test_image_flags_begin_anew(lmp, tmp_path, first):
     """A polygon over the boundary is whole where the flags of its vertices are not: energy and areas by numpy."""
     state = outlines.scene(32).shifted(np.array([2.7, 0.4]))
     wanted, areas = outlines.energy(state), [o.area for o in state.outlines if o.type == outlines.RING]
-    far = state.shifted(np.array([first, 0]) * state.box)
-    text = outlines.data(far).splitlines()
-    for k, line in enumerate(text):
-        words = line.split()
-        if len(words) == 9:  # an atom
-            words[6] = str((int(words[6]) + 512) % 1024 - 512)
-            text[k] = " ".join(words)
-    (tmp_path / "data").write_text("\n".join(text) + "\n")
+    (tmp_path / "data").write_text(with_far_images(state, first))
     shown = "compute shape rings polygon\nthermo_style custom pe c_shape[1][1]\nthermo_modify norm no\nrun 0\n"
     outlines.commands(lmp, outlines.deck("data") + shown)
     assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-11)
