@@ -5,8 +5,8 @@
 #include "compute.h"
 #include "domain.h"
 #include "error.h"
-#include "fix_overdamped.h"
 #include "fix_polygon_area.h"
+#include "flow_settings.h"
 #include "force.h"
 #include "modify.h"
 #include "neighbor.h"
@@ -18,8 +18,6 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-
-static constexpr char WHO[] = "Fix overdamped";
 
 static constexpr int SLOW = 25;    // iterations after which factors are made anew
 static constexpr double OTHER_STEP = 2.0;    // or if the time ahead is that many times another one

@@ -88,7 +88,7 @@ def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
         assert "3 iterations" in refused(lambda: flow.run(1))
 
 
-@pytest.mark.parametrize(("layout", "who"), [(-27.0, "Fix overdamped"), (-3.0, "Pair style disk/drag")])
+@pytest.mark.parametrize(("layout", "who"), [(-28.0, "Fix overdamped"), (-3.0, "Pair style disk/drag")])
 def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
     """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
     file = tmp_path / "flow.restart"

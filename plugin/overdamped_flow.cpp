@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "overdamped_flow.h"
+
+#include "error.h"
+#include "output.h"
+#include "update.h"
+#include "vector_bytes.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr double STABLE = 2.0;    // step over the least relaxation time; it diverges at 2.5
+static constexpr double TRAVEL = 0.03;    // of the fastest particle in a step, beside the flow
+static constexpr double REACH = 0.2;      // the same over the skin of the neighbor list
+static constexpr double STRAIN = 0.02;    // that the box may lean in a step
+static constexpr double STUCK = 1e-7;     // step over the stable one at which a run is given up
+
+void OverdampedFlow::init(Compute &virial, Compute &energy)
+{
+  settings.solver.fluid = settings.fluid * area();
+  solver = make_solver(virial, energy);
+}
+
+void OverdampedFlow::keep(RestartBytes &bytes)
+{
+  bytes(state);
+  bytes(iterations);
+}
+
+void OverdampedFlow::forget_velocities()
+{
+  for (Field *each : fields()) std::fill(each->begin(), each->end(), Vec3());
+  state.step = 0.0;
+}
+
+double OverdampedFlow::driven_rate() const
+{
+  if (settings.drive == FlowSettings::RATE) return settings.rate;
+  if (settings.free_rate()) return state.rate;
+  return settings.amplitude * settings.omega * cos(settings.omega * state.time);
+}
+
+double OverdampedFlow::typical_rate() const
+{
+  const bool oscillates = settings.drive == FlowSettings::OSCILLATE;
+  return oscillates ? settings.amplitude * settings.omega : fabs(state.rate);
+}
+
+double OverdampedFlow::given_strain(double time) const
+{
+  if (settings.drive == FlowSettings::RATE) return settings.rate * time;
+  const double omega = settings.omega;
+  return settings.amplitude * (sin(omega * (state.time + time)) - sin(omega * state.time));
+}
+
+double OverdampedFlow::over_ranks(double value, MPI_Op operation) const
+{
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, operation, world);
+  return value;
+}
+
+/* The atom moves beside the flow, and then with it. */
+void OverdampedFlow::move(int i, double dx, double dy, double strain)
+{
+  double *const x = atom->x[i];
+  x[1] += dy;
+  x[0] += dx + strain * (x[1] - domain->boxlo[1]);
+}
+
+void OverdampedFlow::lean(double strain)
+{
+  domain->xy += strain * domain->yprd;
+  domain->set_global_box();
+  domain->set_local_box();
+}
+
+void OverdampedFlow::advance(double strain, double farthest)
+{
+  const double dt = update->dt;
+  state.strain += strain;
+  state.time += dt;
+  if (settings.interval > 0.0 && fabs(state.end - state.time) < 1e-9 * dt) state.time = state.end;
+  state.rate = driven_rate();
+  lean(strain);
+  if (neighbor->ago == 0) approached = 0.0;
+  approached += 2.0 * over_ranks(farthest, MPI_MAX) + fabs(strain) * neighbor->cutneighmax;
+}
+
+bool OverdampedFlow::begin_interval()
+{
+  if (!interval_ended()) return false;
+  state.end = (floor(state.time / settings.interval + 1e-9) + 1.0) * settings.interval;
+  return true;
+}
+
+/* A step, or two of half the length, end where the interval does. */
+double OverdampedFlow::up_to_end(double step) const
+{
+  const double left = state.end - state.time;
+  if (settings.interval > 0.0 && left > 0.0 && left < 2.0 * step)
+    return left <= step ? left : 0.5 * left;
+  return step;
+}
+
+void OverdampedFlow::set_time_step(double dt)
+{
+  update->update_time();
+  update->dt = dt;
+  output->reset_dt();    // of dumps that are written at given times
+}
+
+DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
+{
+  if (with_forces)
+    solver->elastic_forces(forces);
+  else
+    forces.assign(atom->nlocal, Vec3());
+  state.rate = driven_rate();
+  hold_fixed();
+  DragSolver::Load load = {state.rate, 0.0, settings.free_rate()};
+  if (load.free_rate) load.moment = area() * settings.stress - solver->elastic_moment();
+  const DragSolver::Result result = solver->solve(forces, velocity, load);
+  last_iterations = result.iterations;
+  iterations += result.iterations;
+  state.rate = load.rate;
+  if (settings.solver.background == 0.0 && !settings.fixed_bit) remove_drift();
+  return result;
+}
+
+std::string OverdampedFlow::more_background() const
+{
+  return fmt::format("the background drag is {:g}; give 1e-2 k tau, or, of that or more, ten times "
+                     "as much", settings.solver.background);
+}
+
+/* Contact drag leaves all that touches free to drift as a whole. What touches nothing stays with
+   the affine flow. */
+void OverdampedFlow::remove_drift()
+{
+  double sums[3] = {0.0, 0.0, 0.0};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!solver->touched(i)) continue;
+    sums[0] += velocity[i].x;
+    sums[1] += velocity[i].y;
+    sums[2] += 1.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
+  const Vec3 drift = {sums[0] / sums[2], sums[1] / sums[2], 0.0};
+  for (int i = 0; i < atom->nlocal; i++)
+    if (solver->touched(i)) velocity[i] = velocity[i] - drift;
+  exchange.send_to_ghosts(velocity);
+}
+
+/* The height of the edge of the box next to an atom, above the atom. */
+double OverdampedFlow::to_edge(int i) const
+{
+  const double y = atom->x[i][1] - domain->boxlo[1];
+  return round(y / domain->yprd) * domain->yprd - y;
+}
+
+bool OverdampedFlow::rides(int i) const
+{
+  return settings.walls && settings.drive != FlowSettings::RATE &&
+      (atom->mask[i] & settings.fixed_bit);
+}
+
+/* What does not move follows the box; a wall follows the edge next to it as a whole. */
+void OverdampedFlow::hold_fixed()
+{
+  if (!settings.fixed_bit) return;
+  std::vector<char> given(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & settings.fixed_bit)) continue;
+    given[i] = 1;
+    velocity[i] = {settings.walls ? state.rate * to_edge(i) : 0.0, 0.0, 0.0};
+  }
+  solver->hold(given);
+}
+
+/* Forces on walls do work beside that of the stress of an affine flow. */
+void OverdampedFlow::add_walls()
+{
+  Field elastic, net;
+  solver->elastic_forces(elastic);
+  solver->net_forces(elastic, velocity, state.rate, net);
+  double found[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & settings.fixed_bit)) continue;
+    const double offset = settings.walls ? to_edge(i) : 0.0;
+    found[0] -= elastic[i].x * offset;
+    found[1] -= (net[i].x - elastic[i].x) * offset;
+    double *const wall = found + (offset < 0.0 ? 2 : 4);
+    wall[0] += net[i].x;
+    wall[1] += net[i].y;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, found, 6, MPI_DOUBLE, MPI_SUM, world);
+  state.sums.elastic += found[0];
+  state.sums.viscous += found[1];
+  std::copy_n(found + 2, 4, state.sums.walls);
+}
+
+void OverdampedFlow::add_up()
+{
+  const double fluid = settings.solver.fluid;
+  state.sums = solver->add_up(velocity, state.rate);
+  if (settings.fixed_bit) add_walls();
+  state.sums.viscous += fluid * state.rate;
+  state.sums.dissipation += fluid * state.rate * state.rate;
+}
+
+double OverdampedFlow::longest_step(double length, double phase, double rest) const
+{
+  double fastest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    fastest = std::max(fastest, velocity[i].x * velocity[i].x + velocity[i].y * velocity[i].y);
+  fastest = sqrt(over_ranks(fastest, MPI_MAX));
+  const double stable = STABLE * over_ranks(solver->least_relaxation_time(), MPI_MIN);
+  const double flow = typical_rate() > 0.0 ? STRAIN / typical_rate() : HUGE_VAL;
+
+  double least = std::min(stable, flow);
+  if (fastest > 0.0)
+    least = std::min(least, std::min(TRAVEL * length, REACH * neighbor->skin) / fastest);
+  if (settings.drive == FlowSettings::OSCILLATE) least = std::min(least, phase / settings.omega);
+  if (!std::isfinite(least)) least = rest;
+  const bool limited = settings.longest > 0.0 && settings.longest <= least;
+  if (limited) least = settings.longest;
+  if (!std::isfinite(least))
+    error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest "
+               "value", WHO);
+  if (std::isfinite(stable) && least < STUCK * std::min(stable, flow) && !limited)
+    error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at "
+               "{:.3g} beside the flow, and steps of {:.2g} lead nowhere: {}, or lower the rate",
+               WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least,
+               more_background());
+  return least;
+}
+
+/* Stresses are means over the box. */
+double OverdampedFlow::column(int n) const
+{
+  const FlowSums &s = state.sums;
+  const double a = area(), width = domain->xprd;
+  const double columns[COLUMNS] = {
+      state.time, state.strain, state.rate, stress(), s.elastic / a, s.viscous / a,
+      -0.5 * (s.xx + s.yy) / a,    // pressure
+      (s.xx - s.yy) / a,           // first normal stress difference
+      dissipation(), s.energy / a, state.work, state.dissipated,
+      last_iterations, update->dt, iterations, s.contacts, state.unsettled,
+      // shear stress and pressure on the lower wall and on the upper one
+      s.walls[0] / width, -s.walls[1] / width, -s.walls[2] / width, s.walls[3] / width};
+  return n < COLUMNS ? columns[n] : 0.0;
+}
+
+double OverdampedFlow::memory_usage()
+{
+  double used = bytes(forces) + (solver ? solver->memory_usage() : 0.0);
+  for (const Field *each : fields()) used += bytes(*each);
+  return used;
+}
