@@ -83,16 +83,16 @@ if (test $1 = "MOLECULE") then
 fi
 
 """
-PRESETS = ("all_on", "all_off", "most", "windows")
+PRESETS = ("all_on", "all_off", "most", "windows", "mingw-cross")
 Change = tuple[str, str, str]  # file, pattern of a line, what goes before it
 
 
 def listed(kind: str, style: str, page: str, says: str) -> list[Change]:
-    """A style in its table of commands, and in the list of its kind."""
-    first = {"bond": "bpm/rotational", "fix": "accelerate/cos", "compute": "ackland/atom", "pair": "adp"}[kind]
+    """A style in its table of commands and in the list of its kind, before the style that follows in the alphabet."""
+    following = {"bond": "mesocnt", "fix": "pour", "compute": "pressure", "pair": "colloid"}[kind]
     name = kind if kind in ("fix", "compute") else f"{kind}_style"
-    row = rf"^   \* :doc:`{first}\b"
-    bullet = rf"^\* :doc:`{first}\b"
+    row = rf"^   \* :doc:`{following}\b"
+    bullet = rf"^\* :doc:`{following}\b"
     return [
         (f"doc/src/Commands_{kind}.rst", row, f"   * :doc:`{style} <{page}>`\n"),
         (f"doc/src/{name}.rst", bullet, f"* :doc:`{style} <{page}>` - {says}\n"),
@@ -114,7 +114,8 @@ def first_request(files: list[str]) -> list[Change]:
         ("src/Depend.sh", r'^if \(test "?\$1"? = "PERI"\)', DEPEND),
         ("src/.gitignore", r"^/\w+\.cpp$", "".join(f"/{name}\n" for name in files)),
         (".github/CODEOWNERS", r"^src/PTM/", "src/POLYGON/*         @AUTHOR\n"),
-        ("doc/src/Packages.rst", r"^   \* - :ref:`PTM ", ROW),
+        ("doc/src/Packages_list.rst", r"^   \* - :ref:`PTM ", ROW),
+        ("doc/src/Packages_details.rst", r"^   \* :ref:`PTM ", "   * :ref:`POLYGON <PKG-POLYGON>`\n"),
         ("doc/src/Packages_details.rst", r"^\.\. _PKG-PTM:", DETAILS),
         *listed("bond", "line/tension", "bond_line_tension", "tension that does not depend on the length"),
         *listed("fix", "polygon/area", "fix_polygon_area", "elastic area of polygons"),
