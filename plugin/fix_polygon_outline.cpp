@@ -170,7 +170,8 @@ static int find_links(int count, char *buffer, int &kind, int *&owners, char *&o
   kind = 2;    // what returns is another buffer
   lmp->memory->create(owners, links.size(), "polygon/outline:owners");
   for (std::size_t k = 0; k < links.size(); k++) owners[k] = links[k].rank;
-  out = static_cast<char *>(lmp->memory->smalloc(bytes(links), "polygon/outline:links"));
+  const std::size_t size = links.size() * sizeof(ReturnedLink);
+  out = static_cast<char *>(lmp->memory->smalloc(size, "polygon/outline:links"));
   std::copy(links.begin(), links.end(), reinterpret_cast<ReturnedLink *>(out));
   return static_cast<int>(links.size());
 }

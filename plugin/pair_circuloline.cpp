@@ -197,19 +197,19 @@ template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
   Returned *const returned = ghosts.data();
   const bool parts = vflag_either || eflag_atom || !eflag_global;    // more than the energy
   visit_contacts([=](const Contact &contact) {
-    const ContactForce push = contact_force(contact);
-    const jamlab::Vector of_head = push.f * contact.foot.t;
+    const ContactForce repulsion = contact_force(contact);
+    const jamlab::Vector of_head = repulsion.f * contact.foot.t;
     const int atoms[3] = {contact.vertex, contact.tail, contact.head};
-    const jamlab::Vector forces[3] = {push.f, of_head - push.f, of_head * -1.0};
+    const jamlab::Vector forces[3] = {repulsion.f, of_head - repulsion.f, of_head * -1.0};
     for (int k = 0; k < 3; k++) {
       double *const sum = OWN ? &returned[atoms[k]][FORCE] : f[atoms[k]];
       sum[0] += forces[k].x;
       sum[1] += forces[k].y;
     }
     if (TALLY && !parts)
-      eng_vdwl += push.energy;
+      eng_vdwl += repulsion.energy;
     else if (TALLY)
-      tally(contact, push, OWN);
+      tally(contact, repulsion, OWN);
   });
 }
 
@@ -242,24 +242,24 @@ const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
 
 /* Half of the energy and virial belongs to the vertex, half to the edge, whose ends share it as
    they share the force. */
-void PairCirculoline::tally(const Contact &contact, const ContactForce &push, bool own)
+void PairCirculoline::tally(const Contact &contact, const ContactForce &repulsion, bool own)
 {
-  const Foot &foot = contact.foot;
-  const double v[3] = {foot.r.x * push.f.x, foot.r.y * push.f.y, foot.r.x * push.f.y};
-  if (eflag_global) eng_vdwl += push.energy;
+  const jamlab::Vector &r = contact.foot.r, &f = repulsion.f;
+  const double t = contact.foot.t, v[3] = {r.x * f.x, r.y * f.y, r.x * f.y};
+  if (eflag_global) eng_vdwl += repulsion.energy;
   if (vflag_global) add_virial(virial, 1.0, v);
   if (!eflag_atom && !vflag_atom) return;
 
   const int atoms[3] = {contact.vertex, contact.tail, contact.head};
-  const double share[3] = {0.5, 0.5 * (1.0 - foot.t), 0.5 * foot.t};
+  const double share[3] = {0.5, 0.5 * (1.0 - t), 0.5 * t};
   for (int k = 0; k < 3; k++) {
     const int i = atoms[k];
     if (own) {
-      ghosts[i][ENERGY] += share[k] * push.energy;
+      ghosts[i][ENERGY] += share[k] * repulsion.energy;
       for (int d = 0; d < 3; d++) ghosts[i][VIRIAL + d] += share[k] * v[d];
       continue;
     }
-    if (eflag_atom) eatom[i] += share[k] * push.energy;
+    if (eflag_atom) eatom[i] += share[k] * repulsion.energy;
     if (vflag_atom) add_virial(vatom[i], share[k], v);
   }
 }
