@@ -5,41 +5,35 @@
 
 using namespace LAMMPS_NS;
 
-// Added to blocks of disks, which few contacts leave singular, over their trace: slows convergence only
+// Added to blocks, which few contacts leave singular, over their trace: it slows convergence only
 static constexpr double BLOCK_SHIFT = 1e-3;
 static constexpr double ROUNDING = 4e-16;
 static constexpr int PEELS = 20;    // chains of loose disks are shorter
-// Conjugate gradients are slow without factors from SLOW times sqrt(N) iterations on, as the cost of
-// factors over that of an iteration grows; with them, from GROWN times as many as they first took
+// Iterations over sqrt(N) from which factors pay, since their cost over that of an iteration grows
 static constexpr double SLOW = 5.0;
-static constexpr int GROWN = 2, FEW = 8;
 // Drag over the background that motions without any get, such as gears that turn each other
 static constexpr double SHIFT = 1e-3;
+static constexpr double LOOK = 0.125;         // part of a step
+static constexpr double ACCURATE = 1e-12;    // part of a step, of the time of a change
 
-DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair,
-                   Atom *atom) :
+DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings,
+                   const PairDiskDrag &pair, Atom *atom) :
     DragSystem(world, exchange, settings, pair.drag()), pair(pair), atom(atom),
     slow(SLOW * sqrt(static_cast<double>(atom->natoms)))
 {
 }
 
-const std::vector<DiskPair> &DiskDrag::near() const
-{
-  return pair.pairs();
-}
-
-/* states by the gaps, but of marginal pairs */
+/* The gap of a pair tells its state, unless the pair is marginal. */
 void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
 {
   make_room(local, ghost);
   rows_are_own = pair.owns_all();
-  for (auto &each : blocks) each.resize(local + ghost);
   rest.assign(local + ghost, Vec3());
   background.assign(local, settings.background);
-  states.resize(near().size());
+  states.resize(pair.pairs().size());
   double overlaps[2] = {0.0, 0.0};    // sum and number
   for (std::size_t k = 0; k < states.size(); k++) {
-    const DiskPair &p = near()[k];
+    const DiskPair &p = pair.pairs()[k];
     states[k] = p.x * p.x + p.y * p.y < p.reach * p.reach ? CLOSED : OPEN;
     if (states[k] == OPEN) continue;
     overlaps[0] += p.share * (p.reach - hypot(p.x, p.y));
@@ -51,44 +45,49 @@ void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
   find_contacts();
 }
 
-void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row, Contact &contact) const
+void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row,
+                          Contact &contact) const
 {
   if (p.flat()) x = 0.0;
   const double r = hypot(x, y);
   const Repulsion push = pair.repulsion(p.strength, p.reach - r);
   const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
-  const double stiffness = pair.repulsion(p.strength, std::max(p.reach - r, least_overlap)).stiffness;
+  const double overlap = std::max(p.reach - r, least_overlap);
+  const double stiffness = pair.repulsion(p.strength, overlap).stiffness;
   row = {p.i, p.j, x / r, y / r, p.radius_i - back, p.radius_j - back};
   contact = {r, stiffness, push.force, push.energy, p.share, 1.0, 0.0};
 }
 
 void DiskDrag::find_contacts()
 {
-  rubbing = 0;
-  for (std::size_t e = 0; e < marginal.size(); e++) {
-    if (marginal[e].state == RUBBING) rubbing++;
+  for (std::size_t e = 0; e < marginal.size(); e++)
     for (const int k : pairs_of[e]) states[k] = marginal[e].state;
-  }
   pair_of.clear();
   for (std::size_t k = 0; k < states.size(); k++)
     if (states[k] != OPEN) pair_of.push_back(static_cast<int>(k));
   rows_of.assign(marginal.size(), {});
-  for (std::size_t e = 0; e < marginal.size(); e++)
-    for (const int k : pairs_of[e])
-      if (marginal[e].state == RUBBING)
-        rows_of[e].push_back(static_cast<int>(std::lower_bound(pair_of.begin(), pair_of.end(), k) - pair_of.begin()));
+  rubbing = 0;
+  for (std::size_t e = 0; e < marginal.size(); e++) {
+    if (marginal[e].state != RUBBING) continue;
+    rubbing++;
+    for (const int k : pairs_of[e]) {
+      const auto row = std::lower_bound(pair_of.begin(), pair_of.end(), k);
+      rows_of[e].push_back(static_cast<int>(row - pair_of.begin()));
+    }
+  }
   displace(rest, 0.0);
 }
 
-/* the gap of a rubbing pair is zero but for rounding, which would move a loose disk */
+/* Rubbing pairs do not push: their gap is zero but for rounding, which would move a loose disk. */
 void DiskDrag::displace(const Field &moved, double strain)
 {
   answers.clear();
   rows.resize(pair_of.size());
   contacts.resize(pair_of.size());
   for (std::size_t k = 0; k < pair_of.size(); k++) {
-    const DiskPair &p = near()[pair_of[k]];
-    const double y = p.y + moved[p.j].y - moved[p.i].y, x = p.x + moved[p.j].x - moved[p.i].x + strain * y;
+    const DiskPair &p = pair.pairs()[pair_of[k]];
+    const double y = p.y + moved[p.j].y - moved[p.i].y;
+    const double x = p.x + moved[p.j].x - moved[p.i].x + strain * y;
     contact_of(p, x, y, rows[k], contacts[k]);
     if (rows_are_own) rows[k].j = pair.owner(p.j);
   }
@@ -114,58 +113,91 @@ double DiskDrag::contact_speed(const DiskPair &p, const Field &u, double rate) c
   DiskRow row;
   Contact contact;
   contact_of(p, p.x, p.y, row, contact);
-  const Slip s = slip_of(row, passing(row, u.data(), rate * row.ny * contact.distance));
-  return law.tau > 0.0 ? sqrt(s.approach * s.approach + law.beta * s.slide * s.slide) : fabs(s.approach);
+  const double affine = rate * row.ny * contact.distance;
+  const Slip s = slip_of(row, relative_velocity(row, u.data(), affine));
+  return law.tau > 0.0 ? speed_of(s) : fabs(s.approach);
+}
+
+void DiskDrag::find_changes(const Field &u, double rate, double time, const Displacement &moved,
+                            std::vector<Change> &found) const
+{
+  for (std::size_t k = 0; k < states.size(); k++) {
+    if (states[k] == RUBBING) continue;
+    const DiskPair &p = pair.pairs()[k];
+    const double sign = states[k] == CLOSED ? 1.0 : -1.0;
+    const auto misfits = [&](double t) {
+      double x, y, strain;
+      moved(p, t, x, y, strain);
+      const double r = hypot(p.flat() ? 0.0 : p.x + x + strain * (p.y + y), p.y + y);
+      return sign * (r - p.reach) > 0.0;
+    };
+    if (!misfits(time)) continue;
+    double low = 0.0, high = time;
+    if (misfits(0.0)) {    // decided against its gap, which is zero but for rounding
+      while (low < time && misfits(low)) low += LOOK * time;
+      if (!(low < time)) continue;
+    }
+    for (int n = 0; n < 60 && high - low > ACCURATE * time; n++) {
+      const double middle = 0.5 * (low + high);
+      (misfits(middle) ? high : low) = middle;
+    }
+    found.push_back({atom->tag[p.i], atom->tag[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
+                     contact_speed(p, u, rate),
+                     law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
+  }
 }
 
 void DiskDrag::find_weights(const Field &u, double rate)
 {
-  if (!is_linear()) answers.clear();
+  if (!law.is_linear()) answers.clear();
   DragSystem::find_weights(u, rate);
 }
 
-/* the weight goes as its square, floor included, to the power (alpha - 1) / 2 */
-bool DiskDrag::find_slopes(const Field &u, double rate)
+/* The weight goes as its square, floor included, to the power (alpha - 1) / 2. */
+bool DiskDrag::find_tangent(const Field &u, double rate)
 {
-  bends.resize(rows.size());
+  corrections.resize(rows.size());
   for (std::size_t k = 0; k < rows.size(); k++) {
     const Slip s = slip(k, u, rate);
     const double whole = contacts[k].part * contacts[k].stiffness * law.tau;
     const double square = pow(weights[k] / whole, 2.0 / (law.alpha - 1.0));
-    const double bend = law.tau * sqrt((1.0 - law.alpha) * weights[k] / square);
-    bends[k] = whole > 0.0 ? Slip{bend * s.approach, bend * law.beta * s.slide} : Slip{0.0, 0.0};
+    const double g = law.tau * sqrt((1.0 - law.alpha) * weights[k] / square);
+    corrections[k] = {0.0, 0.0};
+    if (whole > 0.0) corrections[k] = {g * s.approach, g * law.beta * s.slide};
   }
   return true;
 }
 
-/* the block of each disk in B, inverted; and c */
+/* Finds the block of each disk in B, inverted, and c. */
 void DiskDrag::find_preconditioner(bool free_rate)
 {
-  for (auto &each : blocks) std::fill(each.begin(), each.end(), Vec3());
+  blocks.assign(nlocal + nghost, {});
   double flow[2] = {0.0, 0.0};    // c, and the stiffness of the affine flow
-  std::vector<Part> parts;
   for (std::size_t k = 0; k < rows.size(); k++) {
-    find_parts(k, parts);
-    Block own = {};
-    for (const Part &part : parts) {    // xx xy yy, xs ys ss: two exchanges of three numbers
-      own = block(k, part, part);
-      const double whole = 1.0 / contacts[k].share;    // seen by two ranks: each adds its own disk's
-      Vec3 &f = blocks[0][part.site], &s = blocks[1][part.site];
-      f = f + whole * Vec3{own[0], own[1], own[4]};
-      s = s + whole * Vec3{own[2], own[5], own[8]};
+    const DiskRow &row = rows[k];
+    const Correction g = correction(k);
+    SymmetricBlock own;
+    for (int a = 0; a < DiskRow::SITES; a++) {
+      const double c = row.coefficient(a);
+      const Vec3 approach = {c * row.nx, c * row.ny, 0.0};
+      const Vec3 slide = {-c * row.ny, c * row.nx, -row.arm(a)};
+      own = {};
+      own.add(weights[k], approach);
+      own.add(law.beta * weights[k], slide);
+      own.add(-1.0, g.approach * approach + g.slide * slide);
+      blocks[row.site(a)] += own;
     }
-    const double squared = lever(k) * lever(k);
-    flow[0] += squared * own[0];
-    flow[1] += contacts[k].share * squared * contacts[k].stiffness * rows[k].nx * rows[k].nx;
+    const double squared = contacts[k].share * lever(k) * lever(k);
+    flow[0] += squared * own.xx;
+    flow[1] += squared * contacts[k].stiffness * row.nx * row.nx;
   }
-  for (auto &each : blocks) exchange.add_from_ghosts(each);
+  if (!rows_are_own) add_blocks_from_ghosts();
+  inverse.assign(nlocal, {});
   for (int i = 0; i < nlocal; i++) {
-    const Vec3 &first = blocks[0][i], &second = blocks[1][i];
-    const double shift = BLOCK_SHIFT * (first.x + first.spin) + settings.background;
-    const double a = first.x + shift, b = first.y, d = first.spin + shift;
-    const double e = second.x, f = second.y, g = second.spin + shift;
+    const SymmetricBlock &m = blocks[i];
+    const double shift = BLOCK_SHIFT * (m.xx + m.yy) + settings.background;
+    const double a = m.xx + shift, d = m.yy + shift, g = m.ss + shift, b = m.xy, e = m.xs, f = m.ys;
     const double det = a * (d * g - f * f) - b * (b * g - e * f) + e * (b * f - d * e);
-    inverse[i] = {};
     if (!(det > 0.0)) continue;
     inverse[i] = {(d * g - f * f) / det, (e * f - b * g) / det, (a * g - e * e) / det,
                   (b * f - d * e) / det, (b * e - a * f) / det, (a * d - b * b) / det};
@@ -175,44 +207,38 @@ void DiskDrag::find_preconditioner(bool free_rate)
   flow[0] += settings.fluid;
   inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
   flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
-  choose_factors();
+  // without background drag, factors would amplify what rounding leaves; with a power law, older
+  // ones would judge a Newton step by a wrong norm
+  if (settings.background > 0.0 && factors_are_due(slow, !law.is_linear())) factorise();
 }
 
-/* without background drag, factors would amplify what rounding leaves */
-void DiskDrag::choose_factors()
+/* Two exchanges of three numbers sum up what both ranks of a contact know of a block. */
+void DiskDrag::add_blocks_from_ghosts()
 {
-  if (settings.background == 0.0) return;
-  int anew = moved_between_ranks;
-  MPI_Allreduce(MPI_IN_PLACE, &anew, 1, MPI_INT, MPI_MAX, world);
-  if (anew) {
-    factored = moved_between_ranks = false;
-    factors.forget_order();
+  Field half(blocks.size());
+  for (const auto first : {&SymmetricBlock::xx, &SymmetricBlock::xs}) {
+    for (std::size_t i = 0; i < half.size(); i++) std::copy_n(&(blocks[i].*first), 3, &half[i].x);
+    exchange.add_from_ghosts(half);
+    for (std::size_t i = 0; i < half.size(); i++) std::copy_n(&half[i].x, 3, &(blocks[i].*first));
   }
-  if (!factored) {
-    if (last_iterations > slow) factorise();
-    return;
-  }
-  if (law.alpha != 1.0) return factorise();    // others judge a step of Newton's by a wrong norm
-  if (++age == 1) fresh_iterations = last_iterations;
-  if (last_iterations > std::max(FEW, GROWN * fresh_iterations)) factorise();
 }
 
-/* before answers to forces on several pairs, with one matrix and no velocities to start from */
+/* Answers to forces on several pairs have one matrix, and no velocities to start from. */
 void DiskDrag::factorise_for_answers()
 {
   if (settings.background == 0.0 || (factored && age == 0)) return;
   if (factored || answer_iterations > slow) factorise();
 }
 
-/* blocks on the diagonal are of all contacts; between disks, of those with both ends on this rank */
+/* Blocks on the diagonal have all contacts, others those between two disks of this rank. */
 void DiskDrag::factorise()
 {
   BlockAssembly<3> matrix(atom, given);
   assemble_rows(matrix, false);
   for (int i = 0; i < nlocal; i++) {
-    const Vec3 &f = blocks[0][i], &s = blocks[1][i];
-    const double x = f.x + settings.background, y = f.spin + settings.background;
-    matrix.add(i, i, {x, f.y, s.x, f.y, y, s.y, s.x, s.y, s.spin});
+    const auto &[xx, xy, yy, xs, ys, ss] = blocks[i];
+    const double x = xx + settings.background, y = yy + settings.background;
+    matrix.add(i, i, {x, xy, xs, xy, y, ys, xs, ys, ss});
   }
   matrix.fill(factors);
   int all = factors.factorise(SHIFT * settings.background);
@@ -221,12 +247,32 @@ void DiskDrag::factorise()
   age = 0;
 }
 
-/* energy of the error that rounding of the contact forces leaves, F B^-1 F at most */
+/* Pairs of numbers stand side by side, in the order of SymmetricBlock. */
+double DiskDrag::precondition()
+{
+  if (factored) return DragSystem::precondition();
+  Double2 sums = {0.0, 0.0};
+  double turning = 0.0;
+  for (int i = 0; i < nlocal; i++) {
+    const SymmetricBlock &m = inverse[i];
+    const Vec3 &v = residual[i];
+    const Double2 flat = double2(m.xx) * v.x + double2(m.xy) * v.y + double2(m.xs) * v.spin;
+    const Double2 turn = double2(m.xs) * double2(v.x);
+    descent[i] = {flat[0], flat[1], turn[0] + turn[1] + m.ss * v.spin};
+    sums += flat * double2(v.x);
+    turning += descent[i].spin * v.spin;
+  }
+  return sums[0] + sums[1] + turning;
+}
+
+/* Rounding of the contact forces leaves at most the energy F B^-1 F in the error. */
 double DiskDrag::rounding() const
 {
   double total = 0.0;
-  for (std::size_t k = 0; k < contacts.size(); k++)
-    total += contacts[k].share * contacts[k].force * contacts[k].force / (weights[k] + settings.background);
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const Contact &c = contacts[k];
+    total += c.share * c.force * c.force / (weights[k] + settings.background);
+  }
   return ROUNDING * ROUNDING * sum(total);
 }
 
@@ -236,10 +282,9 @@ double DiskDrag::rounding() const
 void DiskDrag::zero_rattler_velocities(Field &u)
 {
   const double least = law.beta > 0.0 ? 2.0 : 3.0, isostatic = law.beta > 0.0 ? 3.0 : 4.0;
-  Field &kept = blocks[0], &count = blocks[1];
-  for (auto &one : kept) one.x = 1.0;
+  Field kept(nlocal + nghost, {1.0, 0.0, 0.0});    // x: whether a disk is held
   for (int round = 0; round < PEELS; round++) {
-    std::fill(count.begin(), count.end(), Vec3());
+    Field count(nlocal + nghost);    // x: its contacts with such disks
     for (const DiskRow &row : rows) {
       if (kept[row.i].x == 0.0 || kept[row.j].x == 0.0) continue;
       count[row.i].x += 1.0;
@@ -266,14 +311,15 @@ void DiskDrag::zero_rattler_velocities(Field &u)
   }
 }
 
-/* with that of the forces held */
+/* Forces along the slip of rubbing pairs count. */
 double DiskDrag::elastic_moment() const
 {
   double elastic = 0.0;
   for (std::size_t k = 0; k < rows.size(); k++)
     elastic -= contacts[k].share * contacts[k].force * rows[k].nx * lever(k);
   Field unused(nlocal + nghost);
-  for (std::size_t e = 0; e < marginal.size(); e++) elastic -= add_pair_forces(e, 0.0, marginal[e].held, unused);
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    elastic -= add_pair_forces(e, 0.0, marginal[e].held, unused);
   return sum(elastic);
 }
 
@@ -288,8 +334,8 @@ FlowSums DiskDrag::add_up(const Field &u, double rate)
   return sums;
 }
 
-/* time in which a contact relaxes: drag over stiffness. The background slows it at least by the
-   share of a disk with twelve half contacts. A thin fluid lets the whole box relax as fast. */
+/* A contact relaxes in a time of drag over stiffness. The background slows it at least by the share
+   of a disk with twelve half contacts. A thin fluid lets the whole box relax as fast. */
 double DiskDrag::least_relaxation_time() const
 {
   double least = HUGE_VAL;

@@ -94,7 +94,7 @@ void DiskFlow::begin_step()
     velocity[i] = velocity[i] + EXTRAPOLATION * (with_lean(guess, strain) - velocity[i]);
     acceleration[i] = with_lean(slope * (c - a), strain);
   }
-  for (const auto &change : plan.changes) drag->expect(change);
+  drag->expect(plan.changes);
   state.work += work;
   state.dissipated += dissipated;
   state.step = plan.next_step;

@@ -1,32 +1,46 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "error.h"
+
 #include <cmath>
 
 namespace LAMMPS_NS {
 
-/* Drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9: with the approach
-   v_n and the slip v_t, the dissipation function is
-   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2), in units of length. */
+/* The law of drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9. With
+   the approach v_n and the slip v_t, its dissipation function is, with lengths in simulation units,
+   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2). */
 struct DragLaw {
+  // Below it, the drag of the slowest contacts grows beyond all others and no solver converges.
+  static constexpr double LEAST_ALPHA = 0.4;
+  // Flows with 1e5 balance energy to the tolerance; flows with 1e6 lose 5 % and more by rounding.
+  static constexpr double LARGEST_BETA = 1e5;
   double beta = 1.0, tau = 1.0, alpha = 1.0;
-  bool arms_to_contact = false;    // of disks: to the middle of the overlap, not the radius
+  bool arms_to_contact = false;    // of disks: to the middle of the overlap, not the rim
 
+  bool is_linear() const { return alpha == 1.0; }
+
+  // the square of the velocity of which the drag is a power
   double square(double approach, double slide) const
   {
     return tau * tau * (approach * approach + beta * slide * slide);
   }
 
-  // drag over velocity of a contact of unit stiffness; both squares as above
+  // the ratio of drag and velocity at a contact of unit stiffness; both arguments are such squares
   double weight(double square, double slowest) const
   {
-    return alpha == 1.0 ? tau : tau * std::pow(square + slowest, 0.5 * (alpha - 1.0));
+    return is_linear() ? tau : tau * std::pow(square + slowest, 0.5 * (alpha - 1.0));
+  }
+
+  void check(Error *error, const char *who) const
+  {
+    if (!(tau >= 0.0))
+      error->all(FLERR, "{}: tau {} must be a time, 0 for no drag at contacts", who, tau);
+    if (!(beta >= 0.0 && beta <= LARGEST_BETA))
+      error->all(FLERR, "{}: beta {} must lie between 0 and {}", who, beta, LARGEST_BETA);
+    if (!(alpha >= LEAST_ALPHA && alpha <= 1.0))
+      error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear)", who, alpha, LEAST_ALPHA);
   }
 };
-
-// Below, the drag of the contacts that move least grows beyond all others and no solver converges
-inline constexpr double LEAST_ALPHA = 0.4;
-// Flows at 1e5 balance energy to the tolerance; at 1e6 all lose 5 % and more, in rounding
-inline constexpr double LARGEST_BETA = 1e5;
 
 }    // namespace LAMMPS_NS

@@ -9,22 +9,18 @@
 
 using namespace LAMMPS_NS;
 
-// Contacts slower than that, over all others, drag as if they moved so: a power law below 1 diverges
-static constexpr double SLOWEST = 1e-5;
-static constexpr double STANDSTILL = 1e-30;    // speed, unit of length over tau, if nothing moves
 static constexpr int MOST_ROUNDS = 200;    // of a power law; errors of droplets fall by 1 - alpha
 static constexpr int FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
 static constexpr double INNER = 0.3;    // of the tolerance, for conjugate gradients of droplets
-static constexpr double FORCING = 1e-8;    // of the energy of the error, which a step of Newton's may leave
-static constexpr double LESS = 0.5;    // squared residual after such a step, over that before, that will do
-static constexpr double SHORTEST = 0.01;      // part of such a step
+static constexpr double FORCING = 1e-8;    // of the error's energy, that a Newton step may leave
+static constexpr double LESS = 0.5;    // squared residual over that before a Newton step, to accept
+static constexpr double SHORTEST = 0.01;    // part of a Newton step
 
-// eight sums side by side, since each addition waits for the one before
+/* Eight sums stand side by side, since each addition waits for the one before. */
 JAMLAB_WIDE_VECTORS double LAMMPS_NS::field_dot(const Field &a, const Field &b, int n)
 {
   constexpr int SUMS = 8;
-  const double *const p = reinterpret_cast<const double *>(a.data());
-  const double *const q = reinterpret_cast<const double *>(b.data());
+  const double *const p = numbers(a), *const q = numbers(b);
   double sums[SUMS] = {};
   int k = 0;
   for (; k + SUMS <= 3 * n; k += SUMS)
@@ -33,9 +29,11 @@ JAMLAB_WIDE_VECTORS double LAMMPS_NS::field_dot(const Field &a, const Field &b, 
   return std::accumulate(sums, sums + SUMS, 0.0);
 }
 
-JAMLAB_WIDE_VECTORS static void take_numbers(int n, double keep, double step, const double *__restrict z,
-                                             const double *__restrict w, double *__restrict p, double *__restrict s,
-                                             double *__restrict u, double *__restrict r)
+/* One iteration: direction p and its product s follow from the preconditioned residual z and its
+   product w; solution u and residual r take a step along them. All have n numbers. */
+JAMLAB_WIDE_VECTORS static void
+take_step(int n, double keep, double step, const double *__restrict z, const double *__restrict w,
+          double *__restrict p, double *__restrict s, double *__restrict u, double *__restrict r)
 {
   for (int k = 0; k < n; k++) {
     p[k] = z[k] + keep * p[k];
@@ -55,39 +53,12 @@ void DragSolver::make_room(int local, int ghost)
 {
   nlocal = local;
   nghost = ghost;
-  for (Field *each : {&residual, &direction, &product, &product_of_direction, &start, &descent})
+  for (Field *each :
+       {&residual, &direction, &product, &product_of_direction, &initial_velocity, &descent})
     each->resize(local + ghost);
-  inverse.resize(local);
 }
 
-/* squares: of the velocities of the contacts of this rank */
-double DragSolver::speed_floor(double squares, double count) const
-{
-  double sums[2] = {squares, count};
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
-  return SLOWEST * SLOWEST * (sums[1] > 0.0 ? sums[0] / sums[1] : 0.0) + STANDSTILL * STANDSTILL;
-}
-
-/* x and y side by side, in the order of Block */
-double DragSolver::precondition()
-{
-  using Pair = double __attribute__((vector_size(16), aligned(8), may_alias));
-  const auto pair = [](const double &first) { return *reinterpret_cast<const Pair *>(&first); };
-  Pair sums = {0.0, 0.0};
-  double turning = 0.0;
-  for (int i = 0; i < nlocal; i++) {
-    const Block &m = inverse[i];
-    const Vec3 &v = residual[i];
-    const Pair flat = pair(m.xx) * v.x + pair(m.xy) * v.y + pair(m.xs) * v.spin;
-    const Pair turn = pair(m.xs) * pair(v.x);
-    descent[i] = {flat[0], flat[1], turn[0] + turn[1] + m.ss * v.spin};
-    sums += flat * pair(v.x);
-    turning += descent[i].spin * v.spin;
-  }
-  return sums[0] + sums[1] + turning;
-}
-
-/* of atoms whose velocities are not given */
+/* Atoms whose velocities are given keep them. */
 double DragSolver::precondition_free()
 {
   for (std::size_t i = 0; i < given.size(); i++)
@@ -95,55 +66,57 @@ double DragSolver::precondition_free()
   return precondition();
 }
 
-double DragSolver::follow(const Field &u, double rate, Field &force)
+/* Takes forces to the end of the step, force - ahead K (u - u_initial); returns their stress. */
+double DragSolver::advance_forces(const Field &u, double rate, Field &force)
 {
   if (!looks_ahead()) return 0.0;
-  double power, flow, power_of_drag, flow_of_drag;
-  for (int i = 0; i < nlocal; i++) direction[i] = u[i] - start[i];
-  multiply_ahead(direction, rate - start_rate, product, power, flow);
+  for (int i = 0; i < nlocal; i++) direction[i] = u[i] - initial_velocity[i];
+  const Product whole = multiply(direction, rate - initial_rate, TANGENT, product);
   field_add(force, -1.0, product, nlocal);
-  multiply(direction, rate - start_rate, product, power_of_drag, flow_of_drag);
+  const Product drag = multiply(direction, rate - initial_rate, DRAG, product);
   field_add(force, 1.0, product, nlocal);
-  return flow - flow_of_drag;
+  return whole.flow - drag.flow;
 }
 
 void DragSolver::net_forces(Field &force, Field &u, double rate, Field &net)
 {
-  double power, flow;
-  follow(u, rate, force);
+  advance_forces(u, rate, force);
   net.resize(nlocal + nghost);
-  multiply(u, rate, net, power, flow);
-  for (int i = 0; i < nlocal; i++)
-    net[i] = {force[i].x - net[i].x, force[i].y - net[i].y, force[i].spin - net[i].spin};
+  multiply(u, rate, DRAG, net);
+  for (int i = 0; i < nlocal; i++) net[i] = force[i] - net[i];
 }
 
-/* residual = F - ahead K (u - start) - B u - b rate */
-DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
+/* residual = F - ahead K (u - u_initial) - B u - b rate */
+DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, const Load &load,
+                                               bool moved)
 {
-  double power, flow;
-  multiply(u, load.rate, product, power, flow);
+  const Product drag = multiply(u, load.rate, DRAG, product);
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
-  const double followed = moved ? follow(u, load.rate, residual) : 0.0;
+  const double stress_ahead = moved ? advance_forces(u, load.rate, residual) : 0.0;
   const double fluid = settings.fluid * load.rate;
-  const double dissipation = std::max(power, affine_drag * load.rate * load.rate) + fluid * load.rate;
-  return {load.free_rate ? load.moment - flow - fluid - followed : 0.0, dissipation};
+  const double power = std::max(drag.power, affine_drag * load.rate * load.rate);
+  return {load.free_rate ? load.moment - drag.flow - fluid - stress_ahead : 0.0,
+          power + fluid * load.rate};
 }
 
-/* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput.
-   Appl. Math. 25, 153 (1989)): products of directions follow from those of preconditioned residuals */
-DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, const Goal &goal,
-                                                     Result &result)
+/* Conjugate gradients start from the residual. Products of directions follow from those of
+   preconditioned residuals, so that one exchange holds the sums of an iteration (Chronopoulos &
+   Gear, J. Comput. Appl. Math. 25, 153 (1989)). */
+DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow,
+                                                     const Goal &goal, Result &result)
 {
   Energies found = {0.0, 0.0, goal.dissipation, false};
   const int first = result.iterations, fewest = factored ? FEWEST_FACTORED : FEWEST;
-  double rho_first = 0.0, rho_before = 0.0, gain = 0.0, step = 0.0, p_flow = 0.0, product_flow = 0.0;
-  for (Field *each : {&direction, &product_of_direction}) std::fill_n(each->begin(), nlocal, Vec3());
+  double rho_first = 0.0, rho_before = 0.0, gain = 0.0, step = 0.0;
+  double p_flow = 0.0, product_flow = 0.0;
+  for (Field *each : {&direction, &product_of_direction})
+    std::fill_n(each->begin(), nlocal, Vec3());
   needs_flow = load.free_rate;
   while (!found.reached && result.iterations < settings.iterations) {
     const double z_flow = inverse_flow * r_flow;
-    double rho = precondition_free(), power, flow;
-    multiply_ahead(descent, z_flow, product, power, flow, &rho);
+    double rho = precondition_free();
+    auto [power, flow] = multiply(descent, z_flow, TANGENT, product, &rho);
     rho += r_flow * z_flow;
     if (!(rho > 0.0)) {    // no residual, but for rounding
       found.left = std::isnan(rho) ? rho : 0.0;
@@ -173,7 +146,8 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
     result.iterations++;
     rho_before = rho;
     step = rho / power;
-    take_step(keep, step, u);
+    take_step(3 * nlocal, keep, step, numbers(descent), numbers(product), numbers(direction),
+              numbers(product_of_direction), numbers(u), numbers(residual));
     p_flow = z_flow + keep * p_flow;
     product_flow = flow + keep * product_flow;
     if (load.free_rate) {
@@ -188,54 +162,37 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
   return found;
 }
 
-/* direction and its product from the last iteration's, and a step along it */
-void DragSolver::take_step(double keep, double step, Field &u)
-{
-  if (nlocal == 0) return;
-  take_numbers(3 * nlocal, keep, step, &descent[0].x, &product[0].x, &direction[0].x, &product_of_direction[0].x,
-               &u[0].x, &residual[0].x);
-}
-
-/* squared norm, by the preconditioner, of what drives droplets: forces and the drag of the affine flow.
-   Their response to a rate nearly cancels it: errors have far more energy than iterations take away */
+/* Droplets are driven by forces and the drag of the affine flow. This is their squared norm by the
+   preconditioner. The response to a rate nearly cancels it: errors have far more energy than
+   iterations take away. */
 double DragSolver::driving_norm(const Field &force, const Load &load)
 {
-  double power, flow;
   std::fill(direction.begin(), direction.end(), Vec3());
-  multiply(direction, load.free_rate ? 0.0 : load.rate, product, power, flow);
+  multiply(direction, load.free_rate ? 0.0 : load.rate, DRAG, product);
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
   return norm(load.free_rate ? load.moment : 0.0);
 }
 
-/* squared norm of the residual by the preconditioner: of two residuals it tells the smaller one */
-double DragSolver::norm(double r_flow)
+DragSolver::State DragSolver::state(const Field &force, const Field &u, const Load &load) const
 {
-  return sum(precondition_free()) + inverse_flow * r_flow * r_flow;
+  const auto owned = [this](const Field &f) { return Field(f.begin(), f.begin() + nlocal); };
+  return {owned(force), owned(u), load, multipliers()};
 }
 
-void DragSolver::keep(State &state, const Field &force, const Field &u, const Load &load) const
+/* Goes back to a part of a Newton step that lessens the residual, whose squared norm was rho. The
+   whole step throws contacts that should come to rest as far to the other side. */
+void DragSolver::line_search(const State &before, double rho, Field &force, Field &u, Load &load)
 {
-  state.force.assign(force.begin(), force.begin() + nlocal);
-  state.u.assign(u.begin(), u.begin() + nlocal);
-  state.rate = load.rate;
-  state.moment = load.moment;
-  state.held = multipliers();
-}
-
-/* back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
-   to rest are thrown as far to the other side by the whole of it */
-void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
-{
-  keep(after, force, u, load);
+  const State after = state(force, u, load);
   const auto between = [&](double part, const Field &a, const Field &b, Field &out) {
     for (int i = 0; i < nlocal; i++) out[i] = a[i] + part * (b[i] - a[i]);
   };
   const auto left = [&](double part) {
     between(part, before.force, after.force, force);
     between(part, before.u, after.u, u);
-    load.rate = before.rate + part * (after.rate - before.rate);
-    load.moment = before.moment + part * (after.moment - before.moment);
+    load.rate = before.load.rate + part * (after.load.rate - before.load.rate);
+    load.moment = before.load.moment + part * (after.load.moment - before.load.moment);
     std::vector<double> part_held(after.held);
     for (std::size_t e = 0; e < part_held.size(); e++)
       part_held[e] = before.held[e] + part * (after.held[e] - before.held[e]);
@@ -255,18 +212,20 @@ void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
   if (best != last) left(best);
 }
 
-/* force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too */
+/* The force is that on owned atoms. The velocities u go in as a first guess and come out with those
+   of ghosts. */
 DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
 {
   Result result = {0, false, 0.0, true};
-  start_rate = load.rate;
-  std::copy_n(u.begin(), nlocal, start.begin());
+  initial_rate = load.rate;
+  std::copy_n(u.begin(), nlocal, initial_velocity.begin());
+  const bool linear = law.is_linear();
   bool newton = false;
   for (int round = 0; round < MOST_ROUNDS; round++) {
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
-    newton = law.alpha != 1.0 && find_slopes(u, load.rate);
-    if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
+    newton = !linear && find_tangent(u, load.rate);
+    if (round == 0 || !linear) find_preconditioner(load.free_rate);
     const double driven = looks_ahead() ? driving_norm(force, load) : 0.0;
     const double least = std::max(settings.tolerance * settings.tolerance * driven, rounding());
     const Residual rest = find_residual(force, u, load, round > 0);
@@ -276,22 +235,22 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
       result.converged = rho <= least;
       if (result.converged || !std::isfinite(rho)) break;
     }
-    if (newton) keep(before, force, u, load);
+    const State before = newton ? state(force, u, load) : State();
     const int earlier = result.iterations;
     const Goal goal = {settings.tolerance, newton ? FORCING : 0.0, least, rest.dissipation};
     const Energies found = conjugate_gradients(u, load, rest.flow, goal, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
-    // of a power law, what this round took away is what the last one left
-    const bool linear = law.alpha == 1.0;
+    // with a power law, what this round took away is what the last one left
     const double left = linear || looks_ahead() ? found.left : found.gained;
     const double whole = looks_ahead() ? driven : found.whole;
     result.residual = left > 0.0 ? sqrt(left / whole) : left;
-    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * whole, least) &&
+    const double small = std::max(settings.tolerance * settings.tolerance * whole, least);
+    result.converged = found.reached && left <= small &&
         (linear || !looks_ahead());    // droplets are judged by the next drag coefficients
     const bool holds = enforce_constraints(force, u, load, result);
     if (!holds && (result.converged || linear)) break;
-    if (newton) line_search(rho, force, u, load);
+    if (newton) line_search(before, rho, force, u, load);
     result.converged = false;
     if (result.iterations >= settings.iterations || !std::isfinite(left)) break;
   }
@@ -304,12 +263,7 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
 void DragSolver::set_solution(Field &u, double rate)
 {
   exchange.send_to_ghosts(u);
-  std::copy_n(u.begin(), nlocal, start.begin());
-  start_rate = rate;
+  std::copy_n(u.begin(), nlocal, initial_velocity.begin());
+  initial_rate = rate;
   find_weights(u, rate);
-}
-
-double DragSolver::memory_usage() const
-{
-  return inverse.capacity() * sizeof(Block) + 5.0 * residual.capacity() * sizeof(Vec3);
 }

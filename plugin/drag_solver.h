@@ -10,7 +10,7 @@
 
 namespace LAMMPS_NS {
 
-/* What the solver needs of LAMMPS. */
+/* The communication of LAMMPS that the solver needs. */
 class GhostExchange {
  public:
   virtual void send_to_ghosts(Field &) = 0;
@@ -20,33 +20,33 @@ class GhostExchange {
   ~GhostExchange() = default;
 };
 
-/* Sums over contacts, disks and vertices. Stress over contacts is the sum of T_a r_b with the tension T
-   that acts on the first of two; conjugate to the strain is T_x r_y. */
+/* Sums over contacts, disks and vertices. The stress over contacts is the sum of T_a r_b, where the
+   tension T acts on the first of two; T_x r_y is conjugate to the strain. */
 struct FlowSums {
-  double elastic = 0.0, viscous = 0.0, xx = 0.0, yy = 0.0, energy = 0.0, dissipation = 0.0, speed = 0.0,
-         contacts = 0.0;
-  double walls[4] = {0.0, 0.0, 0.0, 0.0};    // x and y of the force on the lower and on the upper one
+  double elastic = 0.0, viscous = 0.0, xx = 0.0, yy = 0.0;
+  double energy = 0.0, dissipation = 0.0, speed = 0.0, contacts = 0.0;
+  double walls[4] = {0.0, 0.0, 0.0, 0.0};    // forces on the lower and the upper one
 };
 
-/* Velocities at which drag balances elastic forces at every instant: B u = F - rate b, with B and
-   b as in jamlab.rheology.damping, and, where the stress is given, for the rate as well:
+/* Finds the velocities u at which drag balances the elastic forces F: B u = F - rate b, with B and
+   b as in jamlab.rheology.damping, and, where the stress is given, the rate as well:
    b u + c rate = A (stress - elastic stress).
 
-   Conjugate gradients over the list of contacts, from the last velocities; each atom's own block of
-   B is the preconditioner. B u = F - rate b always has a solution, and what it leaves open (disks
-   that nothing holds) stays zero: those disks follow the affine flow. Of a power law, the velocities are those
-   where R - F u is least, which is convex: steps of disks are Newton's, as short as it takes to lessen the residual;
-   of droplets, drag coefficients are found again between rounds of conjugate gradients.
+   Conjugate gradients start from the last velocities. B u = F - rate b always has a solution. What
+   it leaves open, the motion of disks that nothing holds, stays zero: those disks follow the affine
+   flow. With a power law, the velocities minimise R - F u, which is convex. Disks take Newton's
+   steps, as short as it takes to lessen the residual; droplets find their drag coefficients again
+   between rounds of conjugate gradients.
 
-   An error e of the velocities is judged by its energy e B e over the dissipated power, or that of affine flow if that
-   is larger: neither depends on the preconditioner. Each iteration takes a known part of this energy away. What is
-   left is to what was taken as the squared norm of the residual by the preconditioner is to that of the first one.
+   An error e of the velocities of disks is judged by its energy e B e over the dissipated power, or
+   that of the affine flow if that is larger: neither depends on the preconditioner. Each iteration
+   takes a known part of this energy away. What is left is to what was taken as the squared norm of
+   the residual by the preconditioner is to that of the first residual. The velocities of droplets
+   are judged by the residual over what drives them, both in the norm of the preconditioner, which
+   is nearly the inverse of the matrix.
 
-   Velocities of droplets are judged by the residual over what drives them, both in the norm of the preconditioner,
-   which are factors of nearly the whole matrix.
-
-   Droplets look ahead: forces are taken at the end of a step, F - ahead K (u - start), since a vertex
-   without contact has no drag, and its forces balance at every instant. */
+   Droplets look ahead: their forces hold at the end of a step, F - ahead K (u - u_initial), since a
+   vertex without contact has no drag, and the forces on it balance at every instant. */
 class DragSolver {
  public:
   struct Settings {
@@ -66,27 +66,26 @@ class DragSolver {
     bool positive;      // the matrix, as far as was seen
   };
 
-  DragSolver(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const DragLaw &law) :
-      world(world), exchange(exchange), settings(settings), law(law) {}
+  DragSolver(MPI_Comm world, GhostExchange &exchange, const Settings &settings,
+             const DragLaw &law) : world(world), exchange(exchange), settings(settings), law(law) {}
   virtual ~DragSolver() = default;
 
   // contacts at present positions; ahead: time over which forces follow the velocities, of droplets
   virtual void update_contacts(int nlocal, int nghost, double ahead) = 0;
-  virtual void zero_rattler_velocities(Field &) {}    // of those that nothing holds
-  Result solve(Field &force, Field &u, Load &load);    // force: changed where pairs are held
-  void set_solution(Field &u, double rate);    // of a run before, as if it were the solution
+  Result solve(Field &force, Field &u, Load &load);    // changes the force where pairs rub
+  void set_solution(Field &u, double rate);    // of an earlier run, as if it were the solution
   // owned atoms whose velocities stay as they are, and on which no background drags
   virtual void hold(const std::vector<char> &atoms) { given = atoms; }
-  virtual void elastic_forces(Field &) const = 0;    // of contacts from update_contacts
-  // force: in, of these; out, at the end of the step; net: with drag, F - B u - b rate, on owned atoms
+  virtual void elastic_forces(Field &) const = 0;    // of the contacts of update_contacts
+  // force: in, those; out, at the end of the step; net: with drag, F - B u - b rate, of owned atoms
   void net_forces(Field &force, Field &u, double rate, Field &net);
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
   virtual FlowSums add_up(const Field &u, double rate) = 0;    // of all ranks
   virtual double least_relaxation_time() const = 0;    // of this rank: longer steps are unstable
-  virtual bool touched(int i) const { return inverse[i].xx > 0.0; }    // i drags on anything
-  virtual double memory_usage() const;
+  virtual bool touched(int /*i*/) const { return true; }    // i drags on anything
+  virtual double memory_usage() const { return 6.0 * residual.capacity() * sizeof(Vec3); }
 
  protected:
   MPI_Comm world;
@@ -94,30 +93,24 @@ class DragSolver {
   const Settings settings;
   const DragLaw law;
   int nlocal = 0, nghost = 0;
-  struct Block {    // symmetric, of one atom: xx xy yy xs ys ss
-    double xx, xy, yy, xs, ys, ss;
-  };
-  std::vector<Block> inverse;
-  std::vector<char> given;      // owned atoms whose velocities are; empty: none
-  double inverse_flow = 0.0;    // of c
+  double ahead = 0.0;
+  std::vector<char> given;      // marks owned atoms whose velocities are given; empty: none
+  double inverse_flow = 0.0;    // inverse of c
   double affine_drag = 0.0;     // c, of disks
-  bool factored = false;    // the preconditioner is by factors of the matrix
-  Field residual, descent;    // of conjugate gradients; descent = M^-1 residual
+  bool factored = false;        // the preconditioner has factors of the matrix
+  Field residual, descent;      // of conjugate gradients; descent = M^-1 residual
   int last_iterations = 0;
-  Field start;                // velocities that the last solution started from
-  double start_rate = 0.0;
+  Field initial_velocity;       // that the last solution started from
+  double initial_rate = 0.0;
   bool needs_flow = true;       // of products: b p + c rate
 
+  bool looks_ahead() const { return ahead > 0.0; }
   void make_room(int nlocal, int nghost);
   double sum(double) const;
-  double speed_floor(double squares, double count) const;
-  virtual double precondition();    // descent = M^-1 residual; returns their product, of this rank
-  double precondition_free();
   struct Residual {
     double flow, dissipation;    // of a free rate; power of these velocities, or of affine flow
   };
   Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
-  double follow(const Field &u, double rate, Field &force);    // less ahead K (u - start)
   struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
     double accuracy, part, least, dissipation;
   };
@@ -127,35 +120,41 @@ class DragSolver {
   };
   Energies conjugate_gradients(Field &u, Load &, double r_flow, const Goal &, Result &);
 
+  enum Matrix { DRAG, TANGENT };    // B; B + ahead K, with the tangent of a power law if known
+  struct Product {    // (p, rate) B (p, rate) and b p + c rate, of all ranks
+    double power, flow;
+  };
+  // out = B p + b rate; also: another number of each rank to be summed
+  virtual Product multiply(Field &p, double rate, Matrix, Field &out, double *also = nullptr,
+                           FlowSums *drag = nullptr) = 0;
+  virtual double precondition() = 0;    // descent; returns descent . residual, of this rank
+
  private:
   Field direction, product, product_of_direction;
 
   virtual void find_weights(const Field &u, double rate) = 0;
-  virtual void find_preconditioner(bool free_rate) = 0;    // the blocks `inverse`
-  // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks, as `also`
-  virtual void multiply(Field &p, double rate, Field &out, double &power, double &flow) = 0;
-  // the same of B + ahead K
-  virtual void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow,
-                              double *also = nullptr) = 0;
-  virtual bool looks_ahead() const { return false; }
-  // multiply_ahead is now by the slope of the drag of a power law at these velocities; false: unknown
-  virtual bool find_slopes(const Field &, double /*rate*/) { return false; }
-  // hold what a linear solution leaves free; true: it has changed, and velocities are found again
+  virtual void find_preconditioner(bool free_rate) = 0;
+  virtual bool find_tangent(const Field &, double /*rate*/) { return false; }    // false: none
+  // true: forces that keep rubbing pairs together have changed, and velocities are found again
   virtual bool enforce_constraints(Field &, Field &, Load &, Result &) { return false; }
   virtual std::vector<double> multipliers() const { return {}; }    // forces on each of those pairs
   virtual void set_multipliers(const std::vector<double> &) {}
   virtual double rounding() const = 0;    // energy that rounding of the forces leaves in any error
 
-  struct State {    // of owned atoms; kept from step to step, since ghosts of a few disks are many
+  struct State {    // of owned atoms, before or after a Newton step
     Field force, u;
-    double rate, moment;
+    Load load;
     std::vector<double> held;
   };
-  State before, after;    // a step of Newton's
-  void keep(State &, const Field &force, const Field &u, const Load &) const;
-  void take_step(double keep, double step, Field &u);
-  void line_search(double rho, Field &force, Field &u, Load &);
-  double norm(double r_flow);
+  State state(const Field &force, const Field &u, const Load &) const;
+  void line_search(const State &before, double rho, Field &force, Field &u, Load &load);
+  double precondition_free();
+  double advance_forces(const Field &u, double rate, Field &force);
+  // squared norm of the residual by the preconditioner: of two residuals it tells the smaller one
+  double norm(double r_flow)
+  {
+    return sum(precondition_free()) + inverse_flow * r_flow * r_flow;
+  }
   double driving_norm(const Field &force, const Load &);
 };
 

@@ -74,8 +74,9 @@ int FlowSettings::read(LAMMPS *lmp, int words, char **arg)
   if (is("drag", 3)) {
     droplet_law_given = true;
     droplet_law.tau = number(lmp, "tau of drag", arg[1], 0.0, MOST);
-    droplet_law.beta = number(lmp, "beta of drag", arg[2], 0.0, LARGEST_BETA);
-    droplet_law.alpha = number(lmp, "alpha of drag", arg[3], LEAST_ALPHA, 1.0);
+    droplet_law.beta = utils::numeric(FLERR, arg[2], false, lmp);
+    droplet_law.alpha = utils::numeric(FLERR, arg[3], false, lmp);
+    droplet_law.check(lmp->error, WHO);
     if (droplet_law.tau == 0.0) droplet_law.beta = 0.0;
     return 4;
   }

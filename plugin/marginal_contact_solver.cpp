@@ -39,11 +39,12 @@ MarginalContactSolver::Found MarginalContactSolver::find(const std::vector<doubl
   return found;
 }
 
-/* Euler's implicit step of some thetas, linearised: a short one follows the path, and a long one is Newton's. false:
-   too long for the partings that it expects, or, by a determinant that is not positive, to leave a state that does
-   not last. */
-bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, double time, double allowed,
-                               std::vector<double> &thetas, Found &now) const
+/* Some thetas take Euler's implicit step, linearised: a short one follows the path, and a long one
+   is Newton's. false: the step is too long for the partings that it expects, or, by a determinant
+   that is not positive, to leave a state that does not last. */
+bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, double time,
+                                      double allowed, std::vector<double> &thetas,
+                                      Found &now) const
 {
   const std::size_t count = free.size(), columns = count + 1;
   std::vector<double> matrix(count * columns), next(thetas);

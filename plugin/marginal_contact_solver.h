@@ -6,10 +6,11 @@
 
 namespace LAMMPS_NS {
 
-/* Pairs with a gap of zero, each of which decides on the others: which part theta of its drag acts on each. Partings v
-   and slips s of m pairs answer linearly to two forces on each beside a part `base` of the drag,
-   (v, s) = still + answers (theta - base) (w v, beta w s). Drag that sets in over a thin layer of the gap follows
-   d theta/d time = -v between 0 and 1, and comes to rest where those at 0 part, those at 1 meet and others rub. */
+/* Finds which part theta of its drag acts on each of m pairs with a gap of zero, each of which
+   decides on the others. Partings v and slips s answer linearly to two forces on each pair beside a
+   part `base` of the drag, (v, s) = still + answers (theta - base) (w v, beta w s). Drag that sets
+   in over a thin layer of the gap follows d theta/d time = -v between 0 and 1. It comes to rest
+   where pairs at 0 part, those at 1 meet and others rub. */
 struct MarginalContactSolver {
   std::size_t m;
   double base;
@@ -24,8 +25,8 @@ struct MarginalContactSolver {
     std::vector<double> partings, slips, slopes;    // m, m, m by m: of partings by thetas
   };
   Found find(const std::vector<double> &thetas) const;
-  bool take_step(const std::vector<std::size_t> &free, double time, double allowed, std::vector<double> &thetas,
-                 Found &now) const;
+  bool take_step(const std::vector<std::size_t> &free, double time, double allowed,
+                 std::vector<double> &thetas, Found &now) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -13,76 +13,88 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double BASE = 0.5;         // part of the drag that keeps the matrix well conditioned
-static constexpr double ANSWER = 1e-5;      // residual of an answer, over the force that is answered
+static constexpr double ANSWER = 1e-5;      // residual of an answer over the force that it answers
+static constexpr double EXACT = 1e-8;       // the same for disks with marginal contacts alone, and
+                                            // for power laws, whose held forces swing by more
 static constexpr double MOVES = 10.0;       // residuals: approach over the velocity of a contact
 static constexpr double SINGULAR = 1e-2;    // pivot over the largest one that determines nothing
-static constexpr double EXACT = 1e-8;       // ANSWER for disks with marginal contacts alone, and for
-                                            // power laws, whose held forces swing by more
 static constexpr double ANSWERS = 1e-4;     // approach over slip of an answer, if it has any
-static constexpr double SAME = 1e-6;            // of the reach, between the two halves of a contact
+static constexpr double SAME = 1e-6;        // of the reach, between the two halves of a contact
 
-/* of images of one pair that whose gap is closest to zero; with newton off, both its halves */
+std::map<DiskDrag::Ids, std::size_t> DiskDrag::marginal_numbers() const
+{
+  std::map<Ids, std::size_t> found;
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    found[ids(marginal[e].first, marginal[e].second)] = e;
+  return found;
+}
+
+/* Of the images of one pair, that with the gap closest to zero counts; with newton off, both halves
+   of it. */
 void DiskDrag::find_pairs()
 {
   pairs_of.assign(marginal.size(), {});
   if (marginal.empty()) return;
-  const auto ordered = [](tagint a, tagint b) { return std::make_pair(std::min(a, b), std::max(a, b)); };
-  std::map<std::pair<tagint, tagint>, std::size_t> number;
-  for (std::size_t e = 0; e < marginal.size(); e++) number[ordered(marginal[e].first, marginal[e].second)] = e;
+  const auto numbers = marginal_numbers();
+  const std::vector<DiskPair> &pairs = pair.pairs();
   const tagint *const tag = atom->tag;
-  for (std::size_t k = 0; k < near().size(); k++)
-    if (const auto e = number.find(ordered(tag[near()[k].i], tag[near()[k].j])); e != number.end())
+  for (std::size_t k = 0; k < pairs.size(); k++)
+    if (const auto e = numbers.find(ids(tag[pairs[k].i], tag[pairs[k].j])); e != numbers.end())
       pairs_of[e->second].push_back(static_cast<int>(k));
+  const auto gap = [&](int k) { return fabs(hypot(pairs[k].x, pairs[k].y) - pairs[k].reach); };
+  const auto closer = [&](int k, int l) { return gap(k) < gap(l); };
   for (auto &images : pairs_of) {
-    const auto gap = [&](int k) { return fabs(hypot(near()[k].x, near()[k].y) - near()[k].reach); };
-    const auto least = std::min_element(images.begin(), images.end(), [&](int k, int l) { return gap(k) < gap(l); });
-    if (least == images.end()) continue;
-    const int first = *least;
-    const DiskPair &half = near()[first];
+    if (images.empty()) continue;
+    const int first = *std::min_element(images.begin(), images.end(), closer);
+    const DiskPair &half = pairs[first];
     const auto other = [&](int k) {    // neither it nor its other half
-      const DiskPair &p = near()[k];
-      return k != first && (half.share == 1.0 || tag[p.i] != tag[half.j] || tag[p.j] != tag[half.i] ||
-                            hypot(p.x + half.x, p.y + half.y) >= SAME * half.reach);
+      const DiskPair &p = pairs[k];
+      return k != first &&
+          (half.share == 1.0 || tag[p.i] != tag[half.j] || tag[p.j] != tag[half.i] ||
+           hypot(p.x + half.x, p.y + half.y) >= SAME * half.reach);
     };
     images.erase(std::remove_if(images.begin(), images.end(), other), images.end());
   }
 }
 
-void DiskDrag::expect(const Change &change)
+void DiskDrag::expect(const std::vector<Change> &changes)
 {
-  for (MarginalContact &m : marginal)
-    if (std::minmax(m.first, m.second) == std::minmax(change.first, change.second)) {
-      if (change.state == RUBBING) return;    // its theta says what becomes of it
-      m.tried = 1 << m.state;
-      m.state = change.state;
-      return;
+  const auto numbers = marginal_numbers();
+  for (const Change &change : changes) {
+    const auto e = numbers.find(ids(change.first, change.second));
+    if (e == numbers.end()) {
+      marginal.push_back({change.first, change.second, change.state});
+      marginal.back().tried = 1 << (change.state == OPEN ? CLOSED : OPEN);
+    } else if (change.state != RUBBING) {    // the theta of a rubbing one says what becomes of it
+      marginal[e->second].tried = 1 << marginal[e->second].state;
+      marginal[e->second].state = change.state;
     }
-  const int before = change.state == OPEN ? CLOSED : OPEN;
-  marginal.push_back({change.first, change.second, change.state, BASE, BASE, 0.0, 1 << before, false});
+  }
 }
 
 std::vector<DiskDrag::MarginalSlip> DiskDrag::marginal_slips(const Field &u, double rate) const
 {
-  std::vector<MarginalSlip> slips(marginal.size(), {0.0, 0.0, 0.0});
+  std::vector<MarginalSlip> slips(marginal.size(), MarginalSlip());
   for (std::size_t e = 0; e < marginal.size(); e++)
-    for (const int pair : pairs_of[e]) {
-      const DiskPair &p = near()[pair];
+    for (const int k : pairs_of[e]) {
+      const DiskPair &p = pair.pairs()[k];
       DiskRow row;
       Contact contact;
-      const auto here = std::lower_bound(pair_of.begin(), pair_of.end(), pair);
-      if (here != pair_of.end() && *here == pair) {    // in contact: where it is now
+      const auto here = std::lower_bound(pair_of.begin(), pair_of.end(), k);
+      if (here != pair_of.end() && *here == k) {    // in contact: where it is now
         row = rows[here - pair_of.begin()];
         contact = contacts[here - pair_of.begin()];
       } else {
         contact_of(p, p.x, p.y, row, contact);
       }
-      const Slip s = slip_of(row, passing(row, u.data(), rate * row.ny * contact.distance));
+      const double affine = rate * row.ny * contact.distance;
+      const Slip s = slip_of(row, relative_velocity(row, u.data(), affine));
       slips[e].approach += p.share * s.approach;
       slips[e].slide += p.share * s.slide;
       slips[e].gap += p.share * (contact.distance - p.reach);
     }
-  MPI_Allreduce(MPI_IN_PLACE, slips.data(), static_cast<int>(3 * slips.size()), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, slips.data(), static_cast<int>(3 * slips.size()), MPI_DOUBLE,
+                MPI_SUM, world);
   return slips;
 }
 
@@ -98,7 +110,8 @@ DiskDrag::Revision DiskDrag::revise(const Field &u, double rate, double least_sp
       const bool parts = !m.free && m.theta < 0.0;
       first = parts ? OPEN : CLOSED;
       second = parts ? CLOSED : OPEN;
-    } else if (m.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > std::max(least_speed, min_speed) &&
+    } else if (m.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 &&
+               speed > std::max(least_speed, min_speed) &&
                against(m, slips[e]) > MOVES * settings.tolerance * speed) {
       first = m.state == CLOSED ? OPEN : CLOSED;
       second = RUBBING;
@@ -110,7 +123,7 @@ DiskDrag::Revision DiskDrag::revise(const Field &u, double rate, double least_sp
       found = CYCLES;
       continue;
     }
-    set_state(m, next);
+    m.set(next);
     if (found == FITS) found = CHANGED;
   }
   if (found != FITS) find_contacts();
@@ -123,23 +136,14 @@ bool DiskDrag::close_rubbing()
   for (MarginalContact &m : marginal) {
     if (m.state != RUBBING) continue;
     m.tried = 1 << RUBBING;
-    set_state(m, CLOSED);
+    m.set(CLOSED);
   }
   find_contacts();
   return true;
 }
 
-void DiskDrag::set_state(MarginalContact &m, int state)
-{
-  m = {m.first, m.second, state, BASE, BASE, 0.0, m.tried, false};
-}
-
-double DiskDrag::speed_of(const MarginalSlip &s) const
-{
-  return sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
-}
-
-/* velocity of the gap against the state, beside what takes back a gap that is not quite zero */
+/* The gap moves against the state at this velocity, beside what takes back a gap that is not quite
+   zero. */
 double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
 {
   if (m.state == RUBBING) return fabs(s.approach);
@@ -147,13 +151,14 @@ double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
   return m.state == CLOSED ? s.approach + std::min(0.0, back) : -s.approach - std::max(0.0, back);
 }
 
-/* that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta
-   is from 0 to 1 */
+/* The misfit is that velocity over the velocity of the contact and the least that counts; of a
+   rubbing pair, it tells how far theta is from the range of 0 to 1. */
 double DiskDrag::misfit(const MarginalContact &m, const MarginalSlip &s, double least_speed) const
 {
   const double speed = speed_of(s), whole = speed + least_speed;
   if (!(whole > 0.0) || speed <= min_speed) return 0.0;
-  if (m.state == RUBBING && !m.free) return std::max({0.0, -m.theta, m.theta - 1.0}) * speed / whole;
+  if (m.state == RUBBING && !m.free)
+    return std::max({0.0, -m.theta, m.theta - 1.0}) * speed / whole;
   return std::max(0.0, against(m, s)) / whole;
 }
 
@@ -161,7 +166,8 @@ double DiskDrag::misfit(const Field &u, double rate, double least_speed) const
 {
   const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
   double worst = 0.0;
-  for (std::size_t e = 0; e < marginal.size(); e++) worst = std::max(worst, misfit(marginal[e], slips[e], least_speed));
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    worst = std::max(worst, misfit(marginal[e], slips[e], least_speed));
   return worst;
 }
 
@@ -191,15 +197,16 @@ void DiskDrag::forget_settled(bool all)
   find_contacts();
 }
 
-std::vector<double> DiskDrag::thetas() const
+std::vector<double> DiskDrag::of_marginals(double MarginalContact::*value) const
 {
   std::vector<double> found;
-  for (const MarginalContact &m : marginal) found.push_back(m.theta);
+  for (const MarginalContact &m : marginal) found.push_back(m.*value);
   return found;
 }
 
 void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double> &first,
-                          const std::vector<double> &later, double time, double end, std::vector<Change> &found) const
+                          const std::vector<double> &later, double time, double end,
+                          std::vector<Change> &found) const
 {
   if (rubbing == 0) return;
   const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
@@ -208,25 +215,25 @@ void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double>
     const double slope = (later[e] - first[e]) / time, last = first[e] + slope * end;
     if (last >= 0.0 && last <= 1.0) continue;
     const double at = std::max(0.0, ((last < 0.0 ? 0.0 : 1.0) - first[e]) / slope);
-    found.push_back({marginal[e].first, marginal[e].second, RUBBING, at, fabs(slips[e].slide) * sqrt(law.beta),
-                     fabs(slope)});
+    found.push_back({marginal[e].first, marginal[e].second, RUBBING, at,
+                     fabs(slips[e].slide) * sqrt(law.beta), fabs(slope)});
   }
 }
 
-/* Adds forces on a marginal pair, against parting and slip, to a field without ghosts' sums. Returns their
-   part in A stress, of this rank */
+/* Adds forces on a marginal pair, against parting and slip, to a field without ghosts' sums.
+   Returns their part in A stress, of this rank. */
 double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &force) const
 {
   double moment = 0.0;
   for (const int k : rows_of[e]) {
-    const Vec3 pair_force = force_of(rows[k], -back, -rub);
-    add_forces(rows[k], pair_force, force.data());
-    moment += contacts[k].share * pair_force.x * lever(k);
+    const WideVec3 on_pair = force_of(rows[k], -back, -rub);
+    add_forces(rows[k], on_pair, force.data());
+    moment += contacts[k].share * on_pair.xy[0] * lever(k);
   }
   return moment;
 }
 
-/* Forces along the slip of rubbing pairs so that their approach is none: velocities answer to them
+/* Forces along the slip of rubbing pairs make their approach vanish: velocities answer to them
    linearly. true: the forces have changed. */
 bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &result)
 {
@@ -236,7 +243,6 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
   for (std::size_t e = 0; e < marginal.size(); e++)
     if (marginal[e].state == RUBBING) rubs.push_back(e);
   const std::size_t m = rubs.size(), columns = m + 1;
-  const bool known = answers.size() == m;
   const std::vector<MarginalSlip> slips = marginal_slips(u, load.rate);
   double speeds[2] = {0.0, static_cast<double>(nlocal)};
   for (int i = 0; i < nlocal; i++) speeds[0] += hypot(u[i].x, u[i].y);
@@ -246,33 +252,23 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
   for (std::size_t a = 0; a < m; a++) {
     const MarginalSlip &s = slips[rubs[a]];
     const double back = closing * s.gap, off = matrix[a * columns + m] = s.approach + back;
-    const double small = settings.tolerance * (fabs(s.slide) + fabs(back) + speeds[0] / speeds[1]);
-    enough = enough && (marginal[rubs[a]].free || fabs(off) <= small);
+    const double speed = fabs(s.slide) + fabs(back) + speeds[0] / speeds[1];
+    enough = enough && (marginal[rubs[a]].free || fabs(off) <= settings.tolerance * speed);
   }
   if (enough && result.converged) {
     update_thetas(rubs, slips);
     return false;
   }
 
-  if (!known) {
-    answers.resize(m);
-    rate_answers.assign(m, 0.0);
+  if (answers.empty()) {
     factorise_for_answers();
+    const double accuracy = law.is_linear() ? ANSWER : EXACT;
+    for (const std::size_t e : rubs)
+      answers.push_back(answer_to(e, 0.0, 1.0, accuracy, load.free_rate, result));
   }
   std::vector<bool> free(m, false);    // pairs that slip without an answer in their approach
-  std::vector<Field> forces(m);
-  std::vector<double> moments(m, 0.0);
   for (std::size_t a = 0; a < m; a++) {
-    if (known) {
-      forces[a].assign(nlocal + nghost, Vec3());
-      moments[a] = add_pair_forces(rubs[a], 0.0, 1.0, forces[a]);
-      exchange.add_from_ghosts(forces[a]);
-      moments[a] = load.free_rate ? sum(moments[a]) : 0.0;
-    } else {
-      moments[a] = answer_to(rubs[a], 0.0, 1.0, is_linear() ? ANSWER : EXACT, load, forces[a], answers[a],
-                             rate_answers[a], result);
-    }
-    const std::vector<MarginalSlip> answer = marginal_slips(answers[a], rate_answers[a]);
+    const std::vector<MarginalSlip> answer = marginal_slips(answers[a].velocity, answers[a].rate);
     for (std::size_t b = 0; b < m; b++) matrix[b * columns + a] = answer[rubs[b]].approach;
     const MarginalSlip &own = answer[rubs[a]];
     free[a] = fabs(own.approach) <= ANSWERS * fabs(own.slide);
@@ -284,23 +280,14 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
     const double q = -matrix[a * columns + m];
     marginal[rubs[a]].free = free[a];
     marginal[rubs[a]].held += q;
-    for (int i = 0; i < nlocal; i++) {
-      u[i] = u[i] + q * answers[a][i];
-      force[i] = force[i] + q * forces[a][i];
-    }
-    load.rate += q * rate_answers[a];
-    load.moment += q * moments[a];
+    field_add(u, q, answers[a].velocity, nlocal);
+    field_add(force, q, answers[a].force, nlocal);
+    load.rate += q * answers[a].rate;
+    load.moment += q * answers[a].moment;
   }
   exchange.send_to_ghosts(u);
   update_thetas(rubs, marginal_slips(u, load.rate));
   return true;
-}
-
-std::vector<double> DiskDrag::multipliers() const
-{
-  std::vector<double> found;
-  for (const MarginalContact &m : marginal) found.push_back(m.held);
-  return found;
 }
 
 void DiskDrag::set_multipliers(const std::vector<double> &forces)
@@ -308,38 +295,38 @@ void DiskDrag::set_multipliers(const std::vector<double> &forces)
   for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
 }
 
-/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, of
-   a free rate */
-double DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy, const Load &load, Field &force,
-                           Field &answer, double &rate, Result &result)
+/* Finds the velocities that answer to forces on a marginal pair, against parting and slip. */
+DiskDrag::Answer DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy,
+                                     bool free_rate, Result &result)
 {
-  force.assign(nlocal + nghost, Vec3());
-  double moment = add_pair_forces(e, back, rub, force);
-  exchange.add_from_ghosts(force);
-  moment = load.free_rate ? sum(moment) : 0.0;
-  Load unit = {0.0, moment, load.free_rate};
-  answer.assign(nlocal + nghost, Vec3());
-  std::copy_n(force.begin(), nlocal, residual.begin());
+  Answer found = {Field(nlocal + nghost), Field(nlocal + nghost), 0.0, 0.0};
+  const double moment = add_pair_forces(e, back, rub, found.force);
+  exchange.add_from_ghosts(found.force);
+  found.moment = free_rate ? sum(moment) : 0.0;
+  Load unit = {0.0, found.moment, free_rate};
+  std::copy_n(found.force.begin(), nlocal, residual.begin());
   const int before = result.iterations;
-  conjugate_gradients(answer, unit, moment, {accuracy, 0.0, 0.0, 0.0}, result);
+  conjugate_gradients(found.velocity, unit, found.moment, {accuracy, 0.0, 0.0, 0.0}, result);
   if (!factored) answer_iterations = result.iterations - before;
-  rate = unit.rate;
-  exchange.send_to_ghosts(answer);
-  return moment;
+  found.rate = unit.rate;
+  exchange.send_to_ghosts(found.velocity);
+  return found;
 }
 
-/* of the drag of rubbing pairs, of which the matrix holds a part */
+/* These weights belong to the whole drag of rubbing pairs, of which the matrix holds a part. */
 std::vector<double> DiskDrag::whole_weights() const
 {
   std::vector<double> whole(marginal.size(), 0.0);
   for (std::size_t e = 0; e < marginal.size(); e++)
     for (const int k : rows_of[e]) whole[e] += contacts[k].share * weights[k] / contacts[k].part;
-  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM,
+                world);
   return whole;
 }
 
-/* part of the drag of the pair, as it slips, that acts on it */
-void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::vector<MarginalSlip> &slips)
+/* theta is the part of the drag of a pair, as it slips, that acts on it. */
+void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs,
+                             const std::vector<MarginalSlip> &slips)
 {
   const std::vector<double> whole = whole_weights();
   for (const std::size_t e : rubs) {
@@ -350,7 +337,7 @@ void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::ve
 
 bool DiskDrag::marginal_pairs_change() const
 {
-  return std::any_of(marginal.begin(), marginal.end(), [](const MarginalContact &m) { return m.tried != 0; });
+  return std::any_of(marginal.begin(), marginal.end(), [](const auto &m) { return m.tried != 0; });
 }
 
 std::vector<double> DiskDrag::parts_before() const
@@ -362,14 +349,14 @@ std::vector<double> DiskDrag::parts_before() const
   return parts;
 }
 
-/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of
-   it, two forces on each */
+/* With all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of
+   it, two forces on each. */
 bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &driven)
 {
   const std::size_t m = marginal.size(), n = 2 * m;
-  for (MarginalContact &each : marginal) set_state(each, RUBBING);
+  for (MarginalContact &each : marginal) each.set(RUBBING);
   find_contacts();
-  Field force, base(u), pushed, answer;
+  Field force, base(u);
   elastic_forces(force);
   Load load = driven;
   if (load.free_rate) load.moment -= elastic_moment();
@@ -381,8 +368,8 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
   const Residual rest = find_residual(force, base, load, false);
   conjugate_gradients(base, load, rest.flow, {EXACT, 0.0, rounding(), rest.dissipation}, result);
   exchange.send_to_ghosts(base);
-  MarginalContactSolver pairs = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n),
-                                 std::vector<double>(m)};
+  const std::vector<double> none(n);
+  MarginalContactSolver pairs = {m, BASE, none, std::vector<double>(n * n), none, none};
   const std::vector<MarginalSlip> slips = marginal_slips(base, load.rate);
   const std::vector<double> whole = whole_weights();
   for (std::size_t e = 0; e < m; e++) {
@@ -393,9 +380,9 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
     pairs.weights[m + e] = law.beta * whole[e];
   }
   for (std::size_t k = 0; k < n; k++) {
-    double rate;
-    answer_to(k % m, k < m ? 1.0 : 0.0, k < m ? 0.0 : 1.0, EXACT, load, pushed, answer, rate, result);
-    const std::vector<MarginalSlip> found = marginal_slips(answer, rate);
+    const double back = k < m ? 1.0 : 0.0;
+    const Answer answer = answer_to(k % m, back, 1.0 - back, EXACT, load.free_rate, result);
+    const std::vector<MarginalSlip> found = marginal_slips(answer.velocity, answer.rate);
     for (std::size_t e = 0; e < m; e++) {
       pairs.answers[e * n + k] = found[e].approach;
       pairs.answers[(m + e) * n + k] = found[e].slide;
@@ -403,7 +390,7 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
   }
   const bool rests = pairs.relax(parts);
   for (std::size_t e = 0; e < m; e++)
-    set_state(marginal[e], parts[e] == 0.0 ? OPEN : parts[e] == 1.0 ? CLOSED : RUBBING);
+    marginal[e].set(parts[e] == 0.0 ? OPEN : parts[e] == 1.0 ? CLOSED : RUBBING);
   find_contacts();
   return rests;
 }

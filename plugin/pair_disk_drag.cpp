@@ -10,6 +10,7 @@
 #include "memory.h"
 #include "neigh_list.h"
 #include "neighbor.h"
+#include "restart_values.h"
 #include "utils.h"
 
 #include <algorithm>
@@ -18,11 +19,11 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -3.0;    // where the first restart files have beta, which is not negative
+static constexpr double LAYOUT = -3.0;    // the first restart files have beta, >= 0, in its place
 
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
-static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of slight contacts have no digits
+static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, slight contacts have no digits
 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
@@ -53,16 +54,17 @@ void PairDiskDrag::compute(int eflag, int vflag)
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
   const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
-  double turning = 0.0;    // that virial_fdotr_compute takes for a moment of flat walls
+  double turning = 0.0;    // what virial_fdotr_compute takes for a moment of flat walls
   const auto act = [&](int i, int j, double dx, double dy, double factor) {
     const double rsq = dx * dx + dy * dy;
-    const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;
     if (factor == 0.0) return;
+    const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;
     const double K = factor * stiffness(type[i], type[j], s);
-    remember(i, j, -dx, -dy, cutoff, K);
+    found.push_back({i, j, -dx, -dy, cutoff, K, 0.5 * diameter(i, type[i]),
+                     0.5 * diameter(j, type[j]), newton_pair || j < nlocal ? 1.0 : 0.5});
     if (rsq >= cutoff * cutoff) return;
     if (rsq == 0.0)
-      error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
+      error->one(FLERR, "{}: atoms {} and {} are in one place: their contact has no direction", WHO,
                  atom->tag[i], atom->tag[j]);
 
     const double r = sqrt(rsq);
@@ -89,7 +91,8 @@ void PairDiskDrag::compute(int eflag, int vflag)
   for (int j = 0; j < nlocal; j++) {
     if (!is_wall(j)) continue;
     if (comm->nprocs > 1)
-      error->one(FLERR, "{}: atom {} is a flat wall, of diameter 0: use one rank", WHO, atom->tag[j]);
+      error->one(FLERR, "{}: atom {} is a flat wall, of diameter 0: use one rank", WHO,
+                 atom->tag[j]);
     for (int i = 0; i < nlocal; i++)
       if (!is_wall(i)) act(i, j, 0.0, x[i][1] - x[j][1], 1.0);
   }
@@ -105,26 +108,29 @@ void PairDiskDrag::find_sizes()
   int is_double = 0, columns = 0;
   const int index = atom->find_custom(sizes.c_str(), is_double, columns);
   if (index < 0 || is_double != 1 || columns != 0)
-    error->all(FLERR, "{}: no per-atom property d_{}: define it by fix property/atom d_{}", WHO, sizes, sizes);
+    error->all(FLERR, "{}: no per-atom property d_{}: define it by fix property/atom d_{}", WHO,
+               sizes, sizes);
   const double *const values = atom->dvector[index];
   own.assign(values, values + atom->nlocal);
   own.resize(atom->nlocal + atom->nghost);
 }
 
-/* neighbor lists reach as far as the s of two types */
+/* Neighbor lists reach as far as the s of two types. */
 void PairDiskDrag::check_reach() const
 {
   std::vector<double> largest(atom->ntypes + 1, 0.0);
-  for (int i = 0; i < atom->nlocal; i++) largest[atom->type[i]] = std::max(largest[atom->type[i]], own[i]);
+  for (int i = 0; i < atom->nlocal; i++) {
+    double &most = largest[atom->type[i]];
+    most = std::max(most, own[i]);
+  }
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), atom->ntypes + 1, MPI_DOUBLE, MPI_MAX, world);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       const double s = 0.5 * (largest[i] + largest[j]);
       if (s > (1.0 + ROUNDING) * reach[i][j])
-        error->all(FLERR,
-                   "{}: disks of types {} and {} touch at {}, with diameters up to {} and {}, and pair_coeff lets "
-                   "their neighbor lists reach {} only: raise its s",
-                   WHO, i, j, s, largest[i], largest[j], reach[i][j]);
+        error->all(FLERR, "{}: disks of types {} and {} touch at {}, with diameters up to {}, {}, "
+                   "and pair_coeff lets neighbor lists reach {} only: raise its s", WHO, i, j, s,
+                   largest[i], largest[j], reach[i][j]);
     }
 }
 
@@ -137,19 +143,6 @@ int PairDiskDrag::pack_forward_comm(int n, int *list, double *buf, int /*pbc_fla
 void PairDiskDrag::unpack_forward_comm(int n, int first, double *buf)
 {
   std::copy_n(buf, n, own.begin() + first);
-}
-
-double PairDiskDrag::stiffness(int itype, int jtype, double s) const
-{
-  const double K = strength[itype][jtype];
-  return power != 0.0 ? K * pow(s, power) : K;
-}
-
-void PairDiskDrag::remember(int i, int j, double x, double y, double cutoff, double K)
-{
-  const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  const double di = diameter(i, atom->type[i]), dj = diameter(j, atom->type[j]);
-  found.push_back({i, j, x, y, cutoff, K, 0.5 * di, 0.5 * dj, share});
 }
 
 double PairDiskDrag::mean_diameter()
@@ -172,15 +165,11 @@ void PairDiskDrag::allocate()
   for (int i = 0; i < np1; i++) std::fill_n(setflag[i], np1, 0);
 }
 
-/* pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [shell value] [sizes d_name]
-   [power value] */
 void PairDiskDrag::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
-    error->all(FLERR,
-               "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [shell value] [sizes d_name] "
-               "[power value]",
-               WHO);
+    error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] "
+               "[shell value] [sizes d_name] [power value]", WHO);
 
   law = DragLaw();
   exponent = 2.0;
@@ -189,44 +178,34 @@ void PairDiskDrag::settings(int narg, char **arg)
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
   law.beta = utils::numeric(FLERR, arg[1], false, lmp);
   for (int k = 2; k < narg; k += 2) {
-    if (strcmp(arg[k], "alpha") == 0)
-      law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else if (strcmp(arg[k], "exponent") == 0)
-      exponent = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else if (strcmp(arg[k], "shell") == 0)
-      shell = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else if (strcmp(arg[k], "power") == 0)
-      power = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else if (strcmp(arg[k], "sizes") == 0 && utils::strmatch(arg[k + 1], "^d_"))
-      sizes = arg[k + 1] + 2;
-    else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "radius") == 0)
-      law.arms_to_contact = false;
-    else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
-      law.arms_to_contact = true;
+    const std::string word = arg[k], choice = arg[k + 1];
+    double *const value = word == "alpha" ? &law.alpha
+        : word == "exponent"              ? &exponent
+        : word == "shell"                 ? &shell
+        : word == "power"                 ? &power
+                                          : nullptr;
+    if (value)
+      *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (word == "sizes" && utils::strmatch(choice, "^d_"))
+      sizes = choice.substr(2);
+    else if (word == "arms" && (choice == "radius" || choice == "contact"))
+      law.arms_to_contact = choice == "contact";
     else
-      error->all(
-          FLERR,
-          "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, shell value, sizes d_name, "
-          "power value",
-          WHO, arg[k], arg[k + 1]);
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent "
+                 "value, shell value, sizes d_name, power value", WHO, word, choice);
   }
 
-  if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
-  if (!(law.beta >= 0.0 && law.beta <= LARGEST_BETA))
-    error->all(FLERR, "{}: beta {} must lie between 0 and {}", WHO, law.beta, LARGEST_BETA);
-  if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
-    error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
-               WHO, law.alpha, LEAST_ALPHA);
-  if (power != 0.0 && sizes.empty()) error->all(FLERR, "{}: power {} is for disks with sizes d_name", WHO, power);
+  law.check(error, WHO);
+  if (power != 0.0 && sizes.empty())
+    error->all(FLERR, "{}: power {} is for disks with sizes d_name", WHO, power);
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
-    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent,
-               LARGEST_EXPONENT);
+    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO,
+               exponent, LARGEST_EXPONENT);
   if (!(shell >= 0.0) || (shell > 0.0 && exponent != 2.0))
-    error->all(FLERR, "{}: shell {} must be a length, 0 for disks that do not attract, and goes with exponent 2", WHO,
-               shell);
+    error->all(FLERR, "{}: shell {} must be a length, 0 for disks that do not attract, and needs "
+               "exponent 2", WHO, shell);
 }
 
-/* pair_coeff i j K s, as of harmonic/cut where the exponent is 2 */
 void PairDiskDrag::coeff(int narg, char **arg)
 {
   if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
@@ -235,10 +214,12 @@ void PairDiskDrag::coeff(int narg, char **arg)
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
-  const double K = utils::numeric(FLERR, arg[2], false, lmp), s = utils::numeric(FLERR, arg[3], false, lmp);
+  const double K = utils::numeric(FLERR, arg[2], false, lmp);
+  const double s = utils::numeric(FLERR, arg[3], false, lmp);
   if (!(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
   if (!(s >= 0.0))
-    error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO, arg[3]);
+    error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO,
+               arg[3]);
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
@@ -248,7 +229,8 @@ void PairDiskDrag::coeff(int narg, char **arg)
       reach[i][j] = reach[j][i] = s;
       count++;
     }
-  if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
+  if (count == 0)
+    error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
 }
 
 void PairDiskDrag::init_style()
@@ -258,7 +240,7 @@ void PairDiskDrag::init_style()
   neighbor->add_request(this);
 }
 
-/* nothing is mixed: the radius of a type is half its own s */
+/* Nothing is mixed: the radius of a type is half its own s. */
 double PairDiskDrag::init_one(int i, int j)
 {
   if (!setflag[i][j] || !setflag[i][i] || !setflag[j][j])
@@ -273,9 +255,9 @@ void PairDiskDrag::write_restart(FILE *fp)
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      fwrite(&strength[i][j], sizeof(double), 1, fp);
-      fwrite(&reach[i][j], sizeof(double), 1, fp);
+      write_value(fp, setflag[i][j]);
+      write_value(fp, strength[i][j]);
+      write_value(fp, reach[i][j]);
     }
 }
 
@@ -285,60 +267,49 @@ void PairDiskDrag::read_restart(FILE *fp)
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      if (comm->me == 0) {
-        utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
-        utils::sfread(FLERR, &strength[i][j], sizeof(double), 1, fp, nullptr, error);
-        utils::sfread(FLERR, &reach[i][j], sizeof(double), 1, fp, nullptr, error);
-      }
-      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
-      MPI_Bcast(&strength[i][j], 1, MPI_DOUBLE, 0, world);
-      MPI_Bcast(&reach[i][j], 1, MPI_DOUBLE, 0, world);
+      read_everywhere(lmp, fp, &setflag[i][j]);
+      read_everywhere(lmp, fp, &strength[i][j]);
+      read_everywhere(lmp, fp, &reach[i][j]);
     }
 }
 
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
-  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent, power,
-                           shell};
-  const int size = static_cast<int>(sizes.size());
-  fwrite(values, sizeof(double), 8, fp);
-  fwrite(&size, sizeof(int), 1, fp);
-  fwrite(sizes.data(), 1, size, fp);
+  const double arms = law.arms_to_contact ? 1.0 : 0.0;
+  for (const double value : {LAYOUT, law.beta, law.tau, law.alpha, arms, exponent, power, shell})
+    write_value(fp, value);
+  write_value(fp, sizes);
 }
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  const auto read = [&](void *to, int size) {
-    if (comm->me == 0) utils::sfread(FLERR, to, 1, size, fp, nullptr, error);
-    MPI_Bcast(to, size, MPI_BYTE, 0, world);
-  };
-  double values[8];
-  read(values, sizeof(values));
-  if (values[0] != LAYOUT)
-    error->all(FLERR, "Pair style disk/drag: the restart file was written by another version of this plugin: start "
-               "from a data file");
-  law = {values[1], values[2], values[3], values[4] != 0.0};
-  exponent = values[5];
-  power = values[6];
-  shell = values[7];
-  int size;
-  read(&size, sizeof(int));
-  sizes.resize(size);
-  read(sizes.data(), size);
+  double layout, arms;
+  read_everywhere(lmp, fp, &layout);
+  if (layout != LAYOUT)
+    error->all(FLERR, "{}: the restart file was written by another version of this plugin: start "
+               "from a data file", WHO);
+  for (double *const value :
+       {&law.beta, &law.tau, &law.alpha, &arms, &exponent, &power, &shell})
+    read_everywhere(lmp, fp, value);
+  law.arms_to_contact = arms != 0.0;
+  read_everywhere(lmp, fp, &sizes);
 }
 
 void PairDiskDrag::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %.17g %.17g\n", i, strength[i][i], reach[i][i]);
+  for (int i = 1; i <= atom->ntypes; i++)
+    fprintf(fp, "%d %.17g %.17g\n", i, strength[i][i], reach[i][i]);
 }
 
 void PairDiskDrag::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g %.17g\n", i, j, strength[i][j], reach[i][j]);
+    for (int j = i; j <= atom->ntypes; j++)
+      fprintf(fp, "%d %d %.17g %.17g\n", i, j, strength[i][j], reach[i][j]);
 }
 
-double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor, double &fforce)
+double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor,
+                            double &fforce)
 {
   const double s = contact_distance(i, j, itype, jtype);
   const double r = sqrt(rsq), depth = s + 2.0 * shell - r;
@@ -355,9 +326,4 @@ void *PairDiskDrag::extract(const char *str, int &dim)
   if (strcmp(str, "k") == 0) return strength;
   if (strcmp(str, "cut") == 0) return reach;
   return nullptr;
-}
-
-double PairDiskDrag::memory_usage()
-{
-  return Pair::memory_usage() + found.capacity() * sizeof(DiskPair);
 }

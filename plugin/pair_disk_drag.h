@@ -13,12 +13,13 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near.
-   K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of
-   s = 1, times s^power, where types are classes of size whose s is how far two of them may reach. With a
-   shell a, disks pull: E = K ((s - r)^2 - 2 a^2) up to r = s + a, -K (s + 2 a - r)^2 up to s + 2 a.
-   An atom of diameter 0 is a flat wall: all disks meet it, of one rank, at their distance along y.
-   Their drag is no force of this style: fix overdamped balances it against the elastic force. */
+/* Disks repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut; the style remembers which
+   are near. K and s are those of two types; or s is half the sum of two diameters of the atoms' own
+   and K is that of s = 1, times s^power: types then are classes of size whose s is how far two of
+   them may reach. With a shell a, disks attract: E = K ((s - r)^2 - 2 a^2) up to r = s + a, and
+   -K (s + 2 a - r)^2 up to s + 2 a. An atom of diameter 0 is a flat wall: all disks, of one rank,
+   meet it at their distance along y. Their drag is no force of this style: fix overdamped balances
+   it against the elastic force. */
 class PairDiskDrag : public Pair {
  public:
   PairDiskDrag(class LAMMPS *);
@@ -38,22 +39,26 @@ class PairDiskDrag : public Pair {
   void *extract(const char *, int &) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
-  double memory_usage() override;
+  double memory_usage() override
+  {
+    return Pair::memory_usage() + found.capacity() * sizeof(DiskPair);
+  }
 
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
   // one rank alone counts a pair once, and then knows the owner of each ghost
   bool owns_all() const { return comm->nprocs == 1 && force->newton_pair; }
-  int owner(int ghost) const { return ghost < atom->nlocal ? ghost : atom->map(atom->tag[ghost]); }
+  int owner(int i) const { return i < atom->nlocal ? i : atom->map(atom->tag[i]); }
   const DragLaw &drag() const { return law; }
   double mean_diameter();
   // `depth`: cutoff less distance, the overlap itself of disks without a shell
   Repulsion repulsion(double strength, double depth) const
   {
-    Repulsion push(strength, depth, exponent);    // its stiffness is that of drag, never < 0
+    Repulsion push(strength, depth, exponent);    // its stiffness is that of drag: never negative
     if (shell == 0.0) return push;
     push.overlap = depth - 2.0 * shell;
     const bool inner = depth >= shell;
-    push.energy = strength * (inner ? push.overlap * push.overlap - 2.0 * shell * shell : -depth * depth);
+    const double well = inner ? push.overlap * push.overlap - 2.0 * shell * shell : -depth * depth;
+    push.energy = strength * well;
     push.force = 2.0 * strength * (inner ? push.overlap : -depth);
     return push;
   }
@@ -66,7 +71,7 @@ class PairDiskDrag : public Pair {
   std::vector<DiskPair> found;
   std::string sizes;       // per-atom property with the diameters; empty: diameters of the types
   double power = 0.0;      // of s in K, with diameters of the atoms' own
-  std::vector<double> own;        // their diameters, of ghosts too, at the last force evaluation
+  std::vector<double> own;    // their diameters, of ghosts too, at the last force evaluation
 
   void find_sizes();
   void check_reach() const;
@@ -76,10 +81,11 @@ class PairDiskDrag : public Pair {
   {
     return sizes.empty() ? reach[itype][jtype] : 0.5 * (own[i] + own[j]);
   }
-  double stiffness(int itype, int jtype, double s) const;
+  double stiffness(int itype, int jtype, double s) const
+  {
+    return power != 0.0 ? strength[itype][jtype] * pow(s, power) : strength[itype][jtype];
+  }
   void allocate();
-  void remember(int i, int j, double x, double y, double cutoff, double strength);
-  void count_contacts();
 };
 
 }    // namespace LAMMPS_NS

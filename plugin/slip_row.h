@@ -1,40 +1,61 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "kernels/vector.h"
+
 #include <array>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-struct Vec3 {    // velocity of a disk or a vertex beside the affine flow, or force and torque on it
+/* The velocity of a disk or a vertex beside the affine flow, or the force and the torque on it. */
+struct Vec3 {
   double x = 0.0, y = 0.0, spin = 0.0;
 
+  jamlab::Vector xy() const { return {x, y}; }
   Vec3 operator+(const Vec3 &o) const { return {x + o.x, y + o.y, spin + o.spin}; }
   Vec3 operator-(const Vec3 &o) const { return {x - o.x, y - o.y, spin - o.spin}; }
+  Vec3 &operator+=(const Vec3 &o) { return *this = *this + o; }
 };
-inline Vec3 operator*(double factor, const Vec3 &v) { return {factor * v.x, factor * v.y, factor * v.spin}; }
+inline Vec3 operator*(double c, const Vec3 &v) { return {c * v.x, c * v.y, c * v.spin}; }
 inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }
 
 using Field = std::vector<Vec3>;    // of owned atoms, then of ghosts
 
-// of the first n atoms, as plain numbers, on which compilers know how to work side by side
+// two numbers side by side, such as x and y, on which processors work at once
+using Double2 = double __attribute__((vector_size(16), aligned(8), may_alias));
+inline Double2 &double2(double &first) { return reinterpret_cast<Double2 &>(first); }
+inline Double2 double2(const double &first) { return reinterpret_cast<const Double2 &>(first); }
+
+struct WideVec3 {    // as a row holds it while it works
+  Double2 xy;
+  double spin;
+};
+
+// as plain numbers, which compilers vectorise
+inline double *numbers(Field &field) { return reinterpret_cast<double *>(field.data()); }
+inline const double *numbers(const Field &field) { return numbers(const_cast<Field &>(field)); }
+
+// over the first n atoms, as field_dot
 inline void field_add(Field &to, double factor, const Field &from, int n)
 {
-  double *const __restrict t = reinterpret_cast<double *>(to.data());
-  const double *const __restrict f = reinterpret_cast<const double *>(from.data());
+  double *const __restrict t = numbers(to);
+  const double *const __restrict f = numbers(from);
   for (int k = 0; k < 3 * n; k++) t[k] += factor * f[k];
 }
 
-double field_dot(const Field &a, const Field &b, int n);    // of the first n atoms
+double field_dot(const Field &a, const Field &b, int n);
 
-/* The slip at a contact is linear in the velocities u of its sites, which move with coefficients c and
-   turn with arms r about them:
+/* A row of J in the drag matrix B = J^T W J + background, where W holds a weight of each contact.
+   The slip at a contact is linear in the velocities u of its sites, which count with coefficients c
+   and turn with arms r:
 
      approach = n . sum c u,   slide = t . sum c u - sum r spin,   t = (-n_y, n_x)
 
-   so a row of J in the drag matrix B = J^T W J + background, where W holds a weight for each. */
-struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes: products stream through all rows
-  static constexpr int SITES = 2, D = 3;    // D: degrees of freedom of a disk
+   The row of two disks: j moves past i, and n points from i to j. Products stream through all rows,
+   which therefore have 40 bytes. */
+struct DiskRow {
+  static constexpr int SITES = 2, D = 3;    // D counts the degrees of freedom of a disk.
   int i, j;
   double nx, ny, arm_i, arm_j;
 
@@ -43,8 +64,10 @@ struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes: products str
   double arm(int a) const { return a ? arm_j : arm_i; }
 };
 
-struct DropletRow {    // a vertex past the point (1 - t) tail + t head of an edge, n towards the vertex
-  static constexpr int SITES = 3, D = 2;    // the spin of an outline follows from its vertices
+/* The row of two droplets: a vertex moves past the point (1 - t) tail + t head of an edge, and n
+   points to the vertex. The spin of an outline follows from its vertices. */
+struct DropletRow {
+  static constexpr int SITES = 3, D = 2;
   int vertex, tail, head;
   double t, nx, ny, half_distance;
 
@@ -53,7 +76,7 @@ struct DropletRow {    // a vertex past the point (1 - t) tail + t head of an ed
   double arm(int a) const { return half_distance * (a == 0 ? 1.0 : a == 1 ? 1.0 - t : t); }
 };
 
-/* What approach and slide depend on at one site: as a part of the row, by degrees of freedom. */
+/* The part of a row that belongs to one site, by the degrees of freedom of this site. */
 template <int D> struct RowPart {
   int site;
   std::array<double, D> approach, slide;
@@ -63,37 +86,36 @@ struct Slip {
   double approach, slide;
 };
 
-// x, y of sum c u, with an affine flow: rate times n_y times the distance of the two; sum r spin
-template <class Row> inline Vec3 passing(const Row &row, const Vec3 *u, double affine)
+// sum c u and sum r spin; affine: what the affine flow adds, the rate times n_y times the distance
+template <class Row> WideVec3 relative_velocity(const Row &row, const Vec3 *u, double affine)
 {
-  Vec3 sum = {affine, 0.0, 0.0};
+  WideVec3 sum = {{affine, 0.0}, 0.0};
   for (int a = 0; a < Row::SITES; a++) {
     const Vec3 &v = u[row.site(a)];
-    sum.x += row.coefficient(a) * v.x;
-    sum.y += row.coefficient(a) * v.y;
+    sum.xy += row.coefficient(a) * double2(v.x);
     sum.spin += row.arm(a) * v.spin;
   }
   return sum;
 }
 
-template <class Row> inline Slip slip_of(const Row &row, const Vec3 &v)
+template <class Row> inline Slip slip_of(const Row &row, const WideVec3 &v)
 {
-  return {v.x * row.nx + v.y * row.ny, v.y * row.nx - v.x * row.ny - v.spin};
+  return {v.xy[0] * row.nx + v.xy[1] * row.ny, v.xy[1] * row.nx - v.xy[0] * row.ny - v.spin};
 }
 
-// of forces against approach and slide; spin: that against the slide, to be multiplied by arms
-template <class Row> inline Vec3 force_of(const Row &row, double push, double rub)
+// The force of a push against the approach and of a rub against the slide, whose arms turn disks
+template <class Row> inline WideVec3 force_of(const Row &row, double push, double rub)
 {
-  return {push * row.nx - rub * row.ny, push * row.ny + rub * row.nx, rub};
+  const Double2 xy = {push * row.nx - rub * row.ny, push * row.ny + rub * row.nx};
+  return {xy, rub};
 }
 
-// J^T of them
-template <class Row> inline void add_forces(const Row &row, const Vec3 &force, Vec3 *out)
+// out += J^T force
+template <class Row> inline void add_forces(const Row &row, const WideVec3 &force, Vec3 *out)
 {
   for (int a = 0; a < Row::SITES; a++) {
     Vec3 &f = out[row.site(a)];
-    f.x += row.coefficient(a) * force.x;
-    f.y += row.coefficient(a) * force.y;
+    double2(f.x) += row.coefficient(a) * force.xy;
     f.spin -= row.arm(a) * force.spin;
   }
 }
