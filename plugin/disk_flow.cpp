@@ -223,8 +223,9 @@ double DiskFlow::try_stages(double step)
     const Stage &last = stages[s - 1];
     const double time = NODES[s] * step;
     for (int i = 0; i < nall; i++) displacement[i] = time * last.velocities[i];
-    state.time = initial.time + time;
+    state.time = initial.time;
     const double strain = settings.free_rate() ? time * last.rate : given_strain(time);
+    state.time += time;
     drag->displace(displacement, strain);
     for (int i = 0; i < atom->nlocal; i++) {    // along lines through the last step, two stages
       const Vec3 change = s == 1 ? step * acceleration[i] : u[i] - stages[0].velocities[i];

@@ -58,12 +58,13 @@ def test_little_background_drag_takes_few_iterations(tmp_path, packing, newton):
     assert row["dissipation"] * state.area == pytest.approx(dissipated, rel=1e-6)
 
 
-def test_work_is_stored_or_dissipated_and_errors_fall_as_the_cube_of_the_step(tmp_path, packing):
+@pytest.mark.parametrize("drive", ["rate 1e-5", "oscillate 1e-5 1"])
+def test_work_is_stored_or_dissipated_and_errors_fall_as_the_cube_of_the_step(tmp_path, packing, drive):
     """Up to a strain at which no contact has changed: there the flow is smooth."""
 
     def end(longest):
         settings = f"tolerance 0.1 solver 1e-10 longest {longest} stop 2"
-        with Flow(tmp_path, packing, f"rate 1e-5 {settings}") as flow:
+        with Flow(tmp_path, packing, f"{drive} {settings}") as flow:
             start, row = flow.run(0), flow.run()
         assert row["contacts"] == start["contacts"]
         stored = row["energy"] - start["energy"]
