@@ -15,7 +15,6 @@ from studies.ensemble_tables import PACKINGS, STABILIZED, EnsembleTables
 from studies.ensembles import Ensemble, Sample, average, log_places, mean_over_packings
 from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 from studies.papers.boromand.conventions import (
-    COMPRESSED,
     FRACTIONS,
     HIGHEST,
     LARGEST,
@@ -23,6 +22,7 @@ from studies.papers.boromand.conventions import (
     MIDDLES,
     NEAR,
     SERIES,
+    SIZES,
     SUBTRACTED,
     Curve,
     at,
@@ -36,7 +36,7 @@ from studies.papers.forest import forest
 from studies.papers.statements import caption, paper
 from studies.papers.verdicts import compare
 
-SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
+SHOWN = (SIZES[0], SIZES[-1])  # N of fig 5
 G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
 SMALL: dict[str, Any] = {"loc": "upper right", "ncols": 2, "fontsize": 7}  # letters of a legend of many lines
 AVERAGED = "mean over all packings, box of fixed shape"
@@ -69,8 +69,8 @@ def ratio(over: Curve, under: Curve, d_rho: float, taken: float = 0.0) -> float:
 
 def beside_eq_13(tables: EnsembleTables) -> Sample:
     """Take z - 3.97 of the largest disk packings over the distance from onset, and rho at onset."""
-    taken = curve(tables, "sp", LARGEST["sp"], "d_rho", "z", "EVERY")
-    onset = float(tables.at_onset("sp", LARGEST["sp"])["rho"].mean())
+    taken = curve(tables, "sp", LARGEST, "d_rho", "z", "EVERY")
+    onset = float(tables.at_onset("sp", LARGEST)["rho"].mean())
     return Sample(taken.groups, lambda drawn: (*taken.reduce(drawn), onset))
 
 
@@ -105,20 +105,20 @@ def power_of_contacts(z: Array, g: Array, low: float = -np.inf, high: float = np
 def size_exponent(*drawn: Curve, high: float = HIGHEST["d_phi"], first: int = 0) -> float:
     """Fit a of the crossover dphi* ~ N^-a by the collapse of sizes."""
     family = [(x[kept], y[kept]) for x, y in drawn[first:] for kept in [(y > 0) & (x < high)]]
-    n = np.array(COMPRESSED["sp"][first:], dtype=float)
+    n = np.array(SIZES[first:], dtype=float)
     return fit_scaling_exponents(n, [family], b=1.0, start=(2.0, 1.0)).a
 
 
 def crossover(*drawn: Curve, contacts: float = 2.0) -> float:
     """Fit how the distance at which packings have gained two contacts goes with N."""
-    places = []
-    for n, (x, y) in zip(COMPRESSED["dp"], drawn, strict=True):
+    places, sizes = [], SIZES[: len(drawn)]
+    for n, (x, y) in zip(sizes, drawn, strict=True):
         more = np.flatnonzero(0.5 * n * y >= contacts)
         if not len(more) or not more[0]:
             return float("nan")
         k = slice(more[0] - 1, more[0] + 1)
         places.append(float(np.exp(np.interp(contacts, 0.5 * n * y[k], np.log(x[k])))))
-    return -float(np.polyfit(np.log(COMPRESSED["dp"]), np.log(places), 1)[0])
+    return -float(np.polyfit(np.log(sizes), np.log(places), 1)[0])
 
 
 # tables 1 and 2 -------------------------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             colour = GREEN if x == "phi" else MODEL_STYLE[model]["color"]
             look: dict[str, Any] = {"color": colour, "linestyle": "none"}
             look["fillstyle"] = "full" if x == "phi" else "none"
-            for n, marker in zip(SHOWN[model], "vo" if model == "sp" else "Dp", strict=True):
+            for n, marker in zip(SHOWN, "vo" if model == "sp" else "Dp", strict=True):
                 e = tables.curve(model, n, x, column, FRACTIONS)  # bands of the small ones would cover all others
                 out.curve(axes, f"{series}, N = {n}", *(e.mean if n < 64 else e.band), marker=marker, **look)
             onset = paper({"SP(φ)": "BT-phiJ-sp", "SP(ρ)": "BT-rhoJ-sp", "DP(ρ)": "BT-rhoJ-dp"}[series])
@@ -169,7 +169,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             text = f"paper: tables 1 (a), 2 (b), {series}"
             out.curve(axes, text, onset + d, fit, linestyle="--", color=colour, linewidth=1.4)
         axes.axvline(paper("B5-z-parts"), color="#777777", linestyle="-.", linewidth=0.9)
-    for n, width in zip(SHOWN["sp"], (1.0, 2.0), strict=True):
+    for n, width in zip(SHOWN, (1.0, 2.0), strict=True):
         for packings, e in stable_curves(tables, n, "phi", FRACTIONS):
             look = {"linestyle": ":" if packings != STABILIZED else "-", "linewidth": width, "color": BLACK}
             text = f"SP(φ), N = {n}, {packings}"
@@ -248,7 +248,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     """Draw G of disks by which packings are averaged, over the root of the distance."""
     scale(axes, y="linear")
     places = log_places(LOWEST["sp"], HIGHEST["d_phi"], 6)
-    for n in SHOWN["sp"]:
+    for n in SHOWN:
         every = [("all", tables.curve("sp", n, "d_phi", "g", places)), *stable_curves(tables, n, "d_phi", places)]
         for packings, e in every:
             look = size_style(n) | {"linestyle": dict(zip(PACKINGS, (":", "--", "-"), strict=True))[packings]}
@@ -265,7 +265,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
 def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     """Draw z - z_J of droplets by both counts of contacts, and z - z_J of disks."""
     scale(axes)
-    n = SHOWN["dp"][0]
+    n = SHOWN[0]
     for series, model, column, colour, fill in (
         ("DP, all contacts", "dp", "d_z", RED, "full"),
         ("DP, without stops", "dp", "d_z_strong", RED, "none"),

@@ -18,8 +18,7 @@ Curve = tuple[Array, Array]  # means of x and y (places,)
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
-COMPRESSED = {"sp": SIZES, "dp": SIZES[:3]}  # sizes of which twenty packings and more are followed beyond onset
-LARGEST = {model: n[-1] for model, n in COMPRESSED.items()}
+LARGEST = SIZES[-1]
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
@@ -97,7 +96,7 @@ def evenly(
     """Take z - z_J or G of one size, the largest unless told, at even places, or at even ones in logarithms `beyond` a
     distance; G along x by the ratio of means of packings with both."""
     model, by = SERIES[series]
-    n = n or LARGEST[model]
+    n = n or LARGEST
     places = log_places(beyond, HIGHEST[by], per_decade) if per_decade else even_places(model, by)
     e = tables.curve(model, n, by, column, places, packings)
     if column == "z":
@@ -125,7 +124,7 @@ def draw_sizes(
 ) -> None:
     """Draw the mean curves of a model near onset, or near confluence, one a size; with a power over x N^power, and
     times N."""
-    for n in COMPRESSED[model]:
+    for n in SIZES:
         at, band = tables.curve(model, n, x, y, NEAR if x.startswith("d_") else BELOW).band
         over, times = (n**power, n) if power else (1, 1)
         out.curve(axes, f"N = {n}", at * over, scaled(band, times), **{"linestyle": "none"} | size_style(n) | look)

@@ -11,7 +11,6 @@ from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, bootstrap, groups_by, limit_of_sizes, mean_over_packings, sizes
 from studies.panels import PAPER, Drawing, TextTable, drawing, label, model_style, scale, size_style
 from studies.papers.boromand.conventions import (
-    COMPRESSED,
     FRACTIONS,
     LEFT,
     ONSET,
@@ -52,13 +51,13 @@ def first_full(tables: EnsembleTables, model: str) -> pd.DataFrame:
 
 def left_at_confluence(tables: EnsembleTables) -> Sample:
     """Take 1 - rho* of droplets, a group a size."""
-    return Sample([1 - rho for rho in groups_by(first_full(tables, "dp"), "n", "rho", COMPRESSED["dp"])])
+    return Sample([1 - rho for rho in groups_by(first_full(tables, "dp"), "n", "rho", SIZES)])
 
 
 def limit_of_confluence(groups: list[Any], without: int = -1) -> float:
     """Extend 1 - rho* linearly in 1/N to large packings."""
     kept = [k for k in range(len(groups)) if k != without]
-    return limit_of_sizes([COMPRESSED["dp"][k] for k in kept], [groups[k] for k in kept])
+    return limit_of_sizes([SIZES[k] for k in kept], [groups[k] for k in kept])
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:
@@ -70,7 +69,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         draw_sizes(out, plain, tables, model, **BY_SIZE)
         draw_sizes(out, times_n, tables, model, power=1, **BY_SIZE)
         rows = states[states["model"] == model]
-        for n in COMPRESSED[model]:
+        for n in SIZES:
             seeds = [part.loc[part["n"] == n, "seed"].nunique() for part in (rows[rows["missing"].notna()], rows)]
             reached.append(f"{seeds[0]} of {seeds[1]} {model.upper()} of N = {n}")
         if model == "sp":
