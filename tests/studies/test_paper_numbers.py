@@ -36,7 +36,7 @@ VARIANTS = "factor=2; factor=3; twice=2"
         *(("B8-A3-dense-dp", 4.87, 1e-9), ("B10-theta-sp", 0.55, 1e-6), ("B10-onset-dp", 0.842, 1e-6)),
         *(("B11-kappa", 0.75, 1e-3), ("B11-overlap", 1.5, 1e-3), ("B11-energy", 0.5, 1e-3)),
         *(("B11-omega-small-sp", 2 / 3, 1e-3), ("B11-omega-small-dp", 1.0, 1e-3), ("BT-z0-sp-phi", 3.7, 0.07)),
-        *(("BT-G0-sp-phi", 0.42, 0.005), ("BT-z0-dp", 3.3, 0.12), ("BT-z1-dp", 7.1, 0.3), ("BT-G1-dp", 1.7, 0.02)),
+        *(("BT-G0-sp-phi", 0.42, 0.005), ("BT-z0-dp", 3.3, 0.05), ("BT-z1-dp", 7.1, 0.1), ("BT-G1-dp", 1.7, 0.02)),
         *(("T3-mu", 0.5, 0.02), ("T3-lambda", 1.0, 0.05), ("T4-beta-star", 1.0, 1e-6), ("T5-approach", 0.25, 0.01)),
         *(("T5-sliding-stressed", -0.25, 0.01), ("T5-mean-sliding", 0.0, 1e-9), ("T5-rms-sliding", -0.25, 0.01)),
         *(("T6-lambda", 1.0, 0.02), ("T7-length-stokes", 0.25, 0.01), ("T7-length-decades", 1.0, 0.05)),

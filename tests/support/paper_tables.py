@@ -8,17 +8,18 @@ import pandas as pd
 from studies.ensemble_tables import stabilized_disks
 
 SEEDS = range(1, 6)
-SIZES = {"sp": (32, 64, 128, 256), "dp": (32, 64, 128)}
+SIZES = (32, 64, 128, 256)
 DISTANCES = np.concatenate([[0.0], np.geomspace(1e-6, 1e-2, 21), np.arange(0.02, 0.43, 0.01)])
 OMEGA = np.geomspace(1e-8, 1e3, 34)
 PRESSURES = (1e-2, 1e-3, 1e-4, 3.16e-6)
 
 
 def states(model="sp", sizes=None, z0=3.7, c=1.0):
-    """SP: eq 11, C = 1, and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: table 1 and 2 in drho, areas kept."""
+    """SP: eq 11, C = 1, and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: tables 1 and 2 in drho, z from 3.97 on at
+    any N, areas kept."""
     rng = np.random.default_rng(1)
     rows = []
-    for n, seed in product(sizes or SIZES[model], SEEDS):
+    for n, seed in product(sizes or SIZES, SEEDS):
         onset = 0.842 - 0.2 * n**-0.7 + 0.02 * n**-0.55 * rng.normal()
         z_j = 4 - 2 / n
         tilt = 1 + 0.01 * rng.normal()
@@ -33,7 +34,7 @@ def states(model="sp", sizes=None, z0=3.7, c=1.0):
                 x = d * 0.36
                 rho, phi = onset + x, onset + x
                 shape, energy = 1.02 + tilt * x**1.0, 7.0 * n
-                z, g = z_j + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
+                z, g = 3.97 + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
             place = {"ensemble": "fixed-box", "state": state, "onset": onset, "onset_phi": onset}
             found = {"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g}
             rows.append({**who, **place, **found, "pressure": 0.3 * x, "energy": energy, "shape": shape})
@@ -53,7 +54,8 @@ def onset():
             more = int(seed % max(n // 16, 2) > 0)
             jammed = 0.842 - 0.2 * n**-0.7 + 0.02 * (32 / n) ** 0.55 * s
             who = {"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed}
-            found = {"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n}
+            z_j = 4 - 2 / n if model == "sp" else 3.97
+            found = {"phi_J": jammed, "z_J": z_j, "rattlers": 0, "converged": True, "load_bearing": n}
             counts = {"pairs": 2 * n, "site_contacts": 3 * n - 1 - n // 4 + more, "self_stresses": 1 + more}
             rows.append({**who, "ensemble": "fixed-box", **found, **counts, "free_motions": n // 4})
     return pd.DataFrame(rows)
