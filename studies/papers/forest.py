@@ -142,7 +142,7 @@ def overview(comparisons: Sequence[Comparison]) -> Drawing:
     axes.set_xlim(-1.05 * SPAN, 1.05 * SPAN)
     axes.set_ylim(0.6 - len(groups), 0.6)
     axes.set_xlabel("(ours − paper) / scale; at the ends: beyond", fontsize=12)
-    axes.set_title("agree within 30 %", fontsize=11, loc="right")
+    axes.set_title("agree, or compatible", fontsize=11, loc="right")
     axes.grid(axis="x", alpha=0.25)
     out.figure.legend(handles=_verdicts(), loc="outside lower center", ncols=4, fontsize=11, frameon=False)
     return out

@@ -74,9 +74,13 @@ class Statement:
 
     @property
     def text(self) -> str:
-        """Write the paper's value."""
+        """Write the paper's value, and half its last digit or the error that it prints."""
+        return self.text_with(self.margin)
+
+    def text_with(self, error: float) -> str:
+        """Write the paper's value with an error."""
         sign = "" if self.relation == "=" else f"{self.relation} "
-        return f"{sign}{self.value:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
+        return f"{sign}{self.value:.4g}" + (f" ± {error:.2g}" if error else "")
 
 
 @cache

@@ -54,9 +54,9 @@ class Verdict(StrEnum):
 
 
 SAID = {  # of how many numbers, in one sentence
-    Verdict.AGREES: "agree within 10 %",
-    Verdict.SMALL: "differ significantly but within 10 %",
-    Verdict.WEAK: "are compatible within 30 %",
+    Verdict.AGREES: "agree within 10 % or half a last digit",
+    Verdict.SMALL: "differ significantly but within that",
+    Verdict.WEAK: "are compatible within three times that",
     Verdict.UNRESOLVED: "are not resolved",
     Verdict.TENSION: "are in tension",
     Verdict.DIFFERS: "differ",
@@ -140,7 +140,7 @@ class Comparison:
         """Write one line for the terminal and the summary."""
         s = self.statement
         known = f"; pull {self.pull:+.1f}, known to {self.resolution:.2g}" if self.measured.known else ""
-        return f"{s.figure}: {with_symbols(s.quantity)} | {self.text} for {s.text}{known} | {self.said}"
+        return f"{s.figure}: {with_symbols(s.quantity)} | {self.text} for {s.text_with(self.paper)}{known} | {self.said}"
 
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""

@@ -213,7 +213,7 @@ def told(given):
     )
     length = lengths(pages.draw("baumgarten-7", given).table)
     yield f"from {length[0]:.1f} to {length[-1]:.1f} d"
-    yield f"an exponent of −{-number('T7-logarithm', given):.2f}(7)"
+    yield f"an exponent of −{-number('T7-logarithm', given):.2f} ± 0.07 ± 0.13"
     for late in list(zip(*late_onset(given).rows, strict=True))[1:]:
         yield f"| {' | '.join(late)} |"
     rho, cube = void_sums(given, "dp", False)
@@ -222,7 +222,8 @@ def told(given):
     yield f"Ours have {onset:.2f} at onset, {dense:.1f} at ρ = 0.90, {denser:.1f} at 0.94 and {last:.1f} at 0.985"
     yield f"P₃ reaches {shares(cube, 3)[np.isclose(rho, 0.975)].item():.3f} at 0.975"
     laws = select(given.droplet_laws, n=64).dropna(subset="void_090").groupby(["delta", "eps", "nv_small"])
-    means = laws[["void_098", "rho_star", "z_010"]].mean()[laws["seed"].count() > 1].agg(["min", "max"])
+    of = ["void_098", "rho_star", "z_010"]
+    means = laws[of].mean()[laws[of].count() > 1].agg(["min", "max"])  # one packing is no mean
     yield f"Under {(laws.size() > 1).sum()} sets"
     yield "A at 0.98 is {:.1f} to {:.1f}, and".format(*means["void_098"])
     yield "lowers ρ\\*, {1:.3f} to {0:.3f}".format(*means["rho_star"])

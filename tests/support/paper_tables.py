@@ -15,8 +15,8 @@ PRESSURES = (1e-2, 1e-3, 1e-4, 3.16e-6)
 
 
 def states(model="sp", sizes=None, z0=3.7, c=1.0):
-    """SP: eq 11, C = 1, and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: tables 1 and 2 in drho, z from 3.97 on at
-    any N, areas kept."""
+    """SP: eq 11, C = 1, and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: tables 1 and 2 in drho, z from 3.97 on
+    at any N, areas kept."""
     rng = np.random.default_rng(1)
     rows = []
     for n, seed in product(sizes or SIZES, SEEDS):
