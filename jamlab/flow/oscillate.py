@@ -119,7 +119,7 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
     return np.asarray(found[:HARMONICS] + 1j * found[HARMONICS : 2 * HARMONICS])
 
 
-OSCILLATION_DEFINITION = 1  # version, see jamlab.campaign.tasks
+OSCILLATION_DEFINITION = 2  # version, see jamlab.campaign.tasks
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 MOST_CYCLES, MOST_POINTS = 10_000, 100_000
 LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow

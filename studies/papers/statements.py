@@ -74,13 +74,13 @@ class Statement:
 
     @property
     def text(self) -> str:
-        """Write the paper's value, and half its last digit or the error that it prints."""
+        """Write the paper's value, with half its last digit or the error that it prints."""
         return self.text_with(self.margin)
 
     def text_with(self, error: float) -> str:
         """Write the paper's value with an error."""
         sign = "" if self.relation == "=" else f"{self.relation} "
-        return f"{sign}{self.value:.4g}" + (f" ± {error:.2g}" if error else "")
+        return f"{sign}{self.value:.4g}{f' ± {error:.2g}' if error else ''}"
 
 
 @cache

@@ -139,8 +139,9 @@ class Comparison:
     def line(self) -> str:
         """Write one line for the terminal and the summary."""
         s = self.statement
+        both = f"{self.text} for {s.text_with(self.paper)}"
         known = f"; pull {self.pull:+.1f}, known to {self.resolution:.2g}" if self.measured.known else ""
-        return f"{s.figure}: {with_symbols(s.quantity)} | {self.text} for {s.text_with(self.paper)}{known} | {self.said}"
+        return f"{s.figure}: {with_symbols(s.quantity)} | {both}{known} | {self.said}"
 
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""

@@ -17,7 +17,6 @@ from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_s
 from studies.papers.boromand.conventions import (
     FRACTIONS,
     HIGHEST,
-    LARGEST,
     LOWEST,
     MIDDLES,
     NEAR,
@@ -69,8 +68,8 @@ def ratio(over: Curve, under: Curve, d_rho: float, taken: float = 0.0) -> float:
 
 def beside_eq_13(tables: EnsembleTables) -> Sample:
     """Take z - 3.97 of the largest disk packings over the distance from onset, and rho at onset."""
-    taken = curve(tables, "sp", LARGEST, "d_rho", "z", "EVERY")
-    onset = float(tables.at_onset("sp", LARGEST)["rho"].mean())
+    taken = curve(tables, "sp", SIZES[-1], "d_rho", "z", "EVERY")
+    onset = float(tables.at_onset("sp", SIZES[-1])["rho"].mean())
     return Sample(taken.groups, lambda drawn: (*taken.reduce(drawn), onset))
 
 

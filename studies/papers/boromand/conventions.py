@@ -18,7 +18,6 @@ Curve = tuple[Array, Array]  # means of x and y (places,)
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
-LARGEST = SIZES[-1]
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
@@ -96,7 +95,7 @@ def evenly(
     """Take z - z_J or G of one size, the largest unless told, at even places, or at even ones in logarithms `beyond` a
     distance; G along x by the ratio of means of packings with both."""
     model, by = SERIES[series]
-    n = n or LARGEST
+    n = n or SIZES[-1]
     places = log_places(beyond, HIGHEST[by], per_decade) if per_decade else even_places(model, by)
     e = tables.curve(model, n, by, column, places, packings)
     if column == "z":
