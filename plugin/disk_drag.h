@@ -22,8 +22,8 @@ namespace LAMMPS_NS {
    have to resolve it as long as any pair rubs: of 16 to 256 disks, a layer of 1e-4 diameters takes
    1.2 to 20 times the steps, one of 1e-2 diameters 2 to 12 times, and lowers the largest stress by
    up to 44 % (docs/explanation/drag.md); without background drag the flow comes to a stop, since
-   the layer alone holds loose disks. marginal_contacts.cpp finds whether each marginal pair is open,
-   closed or rubbing.
+   the layer alone holds loose disks. marginal_contacts.cpp finds whether each marginal pair is
+   open, closed or rubbing.
 
    The preconditioner is the block of each disk in B, or, where conjugate gradients take long with
    it, the Cholesky factor of B, of what each rank owns: contacts hardly resist some motions of many
