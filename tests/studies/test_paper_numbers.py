@@ -21,7 +21,7 @@ from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence, same_distribution
 from studies.papers.boromand.voids import beyond, shares, triangle_shape, void_sums
 from studies.papers.statements import NOT_COUNTED, Measured, analyse, explanations, find, measure, paper, statements
-from studies.papers.verdicts import NORMAL
+from studies.papers.verdicts import NORMAL, compare
 from studies.reference_data import open_tables
 
 ROOT = Path(__file__).parents[2]
@@ -208,12 +208,15 @@ def told(given):
     small, large, most = (bound.filter(like=name, axis=0).to_numpy()[0] for name in ("512", "32768", "bound"))
     yield f"from {most[0]:.2f} at p = 10⁻² to {most[1]:.3f}"
     yield f"{small[0]:.2f} and {large[1]:.3f}, with an exponent of {number('T5-mean-approach', given):.2f}"
+    stressed = given.quasistatic.query("prestress == 1").groupby("pressure")["mean_approach"].mean().dropna()
+    yield f"our mean falls from {stressed.iloc[-1]:.2f} to {stressed.iloc[0]:.3f}"
     yield "go as $p^{{{:.2f}}}$ and $p^{{{:.2f}}}$".format(
         *(number(f"T5-rms-{k}", given) for k in ("approach", "sliding"))
     )
     length = lengths(pages.draw("baumgarten-7", given).table)
     yield f"from {length[0]:.1f} to {length[-1]:.1f} d"
-    yield f"an exponent of −{-number('T7-logarithm', given):.2f} ± 0.07 ± 0.13"
+    [found] = [c for c in compare("baumgarten-7", given) if c.statement.id == "T7-logarithm"]
+    yield f"an exponent of −{-found.measured.value:.2f} ± {found.statistical:.2f} ± {found.systematic:.2f}"
     for late in list(zip(*late_onset(given).rows, strict=True))[1:]:
         yield f"| {' | '.join(late)} |"
     rho, cube = void_sums(given, "dp", False)
