@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from jamlab.arrays import ArrayLike
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observable import Columns
 from jamlab.campaign.observables import OBSERVABLES, TABLES

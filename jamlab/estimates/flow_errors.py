@@ -112,7 +112,8 @@ class FlowErrors:
         given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
         if (d := packing.diameters) is not None:
             given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
-            given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
+            width = (_RATIO - 1) / (_RATIO + 1)
+            given += [("width of the diameters", d.std() / d.mean(), width, width)]
         given += [("particles", packing.n, measured["n"], np.inf)]
         given += [("pressure over stiffness", mean_overlap(packing), *measured["pressure"])]
         given += [("beta", flow.beta, 1.0, 1.0)]

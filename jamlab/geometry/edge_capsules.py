@@ -149,7 +149,8 @@ def cut_arcs(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indice
     x, across = -(r * v).sum(axis=1), -cross(v, r)
     beyond = x - np.clip(x, 0.0, length)
     meets = np.hypot(beyond, across) < 2 * w
-    i, v, length, x, across, beyond = (values[meets] for values in (i, v, length, x, across, beyond))
+    i, v, length = i[meets], v[meets], length[meets]
+    x, across, beyond = x[meets], across[meets], beyond[meets]
     y, side, first = np.abs(across), np.where(across >= 0, 1.0, -1.0), edges.normal[edges.before[i]]
     down, ends = side[:, None] * np.column_stack([v[:, 1], -v[:, 0]]), []
     for sign in (-side, side):

@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy import ndimage
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image

@@ -19,9 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers

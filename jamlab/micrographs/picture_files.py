@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from PIL import Image
 
-from jamlab.arrays import Array, Mask
+from jamlab.arrays import Array, ArrayLike, Mask
 from jamlab.errors import InputError
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each

@@ -11,9 +11,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError
 from jamlab.geometry.contact_network import ContactForces, per_length

@@ -15,9 +15,8 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.packing import KNOWN, Packing

@@ -152,7 +152,7 @@ class Packing:
     params: dict[str, Any]
     units: str = "eps"
     diameters: Array | None = None
-    offsets: NDArray[np.int64] | None = None
+    offsets: Indices | None = None
     onset: float | None = None
     ensemble: str = "fixed-box"
     max_force: float | None = None
@@ -162,7 +162,7 @@ class Packing:
     on_rattlers: bool = False
     on_target: bool = True
     rounding: float = 0.0
-    fixed: NDArray[np.bool_] | None = None
+    fixed: Mask | None = None
     walls: bool = False
     _derived: Derived = field(init=False, repr=False)
 
@@ -233,7 +233,7 @@ class Packing:
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _check_fixed(self) -> NDArray[np.bool_] | None:
+    def _check_fixed(self) -> Mask | None:
         """The mask as kept, None if it fixes nothing."""
         mask = None if self.fixed is None else np.array(self.fixed)
         if mask is not None and (mask.dtype != bool or mask.shape != (self.n,)):
@@ -291,18 +291,18 @@ class Packing:
 
     @property
     @per_packing
-    def particle(self) -> NDArray[np.int64]:
+    def particle(self) -> Indices:
         """(len(positions),) particle that each position belongs to."""
         return self.kind.particle(self)
 
     @property
-    def fixed_particles(self) -> NDArray[np.bool_]:
+    def fixed_particles(self) -> Mask:
         """(n,) which particles are fixed."""
         return np.zeros(self.n, dtype=bool) if self.fixed is None else self.fixed
 
     @property
     @per_packing
-    def flat_walls(self) -> NDArray[np.bool_]:
+    def flat_walls(self) -> Mask:
         """(n,) which particles are flat walls: fixed lines along x, as particles of one site and of size 0."""
         return np.asarray(self.kind.sizes(self) == 0)
 
@@ -323,7 +323,7 @@ class Packing:
 
     @property
     @per_packing
-    def fixed_sites(self) -> NDArray[np.bool_]:
+    def fixed_sites(self) -> Mask:
         """(len(positions),) whether each position belongs to a fixed particle."""
         return np.asarray(self.fixed_particles[self.particle])
 
@@ -341,7 +341,7 @@ class Packing:
 
     @property
     @per_packing
-    def successor(self) -> NDArray[np.int64]:
+    def successor(self) -> Indices:
         """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
         offsets = self.polygon_offsets
         following = np.arange(1, offsets[-1] + 1)
@@ -415,7 +415,7 @@ class Packing:
         return changes if _STATE.isdisjoint(changes) else {**MINIMUM, **changes}
 
     @checked
-    def select(self, particles: NDArray[np.bool_]) -> Packing:
+    def select(self, particles: Mask) -> Packing:
         """Keep some of the particles. Fewer have another phi, so their packing has no onset.
 
         Args:
@@ -486,7 +486,7 @@ class Packing:
         return self.diameters
 
     @property
-    def polygon_offsets(self) -> NDArray[np.int64]:
+    def polygon_offsets(self) -> Indices:
         """DP (n + 1,): offsets, for what is of polygons alone."""
         if self.offsets is None:
             raise InputError("a packing of disks (model sp) has no polygons: use one of droplets")

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.hdf5 import write_sweep

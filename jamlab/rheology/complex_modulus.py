@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array, Complex
+from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import check_choice, checked, finite_array
 from jamlab.errors import ConvergenceError, InputError, JamlabWarning, Renamed
 from jamlab.mechanics.force_network import force_network

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq, root_scalar
 from scipy.special import gamma
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.packing.natural_units import stiffness_scale

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtrit
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike, Mask
 from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
 
@@ -124,7 +123,7 @@ def bootstrap(
     return Interval(value, ends[0], ends[1])
 
 
-def _by_one_packing(arrays: list[Array], statistic: Callable[[list[Array]], ArrayLike], value: Array) -> Array:
+def _by_one_packing(arrays: list[Array], statistic: Callable[[list[Array]], ArrayLike], value: Array) -> Mask:
     """Entries of a statistic that change with a group of one packing, which every resample repeats."""
     if all(len(a) > 1 for a in arrays):
         return np.zeros(value.shape, dtype=bool)

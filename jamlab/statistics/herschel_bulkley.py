@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import curve_fit
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line

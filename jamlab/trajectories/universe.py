@@ -14,9 +14,9 @@ import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from MDAnalysis.exceptions import NoDataError
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import measure

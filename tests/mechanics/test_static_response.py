@@ -20,7 +20,7 @@ SIZES = (12, 500)  # coordinates: all eigenvalues at once, and a few by iteratio
 def _with_eigenvalues(values):
     """A matrix of known eigenvalues, and its eigenvectors, in pairs of coordinates that are turned by an angle."""
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
-    vectors = sparse.block_diag([turn] * (len(values) // 2), format="csc")
+    vectors = sparse.block_diag([sparse.csc_array(turn)] * (len(values) // 2), format="csc")
     return (vectors @ sparse.diags_array(values) @ vectors.T).tocsc(), vectors.toarray()
 
 

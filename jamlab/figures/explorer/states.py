@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors

@@ -14,9 +14,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, select_autoescape
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
-from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
