@@ -176,7 +176,7 @@ def check_setting(path: Path, name: str, text: str) -> None:
 
 def _own(known: Mapping[str, str]) -> list[str]:
     """Variables that `jamlab deck` does not set itself."""
-    return sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
+    return sorted(known.keys() - {"dir", "model", "quote", "table", "section", "strict"})
 
 
 _INTERVAL = re.compile(r"([\[(])(\S+), (\S+)\] ?(even|whole)?")

