@@ -3,12 +3,17 @@
 import functools
 import importlib
 import inspect
+import pkgutil
+import typing
+from typing import Annotated, Protocol, TypeVar
 
 import numpy as np
 import pytest
 from campaigns import written
+from numpy import typing as npt
 
 import jamlab
+from jamlab import arrays, checks
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
@@ -43,6 +48,80 @@ def required(random_disks, tmp_path_factory):
 def test_every_public_function_is_checked():
     assert len(FUNCTIONS) > 40
     assert not [name for name in FUNCTIONS if not hasattr(getattr(jamlab, name), "__wrapped__")]
+
+
+def checked_functions():
+    """Every function of the package, and every method, whose arguments are checked."""
+    for module in pkgutil.walk_packages(jamlab.__path__, "jamlab."):
+        if not module.name.endswith("__main__"):
+            for thing in vars(importlib.import_module(module.name)).values():
+                for found in vars(thing).values() if inspect.isclass(thing) else [thing]:
+                    found = found.fget if isinstance(found, property) else getattr(found, "__func__", found)
+                    if inspect.isfunction(found) and found.__code__.co_filename == checks.__file__:
+                        yield inspect.unwrap(found)
+
+
+def unread(hint):
+    """Parts of an annotation that the checks do not read, but for those that say that anything goes."""
+    kind = checks._kind(hint)
+    if kind is checks._ANYTHING and hint not in (typing.Any, Ellipsis):
+        yield hint
+    if not hasattr(hint, "__metadata__") and kind.text != "a function":  # of neither do the parts count
+        for part in typing.get_args(hint):
+            yield from unread(part)
+
+
+def test_every_annotation_of_an_argument_is_read():
+    """Else its argument would go unchecked, whatever the version of numpy."""
+    functions = {*checked_functions()}
+    assert len(functions) > 90
+    left = {(f.__qualname__, name, str(part)) for f in functions for name, hint in checks._hints(f).items()
+            for part in unread(hint)}  # fmt: skip
+    assert not left
+
+
+class Unreadable(Protocol):
+    """Cannot be asked about at run time."""
+
+    member: int
+
+
+@pytest.mark.parametrize(
+    "hint",
+    [npt.NDArray[np.float64], npt.NDArray[np.int64] | None, npt.ArrayLike, TypeVar("T"), Unreadable,
+     Unreadable | int, Annotated[int, "of somebody else"], {1: 2}, 3],
+)  # fmt: skip
+def test_an_annotation_that_is_not_read_is_not_checked_and_no_error(hint):
+    def function(argument):
+        return argument
+
+    function.__annotations__ = {"argument": hint}
+    for value in (np.ones(2), [1, 2], 3, None):
+        assert checks.checked(function)(value) is value
+
+
+@pytest.mark.parametrize(
+    ("hint", "good", "bad"),
+    [
+        (arrays.Array, [1, 2.5, [1, 2], np.ones((2, 2)), np.float32(1)], [True, "1", None, [[1], [1, 2]], 1j]),
+        (arrays.ArrayLike | None, [1, None, (1.0, 2)], ["a", object(), [True]]),
+        (arrays.Indices, [1, [1, 2]], [1.0, [True]]),
+        (arrays.Mask, [True, [True, False]], [1, [0.0]]),
+        (arrays.Complex, [1j, 1.0, [1, 2j]], ["1j", True]),
+        (str | arrays.ArrayLike | arrays.Mask, ["a", 1.0, [True]], [b"a", None, ["a"]]),
+    ],
+)
+def test_types_of_arrays_carry_their_check(hint, good, bad):
+    def function(argument):
+        return argument
+
+    function.__annotations__ = {"argument": hint}
+    call = checks.checked(function)
+    for value in good:
+        assert call(value) is value
+    for value in bad:
+        with pytest.raises(jamlab.InputError, match="function: argument = "):
+            call(value)
 
 
 def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):

@@ -10,11 +10,13 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 import jamlab
-from jamlab.engine import installation
-from jamlab.engine.installation import TESTED_LAMMPS
+from jamlab.engine import installation, tested_versions
+from jamlab.engine.tested_versions import TESTED_LAMMPS
 
 ROOT = Path(__file__).parents[1]
 
@@ -24,6 +26,57 @@ def test_citation_and_changelog_name_the_version_of_the_package():
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     newest, date = re.findall(r"^## \[([\d.]+)\] - (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[0]
     assert newest == version and (date == "unreleased" or re.fullmatch(r"\d{4}-\d\d-\d\d", date))
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PYTHONS = [line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if ":: Python :: 3" in line]
+
+
+def test_pages_tox_and_workflows_name_the_pythons_that_are_tested():
+    assert tested_versions.tested_pythons() == PYTHONS == PROJECT["tool"]["tox"]["env_list"]
+    assert PROJECT["project"]["requires-python"] == f">={PYTHONS[0]}"
+    for page in ("README.md", "docs/index.md"):
+        assert f"Python {PYTHONS[0]} or newer (tested: {PYTHONS[0]} to {PYTHONS[-1]})" in (ROOT / page).read_text()
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "tests.yml").read_text())
+    assert workflow["jobs"]["tests"]["strategy"]["matrix"]["python"] == PYTHONS
+
+
+def test_tested_versions_of_libraries_begin_at_those_of_pyproject():
+    (settings,) = PROJECT["tool"]["dynamic-metadata"]
+    needed = [Requirement(one) for one in settings["dependencies"]]
+    lowest = {one.name: str(one.specifier).removeprefix(">=") for one in needed if one.name != "lammps"}
+    found = tested_versions.tested_libraries()
+    assert {name: tested.lowest for name, tested in found.items() if not tested.optional} == lowest
+    for name, tested in found.items():
+        assert Version(tested.lowest) <= Version(tested.newest), name
+
+
+def test_no_requirement_has_an_upper_end_but_lammps():
+    """Its styles are compiled for one release."""
+    (settings,) = PROJECT["tool"]["dynamic-metadata"]
+    extras = [one for extra in PROJECT["project"]["optional-dependencies"].values() for one in extra]
+    ends = [one for one in [*settings["dependencies"], *extras] if {"<", "=", "~"} & {*one.replace(">=", "")}]
+    assert [Requirement(one).name for one in ends] == ["lammps"]
+
+
+@pytest.mark.parametrize(
+    ("found", "right", "words"),
+    [
+        ("2.0.0", False, "jamlab needs 2.0.1 or newer"),
+        ("2.0.1", True, "2.0.1"),
+        ("9.1.0", True, "which was not tested; 2.0.1 to"),
+    ],
+)
+def test_doctor_names_libraries_that_were_not_tested(monkeypatch, found, right, words):
+    version = metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: found if name == "numpy" else version(name))
+    (said,) = [each for each in installation.examine() if each.subject == "numpy"]
+    assert said.right == right and words in said.detail
+
+
+def test_doctor_names_a_python_that_was_not_tested():
+    assert tested_versions.said_of_python(f"{PYTHONS[0]}.1") == f"{PYTHONS[0]}.1"
+    assert f"not tested; {PYTHONS[0]} to {PYTHONS[-1]} were" in tested_versions.said_of_python("3.99.0")
 
 
 @pytest.fixture

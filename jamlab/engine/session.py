@@ -468,7 +468,7 @@ def _text(value: object) -> str:
 
 @contextmanager
 def _plain_name(file: Path) -> Iterator[str]:
-    """Name a file by what LAMMPS takes for one word, whatever letters its folder has (of TMPDIR, or where jamlab is installed)."""
+    """Name a file by what LAMMPS takes for one word, whatever letters the folders of TMPDIR or of jamlab have."""
     if str(file).isascii() and not set("\"'$&#\\ \t\n") & set(str(file)):
         yield str(file)
         return

@@ -93,7 +93,8 @@ def _quadratic_form(
 
 def larger_relative(error: Complex, modulus: Complex) -> Array:
     """(f,) larger of the relative errors of G' and G''; enormous where one of them is 0."""
-    return np.maximum(
+    parts = (
         np.abs(error.real) / np.maximum(np.abs(modulus.real), _NOTHING),
         np.abs(error.imag) / np.maximum(np.abs(modulus.imag), _NOTHING),
     )
+    return np.asarray(np.maximum(*parts))

@@ -174,7 +174,7 @@ def block_average(values: ArrayLike) -> BlockAverage:
     middle, places = len(series) // 2, np.arange(len(series))
     change = float(series[middle:].mean() - series[:middle].mean())
     trend = np.polyval(np.polyfit(places, series, 1), places)  # which would pass for noise of long blocks
-    rounding = np.finfo(np.float64).eps * float(np.abs(series).max())
+    rounding = float(np.finfo(np.float64).eps) * float(np.abs(series).max())
     noise = max(2 * _block_error(series - trend), rounding)
     return BlockAverage(float(series.mean()), _block_error(series), change / noise if change else 0.0)
 

@@ -111,7 +111,8 @@ class Rings:
         place, counts = np.arange(len(vertices)), np.diff(self.offsets)
         starts, ends = np.repeat(self.offsets[:-1], counts), np.repeat(self.offsets[1:], counts)
         turned = np.where(place == starts, place, starts + ends - place)  # the first vertex stays the first
-        return vertices[np.where(np.repeat(polygon_areas(vertices, self.offsets) < 0, counts), turned, place)]
+        clockwise = np.repeat(polygon_areas(vertices, self.offsets) < 0, counts)
+        return vertices.take(np.where(clockwise, turned, place), axis=0)
 
     def _whole(self, vertices: Array, box: Array) -> Array:
         """Shift vertices by lattice vectors so that every edge is the shortest one. What is whole keeps its bits."""
@@ -244,7 +245,7 @@ class Sites:
 
     def _rest_areas(self, rings: Rings, given: Any) -> Array:
         vertices = np.diff(rings.offsets)
-        known = None if self.a0 is None else self.a0[rings.order][rings.offsets[:-1]]
+        known = None if self.a0 is None else self.a0.take(rings.order).take(rings.offsets[:-1])
         if given is not None:
             values = finite_array("params['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
             if known is not None and not np.array_equal(values, known):

@@ -94,7 +94,7 @@ class ASE(Peer):
         """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
         from ase.optimize import FIRE
 
-        def run(force: float, steps: int) -> np.ndarray:
+        def run(force: float, steps: int) -> Array:
             atoms = disks_in_ase(packing)
             FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=steps)
             return np.array(atoms.positions[:, :2])

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
 from studies.other_codes.peers import Descent, Peer, Point, mean_diameters
@@ -59,7 +60,7 @@ class JaxMD(Peer):
         x, compiled = jax.numpy.asarray(packing.positions), jax.jit(descend)
         room = near.allocate(x)
 
-        def run(force: float, steps: int) -> np.ndarray:
+        def run(force: float, steps: int) -> Array:
             positions, overflow = compiled(x, room, force, steps)
             if overflow:
                 raise EngineError("jax-md: its neighbour list is too short for this descent")

@@ -129,7 +129,7 @@ class Lammps(Peer):
         session.command("timestep 0.1")  # LAMMPS' default of 0.005 is meant for other units
         session.command(f"min_style {self._style}")
 
-        def run(force: float, steps: int) -> np.ndarray:
+        def run(force: float, steps: int) -> Array:
             session.load(packing)
             session.command(f"minimize 0.0 {force:.17g} {steps} {steps}")  # fire looks at the first bound only
             return session.positions()

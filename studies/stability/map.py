@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
+from jamlab.arrays import Array
 from jamlab.errors import JamlabError
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
@@ -27,7 +28,7 @@ from studies.study import Study
 
 _RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
 _SAME_BASIN = 1e-6  # relative difference of energies: far above what a force within tolerance leaves of them
-_ROUNDING = 30 * np.finfo(np.float64).eps  # of forces of order 1, summed in another order
+_ROUNDING = 30 * float(np.finfo(np.float64).eps)  # of forces of order 1, summed in another order
 
 SILENT = "silent"
 # verdict -> its colour (Okabe & Ito), from the bottom of a cell to its top: pale where all is well or said
@@ -201,7 +202,7 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
     }
 
 
-def shares(chart: Map, table: pd.DataFrame, verdict: str) -> np.ndarray:
+def shares(chart: Map, table: pd.DataFrame, verdict: str) -> Array:
     """(y, x) share of the runs that ended in a verdict; not a number where none was made."""
     found = table.assign(share=table[verdict] / table["runs"]).pivot(index="y", columns="x", values="share")
     return found.reindex(index=chart.y.values, columns=chart.x.values).to_numpy(dtype=np.float64)

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from kept_results import kept_rows
 
-from jamlab.engine.installation import TESTED_LAMMPS
+from jamlab.engine.tested_versions import TESTED_LAMMPS
 
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]

@@ -22,7 +22,7 @@ from jamlab.protocols.random_start import droplet_cell, droplet_params, place_dr
 from jamlab.rheology.damping import LEAST_ALPHA
 
 DECKS = sorted(path.name for path in installed("lammps_inputs").glob("in.*"))
-FREE = {"data", "out", "dir", "model", "table", "section", "strict"}  # texts, and what jamlab deck sets
+FREE = {"data", "out", "dir", "model", "table", "section", "strict", "quote"}  # texts, and what jamlab deck sets
 
 
 def stress_of(packing):

@@ -40,7 +40,7 @@ def at_confluence(tables: EnsembleTables, model: str, n: int, by: str = "z = 6")
     """Take distances from onset of the first states of packings with z >= 6, or of rho = 1."""
     if by == "z = 6":
         return Sample(groups_by(first_full(tables, model), "n", "d_rho", [n]))
-    return Sample([1 - tables.at_onset(model, n)["rho"].to_numpy()])
+    return Sample([1.0 - tables.at_onset(model, n)["rho"].to_numpy(dtype=np.float64)])
 
 
 def first_full(tables: EnsembleTables, model: str) -> pd.DataFrame:
