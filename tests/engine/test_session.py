@@ -1,7 +1,9 @@
 """LAMMPS against plain loops, its own energy, jamlab.hessian and symmetry; contact forms, jammed and along paths."""
 
 import ctypes
+import shutil
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +13,7 @@ from outlines import FORMS
 
 import jamlab
 from jamlab.engine.atom_exchange import AtomExchange
+from jamlab.engine.deck_defaults import deck
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 
@@ -188,6 +191,22 @@ def test_an_edge_of_half_the_box_is_refused(tilt):
     with pytest.raises(jamlab.EngineError):
         jamlab.evaluate(p)
     jamlab.evaluate(p.with_state(box=[[3.001, 0], [tilt, 6]]))
+
+
+@pytest.mark.parametrize("name", ["my päckings dir", 'it\'s "so"', "中 $x"])
+def test_parts_are_found_in_a_folder_of_any_name(tmp_path, monkeypatch, name, random_disks, random_polygons):
+    """And so is the file of a packing, in a folder for temporary files of that name."""
+    installed = Path(deck("parts/sp")).parents[1]
+    shutil.copytree(installed / "parts", tmp_path / name / "parts")
+    wanted = [jamlab.evaluate(p).energy for p in (random_disks(), random_polygons())]
+    monkeypatch.setattr("jamlab.engine.session.deck", lambda part: tmp_path / name / part)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / name))
+    assert [jamlab.evaluate(p).energy for p in (random_disks(), random_polygons())] == wanted
+
+
+def test_a_message_of_lammps_is_kept_though_it_cuts_a_letter_in_two(random_disks):
+    with jamlab.Session(random_disks()) as session, pytest.raises(jamlab.EngineError, match=r"LAMMPS stopped at .*: ERROR"):
+        session.command('include "/nowhere/my päckings dir/parts"')
 
 
 def test_disks_in_one_place_are_refused():
