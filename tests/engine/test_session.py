@@ -205,8 +205,9 @@ def test_parts_are_found_in_a_folder_of_any_name(tmp_path, monkeypatch, name, ra
 
 
 def test_a_message_of_lammps_is_kept_though_it_cuts_a_letter_in_two(random_disks):
-    with jamlab.Session(random_disks()) as session, pytest.raises(jamlab.EngineError, match=r"LAMMPS stopped at .*: ERROR"):
-        session.command('include "/nowhere/my päckings dir/parts"')
+    with jamlab.Session(random_disks()) as session:
+        with pytest.raises(jamlab.EngineError, match=r"LAMMPS stopped at .*: ERROR"):
+            session.command('include "/nowhere/my päckings dir/parts"')
 
 
 def test_disks_in_one_place_are_refused():
