@@ -13,12 +13,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
 FOLDERS = ("docs", "jamlab", "lammps_inputs", "plugin", "studies", "tests", ".github")
 SECTIONS = ["Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default"]
-MADE = (
-    "gallery/",
-    "reference/python/",
-    "reference/commands.rst",
-    "reference/versions.rst",
-)  # by the build, which checks links to them
+# by the build, which checks links to them
+MADE = ("gallery/", "reference/python/", "reference/commands.rst", "reference/versions.rst")
 
 
 def styles():
