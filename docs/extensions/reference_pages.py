@@ -140,7 +140,7 @@ def versions_page() -> str:
 
     rows = []
     for name, (lowest, newest, optional) in tested_libraries().items():
-        cells = (name, lowest, newest, "by an extra" if optional else "always")
+        cells = (name, lowest, newest, "extra" if optional else "yes")
         rows.append("   * - " + "\n     - ".join(cells))
     title = "Tested versions"
     return "\n".join(
