@@ -48,14 +48,14 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             kwargs["progress"] = ProgressLine()
         if not kwargs.keys() <= known.kinds.keys():
             kwargs = today(_name(function), kwargs, known.kinds, known.others is not None)  # type: ignore[assignment]  # P names none
-        for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:  # the call says if they are few
+        for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:
             kind = known.kinds.get(name, known.others or _ANYTHING)
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
         for value in args[len(known.places) :] if known.rest else ():
             if not known.further.holds(value):
                 raise _refusal(function, str(known.rest), known.further, value)
-        return function(*args, **kwargs)
+        return function(*args, **kwargs)  # which refuses too few and too many
 
     return call
 
@@ -112,9 +112,9 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
 def _kind(hint: Any) -> _Kind:
     """How to check an annotation: by its marker `Holds`, as a class, or by its form as documented by `typing`. Any
     other is not checked; tests/test_argument_types.py finds it."""
-    for marker in getattr(hint, "__metadata__", ()):
-        if isinstance(marker, Holds):
-            return _array(marker)
+    if hasattr(hint, "__metadata__"):  # Annotated
+        marker = next((each for each in hint.__metadata__ if isinstance(each, Holds)), None)
+        return _array(marker) if marker else _kind(hint.__origin__)
     if typing.get_origin(hint) is not None:
         return _of_parts(typing.get_origin(hint), typing.get_args(hint))
     if not isinstance(hint, type) or hint is Any:

@@ -89,7 +89,7 @@ class Unreadable(Protocol):
 @pytest.mark.parametrize(
     "hint",
     [npt.NDArray[np.float64], npt.NDArray[np.int64] | None, npt.ArrayLike, TypeVar("T"), Unreadable,
-     Unreadable | int, Annotated[int, "of somebody else"], {1: 2}, 3],
+     Unreadable | int, Annotated[Unreadable, "of somebody else"], {1: 2}, 3],
 )  # fmt: skip
 def test_an_annotation_that_is_not_read_is_not_checked_and_no_error(hint):
     def function(argument):
@@ -108,6 +108,7 @@ def test_an_annotation_that_is_not_read_is_not_checked_and_no_error(hint):
         (arrays.Indices, [1, [1, 2]], [1.0, [True]]),
         (arrays.Mask, [True, [True, False]], [1, [0.0]]),
         (arrays.Complex, [1j, 1.0, [1, 2j]], ["1j", True]),
+        (Annotated[int, "of somebody else"], [1, np.int64(2)], [2.5, "1"]),
         (str | arrays.ArrayLike | arrays.Mask, ["a", 1.0, [True]], [b"a", None, ["a"]]),
     ],
 )

@@ -15,7 +15,7 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 import jamlab
-from jamlab.engine import installation, tested_versions
+from jamlab.engine import doctor, tested_versions
 from jamlab.engine.tested_versions import TESTED_LAMMPS
 
 ROOT = Path(__file__).parents[1]
@@ -70,7 +70,7 @@ def test_no_requirement_has_an_upper_end_but_lammps():
 def test_doctor_names_libraries_that_were_not_tested(monkeypatch, found, right, words):
     version = metadata.version
     monkeypatch.setattr(metadata, "version", lambda name: found if name == "numpy" else version(name))
-    (said,) = [each for each in installation.examine() if each.subject == "numpy"]
+    (said,) = [each for each in doctor.examine() if each.subject == "numpy"]
     assert said.right == right and words in said.detail
 
 
@@ -120,9 +120,9 @@ def test_a_wheel_needs_the_lammps_that_it_was_built_for(monkeypatch, backend, st
 
 def test_doctor_warns_of_a_lammps_that_was_not_tested(monkeypatch):
     """And does not refuse it, if jamlab was built for it."""
-    monkeypatch.setattr(installation, "required_lammps", lambda: "2026.9.1.0.0")
+    monkeypatch.setattr("jamlab.engine.installation.required_lammps", lambda: "2026.9.1.0.0")
     monkeypatch.setattr(metadata, "version", lambda name: "2026.9.1.0.0")
-    found = installation._check("LAMMPS", installation._lammps)
+    found = doctor._check("LAMMPS", doctor._lammps)
     assert found.right and f"tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}" in found.detail
 
 
@@ -172,4 +172,4 @@ def test_no_extra_changes_a_number():
 def test_packings_and_doctor_name_what_decides_the_last_digits():
     found = jamlab.pack(n=8, pressure=1e-2, seed=1).provenance
     assert found["cvxopt"] == metadata.version("cvxopt") and found["blas_kernels"]
-    assert all(found[name] in installation._solver() for name in ("cvxopt", "blas_kernels"))
+    assert all(found[name] in doctor._solver() for name in ("cvxopt", "blas_kernels"))

