@@ -32,6 +32,7 @@ KINDS = {
     "space": ("my packings", "work", "run", {}),
     "chinese": ("中文", "work", "run", {}),
     "apostrophe": ("it's", "work", "run", {}),
+    "quotation mark": ('say "so"', "work", "run", {}),
     "dollar": ("a $HOME#&%1", "work", "run", {}),
     "long": ("l" * 200, "work", "run", {}),
     "odd work": ("plain", ODD, ODD, {"TMPDIR": ODD, "HOME": ODD}),
@@ -102,7 +103,10 @@ def test_every_use_works_or_is_refused_by_name(scene):
     for use, lines in USES.items():
         for line in lines:
             done = shell(line, work, settings)
-            assert done.returncode == 0, f"{use}: {line}: {done.stdout[-500:]}{done.stderr}"
+            if use == "deck" and '"' in str(commands):  # LAMMPS cannot quote it
+                assert done.returncode == 1 and "jamlab decks --copy" in done.stderr
+            else:
+                assert done.returncode == 0, f"{use}: {line}: {done.stdout[-500:]}{done.stderr}"
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only the administrator can act as somebody else")

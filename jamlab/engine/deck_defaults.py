@@ -133,8 +133,8 @@ def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words:
     `child_environment`. `words`: more of its arguments."""
     if '"' in str(path.parent):  # by which decks quote the names of their parts
         raise InputError(
-            f'{path.parent}: decks run in no folder with a " in its name; copy them by `jamlab decks --copy FOLDER` '
-            "and run them there"
+            f'{path.parent}: decks run in no folder with a " in its name; copy them to another by '
+            "`jamlab decks --copy FOLDER` and run them there"
         )
     programs = Path(sys.executable).parent
     # inside a job of SLURM mpiexec would ask it to start the ranks
