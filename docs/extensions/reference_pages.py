@@ -147,7 +147,7 @@ def versions_page() -> str:
         [
             f"{title}\n{'=' * len(title)}\n",
             "The default tests pass with the lowest and with the newest version of each library. Newer ones may work;",
-            "``jamlab doctor`` names installed versions that were not tested.\n",
+            "``jamlab doctor`` names installed versions that were not tested, third numbers aside.\n",
             f"Python: {', '.join(tested_pythons())}, on Linux.\n",
             "LAMMPS: the plugin is compiled for the one that is installed where jamlab is being installed, for that in",
             "the environment variable ``JAMLAB_LAMMPS``, or else for the newest below. jamlab then needs that one.",

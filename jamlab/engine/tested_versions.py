@@ -83,7 +83,8 @@ def said_of_python(version: str) -> str:
 
 
 def said_of_libraries() -> Iterator[tuple[str, bool, str]]:
-    """Name of each library, whether it is new enough, and its version, with what was tested where that one was not."""
+    """Name of each library, whether it is new enough, and its version, with what was tested where that one was not.
+    Releases that differ from a tested one in the third number alone count as tested."""
     for name, (lowest, newest, optional) in tested_libraries().items():
         try:
             found = metadata.version(name)
