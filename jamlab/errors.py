@@ -3,6 +3,7 @@
 Each error is a `JamlabError` and also the built-in error it resembles, names the offending value and says what to do.
 """
 
+import sys
 import warnings
 from typing import Any
 
@@ -127,6 +128,22 @@ class JamlabWarning(UserWarning):
         ...         print(str(warning)[:65])
         G_xy < 0: the packing is unstable to shear at this box shape. Use
     """
+
+
+def warn(message: str, category: type[Warning] = JamlabWarning) -> None:
+    """Warn at the line outside jamlab that led here, however many functions lie between.
+
+    Args:
+        message: what may be unexpected. Python shows one text once a line of code, so name the value.
+        category: class of the warning. Default: `JamlabWarning`.
+    """
+    level, frame = 1, sys._getframe()
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _WITHIN:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
+
+
+_WITHIN = ("jamlab", "contextlib", "functools")  # packages whose lines are no caller's
 
 
 class Renamed:
