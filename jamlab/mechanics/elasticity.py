@@ -18,13 +18,14 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.mechanics.factors import NAMED, UnstableError, static_response
+from jamlab.mechanics.factors import NAMED, UnstableError, static_response, without_floppy_modes
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness
-from jamlab.packing.deformation import at_phi
+from jamlab.packing.deformation import at_phi, compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
+from jamlab.packing.strain_map import SIMPLE_SHEAR, admits, check_admitted, wall_offsets
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 
@@ -41,7 +42,8 @@ class ElasticTensor(Result):
     Attributes:
         affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
-        displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers.
+        displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers. Of sticky disks, whose
+            networks have floppy modes, the least one: no mode without stiffness takes part.
         unit: unit of the moduli, for labels.
 
     Example:
@@ -83,6 +85,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         prestress: see `jamlab.mechanics.stiffness.energy_terms`.
 
     Raises:
+        InputError: walls, between which only two strains are defined, see `jamlab.packing.strain_map`.
         ConvergenceError: no backbone, not at a minimum, or a negative or floppy mode of the backbone (`UnstableError`).
 
     Example:
@@ -91,6 +94,12 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
         True
     """
+    check_admitted(packing, np.eye(4), "the elastic tensor")
+    return linear_response(packing, prestress=prestress)
+
+
+def linear_response(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
+    """The response of `elastic_tensor`, of which those who ask for one strain take what is defined for it."""
     return _response(packing, prestress, NAMED)
 
 
@@ -112,6 +121,8 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
             error.modes = modes
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
+    if packing.law.range and len(moving):
+        solution = without_floppy_modes(k.uu, solution, packing.law.floppy)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
     unit = packing.unit_names.stress
@@ -125,10 +136,11 @@ def modulus_along(c: Array, angles: Array) -> Array:
     return np.asarray(np.einsum("ni,nj,ijkl,nk,nl->n", a, b, c, a, b))
 
 
-def compression_modulus(c: Array, pressure: float) -> float:
-    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4. C is the curvature of U in the
-    displacement gradient; the area is quadratic in it, which brings in the pressure."""
-    return float(0.25 * np.einsum("iikk->", c) + 0.5 * pressure)
+def mean_shear_modulus(packing: Packing, c: Array) -> float:
+    """Mean over directions of the shear modulus of an elastic tensor c; nan where the packing does not admit all."""
+    if not admits(packing, np.eye(4)):
+        return float("nan")
+    return float(modulus_along(c, AVERAGING_ANGLES).mean())
 
 
 def follow(packing: Packing, phi: float) -> Packing:
@@ -137,14 +149,14 @@ def follow(packing: Packing, phi: float) -> Packing:
     with the box; so does all of a packing that has no stable response."""
     moved = at_phi(packing, phi)
     try:
-        tensor = elastic_tensor(packing)
+        tensor = linear_response(packing)
     except ConvergenceError:
         return moved
-    strain = float(np.sqrt(packing.phi / phi)) - 1
-    held = force_network(packing).held
-    response = np.einsum("nkii->nk", tensor.displacements)
+    strain = compression(packing).gradient(packing.phi / phi) - np.eye(2)
+    held = force_network(packing).held & ~packing.fixed_sites
+    response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     positions = moved.positions.copy()
-    positions[held] = ((1 + strain) * packing.positions + strain * response)[held]
+    positions[held] = (packing.positions @ (np.eye(2) + strain).T + response)[held]
     return moved.with_state(positions=positions)
 
 
@@ -233,6 +245,9 @@ class NonaffineResponse(Result):
 def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
     """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
 
+    Between walls the shear moves the upper wall as a whole, so that walls move beside the affine flow, too. Sticky disks
+    whose network has floppy modes: the response without these modes, the least of all that balance forces.
+
     Args:
         packing: SP at an energy minimum.
         prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
@@ -249,7 +264,8 @@ def nonaffine_response(packing: Packing, *, prestress: bool = True) -> Nonaffine
     """
     network = force_network(packing)
     touching = touching_disks(network.packing)  # refuses droplets
-    u = elastic_tensor(packing, prestress=prestress).displacements[network.held, :, 0, 1]
+    u = linear_response(packing, prestress=prestress).displacements[network.held, :, 0, 1]
+    u = u + wall_offsets(network.packing) @ SIMPLE_SHEAR.T  # walls are not affine
     i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
     normal = r / np.hypot(*r.T)[:, None]

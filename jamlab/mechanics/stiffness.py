@@ -16,8 +16,10 @@ from scipy import sparse
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.packing.deformation import compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
+from jamlab.packing.strain_map import kept_shapes, shapes_of_curvature, shapes_of_stress, wall_offsets
 from jamlab.packing.terms import Terms
 
 MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 32 bits
@@ -48,7 +50,7 @@ def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
     terms = packing.kind.terms(packing, prestress)
     if not packing.walls:
         return terms
-    return [replace(term, local=term.local + packing.wall_offsets[term.sites]) for term in terms]
+    return [replace(term, local=term.local + wall_offsets(packing)[term.sites]) for term in terms]
 
 
 def solved_coordinates(packing: Packing) -> Indices:
@@ -114,10 +116,15 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
 
 def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
     """Assemble the Hessian of a packing and its couplings to a homogeneous strain, of its free particles."""
-    found = stiffness_of(energy_terms(packing, prestress=prestress), len(packing.positions))
+    terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
+    found = stiffness_of(terms, size)
     if packing.fixed is None:
         return found
-    return Stiffness(hessian(packing, prestress=prestress), _held(packing, found.ue, 2), found.ee)
+    ue, ee = found.ue, found.ee
+    if (shapes := kept_shapes(packing)).any():
+        more = shapes_of_curvature(packing, -forces_of(terms, size), ue, found.uu @ shapes.ravel())
+        ue, ee = ue + more[0], ee + more[1]
+    return Stiffness(hessian(packing, prestress=prestress), _held(packing, ue, 2), ee)
 
 
 def _held(packing: Packing, values: Array, each: int = 1) -> Array:
@@ -143,8 +150,14 @@ def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
 
 @per_packing
 def stress(packing: Packing) -> Array:
-    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted."""
-    return stress_of(energy_terms(packing), packing.area)
+    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted; fixed
+    particles are carried along by `jamlab.packing.strain_map`."""
+    terms = energy_terms(packing)
+    found = stress_of(terms, packing.area)
+    if kept_shapes(packing).any():
+        gradient = -forces_of(terms, len(packing.positions))
+        found += 0.5 * shapes_of_stress(packing, gradient) / packing.area * np.eye(2)
+    return found
 
 
 def stress_of(terms: Sequence[Terms], area: float) -> Array:
@@ -156,11 +169,5 @@ def stress_of(terms: Sequence[Terms], area: float) -> Array:
 
 
 def pressure(packing: Packing) -> float:
-    """p = (S_xx + S_yy)/2 of a packing, positive in compression; between walls S_yy, the normal stress on them."""
-    found = stress(packing)
-    return float(found[1, 1]) if packing.walls else pressure_of(found)
-
-
-def pressure_of(stress: Array) -> float:
-    """p of a stress (2, 2)."""
-    return 0.5 * float(np.trace(stress))
+    """p = -dU/dA, positive in compression: (S_xx + S_yy)/2; between walls S_yy, the normal stress on them."""
+    return compression(packing).pressure(stress(packing))

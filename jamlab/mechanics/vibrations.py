@@ -13,7 +13,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import SymmetricFactors
-from jamlab.mechanics.stiffness import free_coordinates, hessian
+from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -111,8 +111,8 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """Count zero modes: in a stable packing of disks 2 per rattler and 2 translations (between flat walls 1, with
     other fixed particles 0).
 
-    Eigenvalues below 1e-9 of the largest count as zero. By Sylvester's law of inertia, the factors of H - s and H + s
-    give the number of eigenvalues below s and below -s.
+    Eigenvalues below 1e-9 of the largest stiffness count as zero. By Sylvester's law of inertia, the factors of H - s
+    and H + s give the number of eigenvalues below s and below -s.
 
     Args:
         packing: SP or DP. A rattler with a contact of vanishing overlap feels the stiffness of this contact: it has one
@@ -125,7 +125,9 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         True
     """
     matrix = _free_hessian(packing, prestress)
-    shift = _ZERO * float(sparse.linalg.norm(matrix, np.inf))
+    terms = energy_terms(packing, prestress=prestress)  # what cancels in their sum, as images of one disk, is rounding
+    largest = max((float(np.abs(term.hessian).max()) for term in terms if len(term.hessian)), default=0.0)
+    shift = _ZERO * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
     identity = sparse.eye_array(matrix.shape[0], format="csc")

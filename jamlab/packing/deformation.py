@@ -14,19 +14,19 @@ from jamlab.arrays import Array
 from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR, carried, check_admitted
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:
-    """The packing scaled to nominal packing fraction phi. Centres move with the box, walls with its edges; disks keep
-    their diameters and polygons their shapes, so that droplets are pushed together, not squeezed."""
+    """The packing compressed to nominal packing fraction phi, see `compression`. Disks keep their diameters and
+    polygons their shapes, so that droplets are pushed together, not squeezed."""
     if not 0 < phi <= 2:
         raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
-    factor = float(np.sqrt(packing.phi / phi))
-    centres = packing.centroids[packing.particle]
-    if packing.walls:
-        centres = centres + packing.wall_offsets
-    moved = packing.positions + (factor - 1) * centres
-    return packing._trusted(box=factor * packing.box, positions=moved)
+    gradient = compression(packing).gradient(packing.phi / phi)
+    moved = packing.positions + packing.centroids[packing.particle] @ (gradient - np.eye(2)).T
+    if packing.fixed is not None:
+        moved[packing.fixed_sites] = carried(packing, gradient)[packing.fixed_sites]
+    return packing._trusted(box=packing.box @ gradient.T, positions=moved)
 
 
 def at_positions(packing: Packing, positions: Array) -> Packing:
@@ -37,23 +37,19 @@ def at_positions(packing: Packing, positions: Array) -> Packing:
 
 def sheared(packing: Packing, strain: float) -> Packing:
     """The packing after the affine simple shear x -> x + strain * y of box and every position."""
-    return deformed(packing, shear_direction("simple").gradient(strain))[0]
+    return deformed(packing, shear_direction(packing, "simple").gradient(strain))[0]
 
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
-    """The packing after the affine map r -> F r of box and every position, turned so that box[0, 1] stays 0; walls keep
-    their shape.
-    `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
+    """The packing after the affine map r -> F r of box and every free site, turned so that box[0, 1] stays 0; fixed
+    ones follow by `carried`. `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
     after F: a vector v of the packing returned is R^T v in the frame of the one given, a tensor S is R^T S R."""
     box = packing.box @ gradient.T
     along = box[0] / np.hypot(*box[0])
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])
     box = box @ rotation.T
     box[0, 1] = 0.0  # rounding
-    moved = packing.positions @ (rotation @ gradient).T
-    if packing.walls:
-        moved += packing.wall_offsets @ (rotation @ gradient - np.eye(2)).T
-    return packing._trusted(box=box, positions=moved), rotation
+    return packing._trusted(box=box, positions=carried(packing, gradient, rotation)), rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,18 +83,51 @@ class ShearDirection:
 
 
 Direction = str | float  # see `shear_direction`
-_GENERATORS = {"simple": np.array([[0.0, 1.0], [0.0, 0.0]]), "pure": np.diag([0.5, -0.5])}
+_GENERATORS = {"simple": SIMPLE_SHEAR, "pure": np.diag([0.5, -0.5])}
 
 
-def shear_direction(direction: Direction, angle: float = 0.0) -> ShearDirection:
-    """Read a direction of shear. "simple": along x, with the gradient along y. "pure": without rotation, longer along x
+def shear_direction(packing: Packing, direction: Direction, angle: float = 0.0) -> ShearDirection:
+    """Read a direction in which a packing is sheared, which its boundary conditions must admit. "simple": along x, with the gradient along y. "pure": without rotation, longer along x
     and shorter along y, by half the strain each. A number: simple shear along (cos, sin) of that angle, radian.
     `angle`: by which all of this is turned."""
     name, turn = (direction, 0.0) if isinstance(direction, str) else ("simple", direction)
     if name not in _GENERATORS or not is_number(turn):
         raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radians')
     c, s = np.cos(turn + angle), np.sin(turn + angle)
-    return ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
+    found = ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
+    check_admitted(packing, found.generator, f"shear in the direction {direction!r}{f' + {angle:g}' if angle else ''}")
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Compression:
+    """The change of area of a packing: a strain e = log of the area maps r to exp(e M) r, tr M = 1."""
+
+    generator: Array  # (2, 2) M, diagonal
+
+    def gradient(self, areas: float) -> Array:
+        """(2, 2) deformation gradient that multiplies the area by `areas`."""
+        return np.diag(np.sqrt(areas) ** (2 * np.diag(self.generator)))
+
+    def pressure(self, stress: Array) -> float:
+        """p = -dU/dA of a stress (2, 2)."""
+        return float(np.sum(stress * self.generator))
+
+    def modulus(self, curvature: Array, stress: Array) -> float:
+        """B = -A dp/dA from d2(U/A) in the displacement gradient, (2, 2, 2, 2), and the stress (2, 2): the area of exp(e
+        M) is quadratic in the displacement gradient, which brings in the stress."""
+        m = self.generator
+        beside = self.pressure(stress) - float(np.sum(stress * (m @ m)))
+        return float(np.einsum("ij,ijkl,kl->", m, curvature, m)) + beside
+
+
+_ISOTROPIC, _BETWEEN_WALLS = Compression(0.5 * np.eye(2)), Compression(ALONG_Y)
+
+
+def compression(packing: Packing) -> Compression:
+    """How the area of a packing changes, with the pressure and the bulk modulus that belong to it: isotropic, and
+    between walls along y alone, since walls keep their shape."""
+    return _BETWEEN_WALLS if packing.walls else _ISOTROPIC
 
 
 def shear_gradient(strain: Array) -> Array:
@@ -156,4 +185,4 @@ class BoxStrains:
     def move(self, packing: Packing, displacement: Array, strain: Array) -> Packing:
         """The packing after strains of box and sites, amplitudes (m,), and displacements (n_sites, 2)."""
         f = self.deformation(strain)
-        return packing.with_state(box=packing.box @ f.T, positions=packing.positions @ f.T + displacement)
+        return packing.with_state(box=packing.box @ f.T, positions=carried(packing, f) + displacement)

@@ -124,9 +124,10 @@ class Packing:
         tolerance: force tolerance of that minimisation, or None.
         on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian neglects this.
         on_target: whether the sweep that made this state reached the requested packing fraction.
-        fixed: (n,) bool, particles that move only with strains of the box. None: all particles are free.
-        walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: strains of the box shift the upper
-            wall as a whole, by the change of the second lattice vector; the lower wall stays.
+        fixed: (n,) bool, particles that move only with strains of the box, see `jamlab.packing.strain_map`. None: all
+            particles are free.
+        walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: shear along x and compression along
+            y shift the upper wall as a whole; the lower wall stays.
         rounding: error of coordinates if their source had fewer digits than float64; else 0.
         provenance: how the packing was made: seed, versions, protocol, wall time.
 
@@ -242,6 +243,11 @@ class Packing:
             raise InputError(f"fixed: all {self.n} particles are fixed: leave at least one free")
         if self.walls and (mask is None or not mask.any()):
             raise InputError("walls=True, but no particle is fixed: make walls with jamlab.with_walls(packing)")
+        if self.walls and self.ensemble != "fixed-box":
+            raise InputError(
+                f"ensemble = {self.ensemble!r} with walls=True: it stretches the box, and walls keep their shape; use "
+                'ensemble="fixed-box", or remove the walls, walls=False and fixed=None'
+            )
         if (flat := self.flat_walls).any():
             last = np.arange(self.n) >= self.n - 2
             held = self.walls and mask is not None and mask[last].all()
@@ -326,18 +332,6 @@ class Packing:
     def fixed_sites(self) -> Mask:
         """(len(positions),) whether each position belongs to a fixed particle."""
         return np.asarray(self.fixed_particles[self.particle])
-
-    @property
-    @per_packing
-    def wall_offsets(self) -> Array:
-        """(len(positions), 2) d: under a displacement gradient E of the box, a fixed site at x moves by E (x + d).
-        Sites of a wall have, with d, the height of the lattice plane next to their particle."""
-        offsets = np.zeros((len(self.positions), 2))
-        if self.walls:
-            plane = np.round(self.centroids[:, 1] / self.box[1, 1])[self.particle]
-            across = plane - self.positions[:, 1] / self.box[1, 1]
-            offsets[self.fixed_sites] = np.outer(across, self.box[1])[self.fixed_sites]
-        return offsets
 
     @property
     @per_packing

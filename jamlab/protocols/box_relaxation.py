@@ -17,9 +17,9 @@ from jamlab.checks import check_choice
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
+from jamlab.mechanics.elasticity import follow, linear_response
 from jamlab.mechanics.factors import PositiveSolver
-from jamlab.packing.deformation import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains, deformed, shear_gradient
+from jamlab.packing.deformation import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains, compression, deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
@@ -184,7 +184,7 @@ def relax_disks_and_box(
 
 
 def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Relaxed:
-    """Minimise the enthalpy U + p A over sites and the size of the box, whose shape stays.
+    """Minimise the enthalpy U + p A over sites and the area of the box, see `compression`.
 
     Disks first go by `relax_disks_and_box`. What is left, and all of droplets, goes by Newton steps in the area with
     the bulk modulus of linear response; the sites follow by it and are relaxed at each area.
@@ -208,7 +208,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
             return found
         try:
             session.tally.update(("factorisations", "Newton steps of the area"))
-            modulus = compression_modulus(elastic_tensor(packing).relaxed, state.pressure)
+            modulus = compression(packing).modulus(linear_response(packing).relaxed, state.stress)
         except ConvergenceError:  # droplets on corners, or loose: by the last two states
             modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)
         if not modulus > 0:
@@ -223,7 +223,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
 def _softest_shear(packing: Packing, pressure: float) -> tuple[float, Array] | None:
     """The lowest curvature of the energy in shears of the box, and its strain (2, 2); None where nothing is held."""
     try:
-        relaxed = elastic_tensor(packing).relaxed
+        relaxed = linear_response(packing).relaxed
     except ConvergenceError:
         return None
     values, vectors = np.linalg.eigh(shear_curvature(relaxed, pressure))

@@ -19,9 +19,9 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
-from jamlab.mechanics.stiffness import pressure
-from jamlab.packing.deformation import at_phi
+from jamlab.mechanics.elasticity import follow, linear_response
+from jamlab.mechanics.stiffness import pressure, stress
+from jamlab.packing.deformation import at_phi, compression
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -320,7 +320,7 @@ class _Sweep:
 def _predict_pressure(packing: Packing, phi: float) -> float:
     now = pressure(packing)
     try:
-        modulus = compression_modulus(elastic_tensor(packing).relaxed, now)
+        modulus = compression(packing).modulus(linear_response(packing).relaxed, stress(packing))
     except ConvergenceError:  # not jammed: no response
         return now
     return float(now + modulus * np.log(phi / packing.phi))

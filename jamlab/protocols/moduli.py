@@ -17,12 +17,13 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor
-from jamlab.mechanics.stiffness import pressure, pressure_of, stress
-from jamlab.packing.deformation import Direction, ShearDirection, at_phi, deformed, shear_direction
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, linear_response
+from jamlab.mechanics.stiffness import pressure, stress
+from jamlab.packing.deformation import Direction, ShearDirection, at_phi, compression, deformed, shear_direction
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
+from jamlab.packing.strain_map import check_admitted
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
@@ -79,13 +80,15 @@ def shear_modulus(
     asked = np.asarray(angle, dtype=np.float64)
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
         raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give an angle in radians, or a 1D array")
+    if average:
+        check_admitted(packing, np.eye(4), "the mean over directions")
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
-    directions = [shear_direction(direction, each) for each in angles.tolist()]
+    directions = [shear_direction(packing, direction, each) for each in angles.tolist()]
     first = _first_strain(packing, strain)
     if method == "finite-strain":
         moduli = _sheared(packing, directions, first)
     else:
-        tensor, now = elastic_tensor(packing), stress(packing)
+        tensor, now = linear_response(packing), stress(packing)
         moduli = np.array(
             [each.modulus(tensor.affine if method == "affine" else tensor.relaxed, now) for each in directions]
         )
@@ -114,8 +117,8 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     first = _first_strain(packing, strain)
     if method == "finite-strain":
         return _compressed(packing, first)
-    tensor = elastic_tensor(packing)
-    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure_of(stress(packing)))
+    tensor = linear_response(packing)
+    return compression(packing).modulus(tensor.affine if method == "affine" else tensor.relaxed, stress(packing))
 
 
 def _first_strain(packing: Packing, strain: float | None) -> float:
@@ -129,7 +132,7 @@ def _first_strain(packing: Packing, strain: float | None) -> float:
 @in_natural_units(STRESS)
 def _sheared(packing: Packing, directions: Sequence[ShearDirection], strain: float) -> Array:
     """(m,) finite-strain G in m directions."""
-    response = elastic_tensor(packing).displacements
+    response = linear_response(packing).displacements
 
     def along(direction: ShearDirection) -> float:
         def measure(step: float) -> float | None:
@@ -150,14 +153,15 @@ def _sheared(packing: Packing, directions: Sequence[ShearDirection], strain: flo
 @in_natural_units(STRESS)
 def _compressed(packing: Packing, strain: float) -> float:
     """Finite-strain B."""
-    response = elastic_tensor(packing).displacements
+    response = linear_response(packing).displacements
 
     def measure(step: float) -> float | None:
         changes = (step / 2, -step / 2)
         above, below = (_minimum(session, at_phi(packing, packing.phi * (1 + s)), response) for s in changes)
         if not _same_contacts(above[1], below[1]):
             return None
-        return float(pressure_of(above[0] - below[0]) / (np.log1p(step / 2) - np.log1p(-step / 2)))
+        pressures = compression(packing).pressure(above[0] - below[0])
+        return pressures / float(np.log1p(step / 2) - np.log1p(-step / 2))
 
     with Session(packing) as session:
         return _at_small_strain("B", packing, strain, measure)

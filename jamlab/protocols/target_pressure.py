@@ -20,7 +20,7 @@ from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
+from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import (
     QUENCH_PROTOCOL,
@@ -230,15 +230,20 @@ def _decompressed(
     """The packing at the lower pressure, the pressure met, and that where it came from."""
     start, search = _check_start(packing, pressure), numbers("pressure")
     steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
+    may_strain = packing.fixed is None or minimizer(packing.ensemble).may_shear
     with Session(packing, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
-            how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target}
-            found = relax_disks_and_box(session, BoxStrains(_strains(packing.ensemble), target), noise, **how)
+            least = search["loose"] * target
+            if may_strain:
+                border = BoxStrains(_strains(packing.ensemble), target)
+                found = relax_disks_and_box(session, border, noise, near=True, least_pressure=least)
+            else:
+                found = relax_at_pressure(session, target, noise)
             reached = session.packing()
             if progress is not None:
                 progress(step / steps, f"packing fraction {reached.phi:.4f}")
-            if found.evaluation.pressure < how["least_pressure"]:
+            if found.evaluation.pressure < least:
                 raise ConvergenceError(
                     f"pressure not reached with n = {packing.n}: the packing unjammed at {target / pressure:.3g} "
                     f"times the requested pressure; {_ANOTHER}"

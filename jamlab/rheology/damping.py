@@ -130,7 +130,7 @@ class ContactDamping(DragLaw):
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        generator = shear_direction(direction).generator
+        generator = shear_direction(packing, direction).generator
         return _assemble_contacts(packing.kind.jacobian(packing, self.lever_arms, generator), self)
 
     def gears(self, packing: Packing) -> list[int]:

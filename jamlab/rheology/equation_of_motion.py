@@ -20,6 +20,7 @@ from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
+from jamlab.packing.strain_map import wall_offsets
 from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip
 
 
@@ -56,7 +57,7 @@ def _assemble(
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """K and B of `dynamical_matrices`."""
     k, spins = stiffness(packing, prestress=prestress), packing.kind.rotations(packing)
-    shear = shear_direction(direction)
+    shear = shear_direction(packing, direction)
     column = np.concatenate([shear.couplings(k.ue), np.zeros(spins)])
     corner = shear.modulus(k.ee, packing.area * stress(packing) if prestress else np.zeros((2, 2)))
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
@@ -174,7 +175,7 @@ def equation_of_motion(
     else:
         solved = displaced
     carried = np.zeros(k.shape[0])  # by the strain: nothing but itself, and walls
-    carried[: 2 * sites] = (packing.wall_offsets @ shear_direction(direction).generator.T).ravel()
+    carried[: 2 * sites] = (wall_offsets(packing) @ shear_direction(packing, direction).generator.T).ravel()
     carried[-1] = 1.0
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
     law, contrast = packing.law, damping.contrast

@@ -21,7 +21,7 @@ _RIGID = 1e-9  # stiffness over the largest one below which a mode is a rigid mo
 def free_droplets(network: ForceNetwork, damping: Damping, direction: Direction) -> RelaxationSpectrum:
     """Maxwell elements of the droplets that a force network leaves out. Drag at contacts does not reach them, and disks
     do not deform: then there are none."""
-    whole, none, shear = network.whole, np.zeros(0), shear_direction(direction)
+    whole, none, shear = network.whole, np.zeros(0), shear_direction(network.whole, direction)
     rates, strengths = [none], [none]
     if not damping.at_contacts and whole.kind.shape_terms(whole):
         for m in np.unique(whole.particle[~network.held]):

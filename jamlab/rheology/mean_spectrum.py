@@ -15,7 +15,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
+from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
@@ -84,10 +84,10 @@ def mean_spectra(
         found = linear_modulus(packing, omega, damping, prestress=prestress, method=method)
         columns = {"omega": found.omega, "storage": found.storage, "loss": found.loss, "error": found.error_bound}
         curves.append(pd.DataFrame({"packing": k} | columns))
-        relaxed = elastic_tensor(packing, prestress=prestress).relaxed
+        relaxed = linear_response(packing, prestress=prestress).relaxed
         rows.append(
             {name: getattr(found, name) for name in (*LIMITS, "method")}
-            | {"g": float(modulus_along(relaxed, AVERAGING_ANGLES).mean()), "converged": packing.converged}
+            | {"g": mean_shear_modulus(packing, relaxed), "converged": packing.converged}
         )
     first = packings[0]
     return Spectra(pd.concat(curves), pd.DataFrame(rows), first.units, first.unit_names.stress)
