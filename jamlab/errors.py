@@ -5,6 +5,7 @@ Each error is a `JamlabError` and also the built-in error it resembles, names th
 
 import sys
 import warnings
+from types import FrameType
 from typing import Any
 
 
@@ -125,25 +126,39 @@ class JamlabWarning(UserWarning):
         ...     try:
         ...         jamlab.complex_modulus(p, [1.0])
         ...     except jamlab.JamlabWarning as warning:
-        ...         print(str(warning)[:65])
-        G_xy < 0: the packing is unstable to shear at this box shape. Use
+        ...         print(str(warning).partition(" (")[2])
+        n = 16, phi = 0.84610707) is unstable to shear at this box shape. Use the ensemble 'shear-stabilized'
     """
 
 
 def warn(message: str, category: type[Warning] = JamlabWarning) -> None:
-    """Warn at the line outside jamlab that led here, however many functions lie between.
+    """Warn at the line of the user that led here, however many functions of jamlab and of libraries lie between.
 
     Args:
         message: what may be unexpected. Python shows one text once a line of code, so name the value.
         category: class of the warning. Default: `JamlabWarning`.
     """
-    level, frame = 1, sys._getframe()
-    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _WITHIN:
-        level, frame = level + 1, frame.f_back
-    warnings.warn(message, category, stacklevel=level)
+    frames, last = [], sys._getframe(1)
+    while last:
+        frames.append(last)
+        last = last.f_back  # type: ignore[assignment]  # None ends it
+    outside = [each for each in frames if _package(each) != "jamlab"] or frames
+    users = [each for each in outside if _package(each) not in _LIBRARIES] or outside  # a thread has none
+    place = users[0]
+    known = place.f_globals.setdefault("__warningregistry__", {})
+    name = place.f_globals.get("__name__") or "<unknown>"
+    warnings.warn_explicit(message, category, place.f_code.co_filename, place.f_lineno, name, known)
 
 
-_WITHIN = ("jamlab", "contextlib", "functools")  # packages whose lines are no caller's
+def _package(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__")).partition(".")[0]
+
+
+# packages that call a function for somebody else: their lines are no caller's
+_LIBRARIES = sys.stdlib_module_names | {
+    *("numpy", "scipy", "pandas", "MDAnalysis", "matplotlib"),
+    *("typer", "click", "pydantic", "pydantic_core", "rich", "joblib", "dask", "tqdm"),
+}
 
 
 class Renamed:
@@ -158,5 +173,5 @@ class Renamed:
     def __get__(self, instance: object, owner: type) -> Any:
         if instance is None:
             return self
-        warnings.warn(f"{owner.__name__}.{self._old} is now {self._new}", FutureWarning, stacklevel=2)
+        warn(f"{owner.__name__}.{self._old} is now {self._new}", FutureWarning)
         return getattr(instance, self._new)

@@ -19,6 +19,7 @@ from jamlab.geometry.tessellation import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus, modulus_along
 from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
 from jamlab.packing.deformation import compression
 from jamlab.packing.packing import Packing
@@ -28,6 +29,7 @@ from jamlab.processes.cores import available_cores
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
+MODULI = ("g", "g_x", "b")
 _TRIAL = 0.5  # s after which `measure` looks at the time that a state takes
 _START = 2.0  # s that new processes take to start and to load what measures
 
@@ -63,6 +65,9 @@ def measure(
         g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g between walls, where shear
         along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
 
+    Warns:
+        JamlabWarning: g, g_x or b of a packing is negative; once for each packing.
+
     Raises:
         InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
         EngineError: a process was killed.
@@ -78,6 +83,22 @@ def measure(
         >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
         (True, 0.9)
     """
+    found = numbers_of(packing, quantities, processes=processes, progress=progress)
+    moduli = {name: np.atleast_1d(found[name]) for name in MODULI if name in found}
+    for state, each in enumerate([packing] if isinstance(packing, Packing) else packing):
+        place = "" if isinstance(packing, Packing) else f"state {state}"
+        warn_of_negative(each, {name: values[state] for name, values in moduli.items()}, place)
+    return found
+
+
+def numbers_of(
+    packing: Packing | Sequence[Packing],
+    quantities: str | Iterable[str] = COLUMNS,
+    *,
+    processes: int | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """`measure` without its warning, for those who look at the moduli themselves."""
     names = _check_names(quantities)
     if isinstance(packing, Packing):
         return _measure_one(packing, names)
@@ -226,12 +247,12 @@ def _cover(packing: Packing) -> dict[str, float]:
     }
 
 
-@_observes("g", "g_x", "b")
+@_observes(*MODULI)
 def _moduli(packing: Packing) -> dict[str, float]:
     try:
         c = linear_response(packing).relaxed
     except ConvergenceError:
-        return dict.fromkeys(("g", "g_x", "b"), float("nan"))
+        return dict.fromkeys(MODULI, float("nan"))
     return {
         "g": mean_shear_modulus(packing, c),
         "g_x": float(modulus_along(c, np.zeros(1))[0]),

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import functools
 import importlib
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, ParamSpec, TypeVar
 
-from jamlab.errors import ArgumentError, InputError
+from jamlab.errors import ArgumentError, InputError, warn
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -169,7 +168,7 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
                 f"{function}: {name} = {value!r} is the old name of {new}, which is given as well; give one of them"
             )
         if new != name:
-            _warn(f"{function}({name}=...)", f"{function}({new}=...)", 5)
+            _warn(f"{function}({name}=...)", f"{function}({new}=...)")
         elif name not in names and (not others or name in MEANT):
             raise unknown_argument(function, name, names)
         found[new] = value
@@ -191,7 +190,7 @@ def n_first(function: Callable[P, R]) -> Callable[P, R]:
         if not (args and isinstance(args[0], str)):
             return function(*args, **kwargs)
         name = function.__name__
-        _warn(f"{name}(model, n, seed)", f"{name}(n, model, seed)", 3)
+        _warn(f"{name}(model, n, seed)", f"{name}(n, model, seed)")
         swapped: Any = dict(zip(("model", "n", "seed"), args, strict=False)) | kwargs
         return function(**swapped)  # type: ignore[call-arg]  # P names none
 
@@ -206,5 +205,5 @@ def value_today(argument: str, value: str) -> str:
     return new
 
 
-def _warn(old: str, new: str, level: int = 4) -> None:
-    warnings.warn(f"{old} is now {new}", FutureWarning, stacklevel=level)
+def _warn(old: str, new: str) -> None:
+    warn(f"{old} is now {new}", FutureWarning)

@@ -26,7 +26,7 @@ from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
 from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
-from jamlab.rheology.nonlinear_drag import nonlinear_modulus
+from jamlab.rheology.nonlinear_drag import equivalent_modulus
 
 Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
@@ -177,7 +177,7 @@ class Oscillation(_Run):
         if row["beta"] != 1:  # nan for Stokes drag
             return {}
         try:
-            linear = nonlinear_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)
+            linear, _ = equivalent_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)
         except ConvergenceError:  # not jammed, or unstable in a fixed box
             return {}
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))

@@ -32,7 +32,6 @@ import fcntl
 import json
 import os
 import traceback
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -45,7 +44,7 @@ from pydantic import ValidationError
 
 from jamlab.campaign.observable import Columns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError, StorageError, warn
 from jamlab.packing.hdf5 import file_image
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder, system_said
 from jamlab.storage.verified_file import add_checksum, checksum, opened
@@ -248,7 +247,7 @@ class CampaignFolder:
                     if error.errno not in _NO_LOCKS:
                         raise
                     said = f"{self.path}: {os.strerror(error.errno)}"
-                    warnings.warn(f"{said}: nothing keeps a second run out, so run each share once", stacklevel=4)
+                    warn(f"{said}: nothing keeps a second run out, so run each share once")
                     busy = []
             if busy:
                 said = f"another process runs in {self.path} and holds {busy[0].name}"

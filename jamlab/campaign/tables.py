@@ -17,6 +17,7 @@ from jamlab.campaign.observable import Columns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.quantities import COLUMNS
 from jamlab.statistics.confidence import CONFIDENCE, bootstrap
 
@@ -30,6 +31,7 @@ DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` 
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
+_MODULI = ("g", "g_x", "b", "g0")  # columns that may be negative where a packing is unstable
 _LAW = {"dp": ("gamma", "ka", "delta", "eps", "nv_small"), "sp": ("exponent", "stickiness")}
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
@@ -66,6 +68,7 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     if not parts:
         return pd.DataFrame({column: np.empty(0) for column in wanted})
     rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
+    warn_of_negative_rows({each: rows[each] for each in _MODULI if each in wanted}, f"rows of {name!r}")
     return rows[wanted]
 
 

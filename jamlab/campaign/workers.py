@@ -21,7 +21,7 @@ from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.tasks import Task, states_name
 from jamlab.errors import EngineError, InputError, StorageError
-from jamlab.measure import measure
+from jamlab.measure import numbers_of
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children
 from jamlab.storage.atomic_file import check_target
@@ -97,7 +97,7 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, stored: Sequenc
         measured, tables, before = file.observables, file.tables, file.seconds
     else:
         states = make_states(parameters, task.ranks)
-    measured = measured or measure(states.packings)
+    measured = measured or numbers_of(states.packings)
     count = len(states.packings)
     known: Columns = {name: measured[name] for name in ("rho", "phi", "pressure")}
     known |= {"state": np.arange(count), "target_pressure": np.array(states.target_pressures)}

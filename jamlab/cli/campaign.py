@@ -1,8 +1,6 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
-import warnings
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,20 +23,6 @@ app = typer.Typer(
     help="Ensembles of packings from one file: thousands of tasks that can be stopped and resumed.",
     epilog="Start with: jamlab campaign new campaign.toml",
 )
-
-
-@contextmanager
-def _warnings_as_lines() -> Iterator[None]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print_line(str(message), err_console)
-        yield
-
-
-@app.callback()
-def options(context: typer.Context) -> None:
-    """Show warnings as lines on stderr."""
-    context.with_resource(_warnings_as_lines())
 
 
 Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]

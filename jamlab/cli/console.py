@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import time
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
+
+from jamlab.errors import JamlabWarning
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -25,6 +28,23 @@ err_console = Console(stderr=True, markup=False, emoji=False)
 def print_line(text: str, console: Console = out_console) -> None:
     """Print lines as they are, neither wrapped nor coloured."""
     console.print(text, soft_wrap=True, highlight=False)
+
+
+@contextmanager
+def warnings_as_lines() -> Iterator[None]:
+    """Print the warnings of jamlab as lines on stderr, without the place in the code."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", JamlabWarning)
+        plain = warnings.showwarning
+
+        def show(message: Any, category: Any, *place: Any, **how: Any) -> None:
+            if issubclass(category, JamlabWarning):
+                print_line(f"warning: {message}", err_console)
+            else:
+                plain(message, category, *place, **how)
+
+        warnings.showwarning = show
+        yield
 
 
 def print_stage(name: str) -> None:
@@ -98,13 +118,14 @@ _MODULI = ("g", "g_x", "b")
 
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, csv: Path | None = None) -> None:
     """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it."""
-    from jamlab.measure import measure, why_no_modulus
+    from jamlab.measure import MODULI, numbers_of, why_no_modulus
+    from jamlab.mechanics.negative_moduli import warn_of_negative_rows
     from jamlab.packing.hdf5 import write_sweep
-    from jamlab.packing.law_parameters import NEGATIVE_G
     from jamlab.packing.quantities import MEASURED
 
     with progress_bar("measured") as progress:
-        measured = measure(packings, progress=progress)
+        measured = numbers_of(packings, progress=progress)
+    warn_of_negative_rows({MEASURED[name].symbol: measured[name] for name in MODULI}, "packings")
     if out is not None:
         write_sweep(out, packings, measured)
     if csv is not None:
@@ -134,8 +155,6 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, c
             "converged -: unknown, the file does not state it; G and B are meaningful only at an energy "
             "minimum (see max force)"
         )
-    if any(measured["g"] < 0) or any(measured["g_x"] < 0):
-        print_note(f"G {NEGATIVE_G}")
     reasons = (why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g)
     for reason in dict.fromkeys(reasons):
         print_note(f"not stable: {reason}")

@@ -114,8 +114,6 @@ def _summary(spectra: "Spectra") -> dict[str, Any]:
 
 def print_spectra(law: "Damping", spectra: "Spectra") -> None:
     """Print G*_xy(omega), below its limits and the static G averaged over directions."""
-    from jamlab.packing.law_parameters import NEGATIVE_G
-
     each, table = spectra.packings, spectra.means()
     count, bad = len(each), int((~each["converged"]).sum())
     title = f"{law}; {count} packing{'s' * (count > 1)}, {spectra.method}" + f", {bad} NOT CONVERGED" * bool(bad)
@@ -126,9 +124,6 @@ def print_spectra(law: "Damping", spectra: "Spectra") -> None:
         f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*; G = {mean['g']:.5g}: static, mean over "
         "directions"
     )
-    for name, value in (("G_xy", mean["g0"]), ("G", mean["g"])):
-        if value < 0:
-            print_note(f"{name} {NEGATIVE_G}")
     print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
 
 

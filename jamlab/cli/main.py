@@ -2,7 +2,6 @@
 
 import logging
 import sys
-import warnings
 from collections.abc import Sequence
 from typing import Annotated, Any
 
@@ -13,13 +12,13 @@ from typer.exceptions import TyperException
 
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
-from jamlab.cli.console import err_console
+from jamlab.cli.console import err_console, warnings_as_lines
 from jamlab.cli.decks import deck, decks, doctor
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
 from jamlab.cli.jam import compress, convert, demo, jam, pack, relax
-from jamlab.errors import JamlabError, JamlabWarning
+from jamlab.errors import JamlabError
 from jamlab.old_names import MEANT
 
 
@@ -167,12 +166,13 @@ def _print_version(asked: bool) -> None:
 
 @app.callback()
 def options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""
-    warnings.simplefilter("ignore", JamlabWarning)  # commands print such words as notes
+    context.with_resource(warnings_as_lines())
 
 
 COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an example of its words

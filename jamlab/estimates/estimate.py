@@ -38,6 +38,7 @@ from jamlab.estimates.ways import (
     scatter,
 )
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.result import Result
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
@@ -263,6 +264,9 @@ def estimate(
         processes: number of packings made in parallel.
         progress: called with (fraction of the expected seeds, text); True: print it.
 
+    Warns:
+        JamlabWarning: "g" or "b" is negative in some packings, which count in the mean.
+
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that needs too many packings, moduli
             from disks, or a value out of range.
@@ -301,6 +305,8 @@ def estimate(
 
     found = plan.collect(error, make)
     values = np.array(finite(found))
+    if quantity in ("g", "b"):
+        warn_of_negative_rows({quantity: values}, "packings")
     ci95 = plan.ci95(values)
     return Estimate(
         value=float(values.mean()) + plan.choice.correction[quantity],

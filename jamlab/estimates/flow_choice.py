@@ -19,12 +19,13 @@ from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
+from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus, warn_of_negative
+from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus
 from jamlab.rheology.damping import ContactDamping, Damping
-from jamlab.rheology.nonlinear_drag import effective_relaxation_time, nonlinear_modulus
+from jamlab.rheology.nonlinear_drag import effective_relaxation_time, equivalent_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
 RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
@@ -61,6 +62,9 @@ def choose_flow(
         rate: rate of steady shear, 1/tau_1.
         tolerance: allowed relative error of |G*| or of the stress.
 
+    Warns:
+        JamlabWarning: the static modulus is negative, see `jamlab.complex_modulus`.
+
     Raises:
         InputError: neither or both of omega and rate, power-law drag without an amplitude, a tolerance that cannot be
             met, steady flow outside the table, or a value out of range.
@@ -95,7 +99,7 @@ def choose_flow(
 def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float) -> Choice:
     linear, table = law.linear(), shipped_errors()
     spectrum = linear_modulus(packing, [omega], linear)
-    warn_of_negative(spectrum.g0, stacklevel=5)
+    warn_of_negative(packing, {"g0": spectrum.g0})
     plain = complex(spectrum.storage[0], spectrum.loss[0])
     best, error = plain, 0.0
     outside: tuple[str, ...] = ()  # infinitely small strains need no table
@@ -104,7 +108,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
         if law.alpha < 1:
-            found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
+            found, _ = equivalent_modulus(packing, [omega], damping=law, strain=amplitude)
             best = complex(found.storage[0], found.loss[0])
     values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain}
     off = {name: abs(value - best) / abs(best) for name, value in values.items()}

@@ -23,7 +23,7 @@ from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.measure import measure
+from jamlab.measure import numbers_of
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
@@ -107,7 +107,7 @@ def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
     """Measure some quantities of a packing. a is the mean shape factor above that of a free particle, A - A_J; the
     others are those of `jamlab.measure`. All are nan in an unjammed packing."""
-    row = measure(packing, {"z", *(_MEASURED[name] for name in quantities)})
+    row = numbers_of(packing, {"z", *(_MEASURED[name] for name in quantities)})
     found = {name: row[_MEASURED[name]] for name in quantities}
     if "a" in found:
         counts = None if packing.offsets is None else np.diff(packing.offsets)

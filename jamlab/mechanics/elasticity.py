@@ -20,7 +20,8 @@ from jamlab.errors import ConvergenceError, Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.factors import NAMED, UnstableError, static_response, without_floppy_modes
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import solved_coordinates, stiffness
+from jamlab.mechanics.negative_moduli import warn_of_negative
+from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import at_phi, compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
@@ -33,6 +34,7 @@ MODULI_DEFINITION = 1  # versions, see jamlab.campaign.tasks
 NONAFFINE_DEFINITION = 1
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
+_DIRECTIONS = np.pi * np.arange(180) / 180  # of shear, among which the lowest modulus is looked for
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,9 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         packing: SP or DP at an energy minimum.
         prestress: see `jamlab.mechanics.stiffness.energy_terms`.
 
+    Warns:
+        JamlabWarning: B, or G along some direction, is negative: the packing is unstable at its box shape.
+
     Raises:
         InputError: walls, between which only two strains are defined, see `jamlab.packing.strain_map`.
         ConvergenceError: no backbone, not at a minimum, or a negative or floppy mode of the backbone (`UnstableError`).
@@ -95,11 +100,17 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         True
     """
     check_admitted(packing, np.eye(4), "the elastic tensor")
-    return linear_response(packing, prestress=prestress)
+    found = linear_response(packing, prestress=prestress)
+    along = modulus_along(found.relaxed, _DIRECTIONS)
+    lowest = f"G along {np.degrees(_DIRECTIONS[along.argmin()]):.0f} degrees"
+    bulk = compression(packing).modulus(found.relaxed, stress(packing))
+    warn_of_negative(packing, {lowest: along.min(), "B": bulk})
+    return found
 
 
 def linear_response(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
-    """The response of `elastic_tensor`, of which those who ask for one strain take what is defined for it."""
+    """The response of `elastic_tensor`, without its warning, of which those who ask for one strain take what is
+    defined for it."""
     return _response(packing, prestress, NAMED)
 
 

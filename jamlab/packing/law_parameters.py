@@ -61,7 +61,8 @@ def check_box(box: Array) -> None:
 
 UNITS = ("eps", "k")  # names of the strength that is 1, and of the parameter that holds it
 ENSEMBLES = ("fixed-box", "shear-stabilized")
-NEGATIVE_G = "< 0: the packing is unstable to shear at this box shape. Use ensemble='shear-stabilized'"
+REMEDY_OF_NEGATIVE_G = "Use the ensemble 'shear-stabilized'"
+NEGATIVE_G = f"< 0: the packing is unstable to shear at this box shape. {REMEDY_OF_NEGATIVE_G}"
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # data files hold their places: append only
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 

@@ -11,8 +11,10 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from multiprocessing.connection import Connection
 
+from jamlab.errors import JamlabWarning
 from jamlab.processes.cores import cores_given
 
 _LOOK = 0.1  # s between two looks at the parent
@@ -41,13 +43,22 @@ def serve(connection: Connection) -> None:
         function = connection.recv()
         while True:
             item = connection.recv()
-            try:
-                answer = ("result", function(item, lambda *step: connection.send(("report", step))))
-            except Exception as error:  # whatever it is, the parent raises it
-                answer = ("error", error)
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always", JamlabWarning)
+                try:
+                    answer = ("result", function(item, lambda *step: connection.send(("report", step))))
+                except Exception as error:  # whatever it is, the parent raises it
+                    answer = ("error", error)
+            for each in said:  # the parent warns, at the line of its caller
+                connection.send(("warning", (str(each.message), _known_everywhere(each.category))))
             connection.send(answer)
     except (EOFError, ConnectionError):
         return
+
+
+def _known_everywhere(category: type[Warning]) -> type[Warning]:
+    """The class of a warning, or its first base that a process can import that lacks the modules of this one."""
+    return next(each for each in category.__mro__ if each.__module__ in ("builtins", JamlabWarning.__module__))
 
 
 def dying_line(line: list[str]) -> list[str]:

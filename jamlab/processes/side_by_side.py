@@ -14,7 +14,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from typing import Any, Self, TypeVar
 
-from jamlab.errors import EngineError
+from jamlab.errors import EngineError, warn
 from jamlab.processes.child import child_environment, dying_line
 
 T = TypeVar("T")
@@ -92,6 +92,11 @@ class Children:
     def wait(self) -> tuple[Any, str, Any]:
         """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported;
         "result": what is returned; "error": what is raised; "death": the item, and the exit code of the process."""
+        while (found := self._receive())[1] == "warning":
+            warn(*found[2])
+        return found
+
+    def _receive(self) -> tuple[Any, str, Any]:
         connection = wait(list(self._busy))[0]
         assert isinstance(connection, Connection)
         process, key, item = self._busy[connection]
@@ -101,7 +106,7 @@ class Children:
             connection.close()
             process.kill()
             kind, content = "death", (item, process.wait())
-        if kind != "report":
+        if kind not in ("report", "warning"):
             del self._busy[connection]
         if kind in ("result", "error"):
             self._idle.append((connection, process))

@@ -18,6 +18,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, linear_response
+from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import pressure, stress
 from jamlab.packing.deformation import Direction, ShearDirection, at_phi, compression, deformed, shear_direction
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
@@ -61,6 +62,9 @@ def shear_modulus(
     Returns:
         G; an array if `angle` is one.
 
+    Warns:
+        JamlabWarning: G is negative: the packing is unstable to shear at its box shape.
+
     Raises:
         InputError: invalid method, direction, angle or strain.
         ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
@@ -92,7 +96,9 @@ def shear_modulus(
         moduli = np.array(
             [each.modulus(tensor.affine if method == "affine" else tensor.relaxed, now) for each in directions]
         )
-    return float(moduli.mean()) if average or not asked.ndim else moduli
+    found = float(moduli.mean()) if average or not asked.ndim else moduli
+    warn_of_negative(packing, {"G, the mean over directions," if average else "G": found})
+    return found
 
 
 @checked
@@ -103,6 +109,9 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         packing: SP or DP.
         method: as in `shear_modulus`.
         strain: initial relative area change for "finite-strain"; default as in `shear_modulus`.
+
+    Warns:
+        JamlabWarning: B is negative: the packing is unstable to compression.
 
     Raises:
         InputError: unknown method, or a strain that is no number.
@@ -116,9 +125,12 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     check_choice("method", method, METHODS)
     first = _first_strain(packing, strain)
     if method == "finite-strain":
-        return _compressed(packing, first)
-    tensor = linear_response(packing)
-    return compression(packing).modulus(tensor.affine if method == "affine" else tensor.relaxed, stress(packing))
+        found = _compressed(packing, first)
+    else:
+        tensor = linear_response(packing)
+        found = compression(packing).modulus(tensor.affine if method == "affine" else tensor.relaxed, stress(packing))
+    warn_of_negative(packing, {"B": found})
+    return found
 
 
 def _first_strain(packing: Packing, strain: float | None) -> float:

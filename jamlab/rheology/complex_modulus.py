@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import check_choice, checked, finite_array
-from jamlab.errors import ConvergenceError, InputError, JamlabWarning, Renamed
+from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.deformation import Direction
-from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import drawn
@@ -124,7 +123,8 @@ def complex_modulus(
             "auto": "dense" for small packings, else "reduced".
 
     Warns:
-        JamlabWarning: G_xy, the static modulus, is negative: the packing is unstable to shear at its box shape.
+        JamlabWarning: g0, the static modulus in this direction, is negative: the packing is unstable to shear at its
+            box shape.
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
@@ -138,14 +138,8 @@ def complex_modulus(
         (True, True)
     """
     found = linear_modulus(packing, omega, damping, direction=direction, prestress=prestress, method=method)
-    warn_of_negative(found.g0, stacklevel=5)
+    warn_of_negative(packing, {"g0": found.g0})
     return found
-
-
-def warn_of_negative(g0: float, stacklevel: int) -> None:
-    """Warn of a negative static modulus. `stacklevel`: of the caller's caller, that of this function being 1."""
-    if g0 < 0:
-        warnings.warn(f"G_xy {NEGATIVE_G}", JamlabWarning, stacklevel=stacklevel)
 
 
 def linear_modulus(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, JamlabWarning, Renamed
+from jamlab.errors import InputError, Renamed, warn
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
@@ -139,7 +138,7 @@ def scaling_collapse(
         missing = (
             f"no Δ: no pressure has {_LEAST_POINTS} frequencies from {CRITICAL:g} p^λ to {HIGHEST:g}, λ = {best[1]:.3g}"
         )
-        warnings.warn(f"{missing}; use a larger n, or more frequencies", JamlabWarning, stacklevel=3)
+        warn(f"{missing}; use a larger n, or more frequencies")
     errors = np.zeros(3) * best[:3]  # nan where the exponent is
     if resamples:
         drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)

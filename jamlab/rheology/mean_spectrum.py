@@ -16,6 +16,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
+from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
@@ -89,8 +90,9 @@ def mean_spectra(
             {name: getattr(found, name) for name in (*LIMITS, "method")}
             | {"g": mean_shear_modulus(packing, relaxed), "converged": packing.converged}
         )
-    first = packings[0]
-    return Spectra(pd.concat(curves), pd.DataFrame(rows), first.units, first.unit_names.stress)
+    each, first = pd.DataFrame(rows), packings[0]
+    warn_of_negative_rows({"G_xy": each["g0"], "G": each["g"]}, "packings")
+    return Spectra(pd.concat(curves), each, first.units, first.unit_names.stress)
 
 
 def check_one_kind(packings: Sequence[Packing]) -> None:

@@ -9,7 +9,7 @@ contacts move by different amounts.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.optimize import brentq, root_scalar
@@ -18,10 +18,11 @@ from scipy.special import gamma
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
+from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.rheology.complex_modulus import ComplexModulus, check_frequencies, linear_modulus, warn_of_negative
+from jamlab.rheology.complex_modulus import ComplexModulus, check_frequencies, linear_modulus
 from jamlab.rheology.damping import ContactDamping, Damping
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
@@ -137,6 +138,24 @@ def nonlinear_modulus(
         >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
         True
     """
+    given: Any = {"damping": damping, "strain": strain, "prestress": prestress, "method": method}
+    found, static = equivalent_modulus(packing, omega, alpha, stress, **given)
+    warn_of_negative(packing, {"G_xy, the static modulus,": static})
+    return found
+
+
+def equivalent_modulus(
+    packing: Packing,
+    omega: ArrayLike,
+    alpha: float | None = None,
+    stress: float | None = None,
+    *,
+    damping: Damping | None = None,
+    strain: float | None = None,
+    prestress: bool = True,
+    method: str = "auto",
+) -> tuple[NonlinearModulus, float]:
+    """`nonlinear_modulus` without its warning, and the static modulus of which it would warn."""
     if (alpha is None) == (damping is None) or (stress is None) == (strain is None):
         raise InputError(
             f"alpha = {alpha}, damping = {damping}, stress = {stress}, strain = {strain}: give alpha or damping, and "
@@ -172,5 +191,5 @@ def nonlinear_modulus(
         check_number("strain", strain, np.inf)
         tau = np.array([time_at(w, stress_at(float(w), strain))[0] for w in frequencies])
     linear = modulus(frequencies * tau)
-    warn_of_negative(linear.g0, stacklevel=4)
-    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)
+    found = NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)
+    return found, linear.g0

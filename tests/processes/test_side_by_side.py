@@ -8,13 +8,13 @@ import time
 import psutil
 import pytest
 
-from jamlab.errors import EngineError, InputError
+from jamlab.errors import EngineError, InputError, JamlabWarning
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children, run_side_by_side
 
 CALLS = """
-import os, time
-from jamlab.errors import InputError
+import os, time, warnings
+from jamlab.errors import InputError, warn
 from jamlab.processes.cores import available_cores
 
 def square(item, report):
@@ -35,6 +35,13 @@ def die(item, report):
 
 def square_or_die(item, report):
     return item**2 if item > 0 else die(item, report)
+
+def complain(item, report):
+    class OwnWarning(UserWarning):
+        pass
+
+    warn(f"item {item}")
+    warnings.warn(OwnWarning("of the user"), stacklevel=1)
 
 def linger(item, report):
     report(os.getpid())
@@ -73,6 +80,14 @@ def test_a_call_may_come_before_those_that_wait(calls):
             children.submit(item, item, first=first)
         order = [key for key, kind, _ in (children.wait() for _ in range(6)) if kind == "result"]
     assert order == [1, 3, 2]
+
+
+def test_warnings_of_a_child_are_those_of_the_line_that_started_it(calls):
+    with pytest.warns() as found:
+        run_side_by_side(calls.complain, [1, 2], 1)
+    texts = ["item 1", "of the user", "item 2", "of the user"]
+    assert [str(each.message) for each in found] == texts and {each.filename for each in found} == {__file__}
+    assert [each.category for each in found] == 2 * [JamlabWarning, UserWarning]
 
 
 def test_a_child_has_one_core(calls):

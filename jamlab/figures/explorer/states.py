@@ -20,7 +20,7 @@ from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import void_paths, voids
-from jamlab.measure import measure, why_no_modulus
+from jamlab.measure import numbers_of, why_no_modulus
 from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
@@ -186,7 +186,7 @@ def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[st
 def observe(packing: Packing, known: Mapping[str, float], strain: float) -> dict[str, Any]:
     """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None.
     `converged` is None where no minimisation is known, as in a dump that does not say."""
-    row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
+    row = {**numbers_of(packing, [name for name in SHOWN if name not in known]), **known}
     numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
     g, why = numbers["g"], ""
     if g is None:
