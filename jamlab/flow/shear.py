@@ -113,9 +113,11 @@ class ShearRun(FlowRun):
 
     @checked
     def steady(self, name: str = "stress", *, discard: float = TRANSIENT) -> BlockAverage:
-        """Average a quantity over the steady flow, with its error from blocks.
+        """Average a quantity over the steady flow, with its standard error.
 
-        The shear stress is the work done between rows over the strain, so that nothing between them is missed.
+        Rows are correlated; `jamlab.statistics.confidence.block_average` names the estimate, and its `independent`
+        the number of independent rows that they are worth. Errors of the steps of the run come in addition. The shear
+        stress is the work done between rows over the strain, so that nothing between them is missed.
 
         Args:
             name: of an array of this run, such as "pressure".

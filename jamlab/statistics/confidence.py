@@ -142,17 +142,24 @@ def _stretch(packings: int, level: float) -> float:
 
 
 FEWEST_BLOCKS = 8
+_LEAST_INDEPENDENT = 2.0
+_PASSES = 4  # of the correction of autocorrelations by their own sum
+_SMOOTH = 0.7  # correlation above which values twice as far apart are looked at
+_CAUTION = 0.5  # standard errors added to the correlation of neighbours: series look less correlated than they are
 LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 
 @dataclass(frozen=True)
 class BlockAverage:
-    """Mean of a series: its `value`, its standard `error`, and the `drift`, mean of the second half less that of the
-    first, over its standard error."""
+    """Mean of a correlated series: its `value`; its standard `error`, `value` +- 1.96 `error` being the 95 % interval;
+    the `drift`, mean of the second half less that of the first, over its standard error; and the number of
+    `independent` values that the series is worth. Below about ten, the error of the error is large, which Student's t
+    adds to `error`; below two, more values are needed, and `error` is only as large as that of two."""
 
     value: float
     error: float
     drift: float
+    independent: float
 
     @property
     def steady(self) -> bool:
@@ -164,9 +171,14 @@ class BlockAverage:
 def block_average(values: ArrayLike) -> BlockAverage:
     """Average a series (m,) of at least sixteen values at equal distances, whose neighbours are correlated.
 
-    Blocks longer than the correlation are independent, so the spread of their means gives the error of the whole mean
-    (Flyvbjerg & Petersen, J. Chem. Phys. 91, 461, 1989). The length of blocks is doubled as long as eight remain; the
-    largest of the errors found is taken, since shorter blocks underestimate it.
+    The error is the largest that three estimates of the correlation give, each with the factor of Student's t that
+    its number of independent values asks for: means of blocks of 1, 2, 4, ... values as long as eight blocks remain
+    (Flyvbjerg & Petersen, J. Chem. Phys. 91, 461, 1989); the initial monotone sequence of autocorrelations (Geyer,
+    Statist. Sci. 7, 473, 1992); and the correlation of neighbours, as of an autoregressive series. The mean of a
+    finite series lowers its autocorrelations, which is corrected (Marriott & Pope, Biometrika 41, 390, 1954).
+
+    Of autoregressive series, 95 % intervals hold the mean in 93 to 99 % of all cases (16 to 2000 values, correlation
+    0 to 20 values). A slow part that is weak and correlated over more than a hundredth of the series may hide: 86 %.
     """
     series = np.asarray(values, dtype=np.float64)
     if series.ndim != 1 or len(series) < 2 * FEWEST_BLOCKS or not np.isfinite(series).all():
@@ -175,15 +187,60 @@ def block_average(values: ArrayLike) -> BlockAverage:
     change = float(series[middle:].mean() - series[:middle].mean())
     trend = np.polyval(np.polyfit(places, series, 1), places)  # which would pass for noise of long blocks
     rounding = float(np.finfo(np.float64).eps) * float(np.abs(series).max())
-    noise = max(2 * _block_error(series - trend), rounding)
-    return BlockAverage(float(series.mean()), _block_error(series), change / noise if change else 0.0)
+    noise = max(2 * _error_of_mean(series - trend)[0], rounding)
+    error, independent = _error_of_mean(series)
+    return BlockAverage(float(series.mean()), error, change / noise if change else 0.0, independent)
 
 
-def _block_error(series: Array) -> float:
-    errors, length = [], 1
-    while len(series) >= FEWEST_BLOCKS * length:
-        count = len(series) // length
-        means = series[len(series) - count * length :].reshape(count, length).mean(axis=1)
-        errors.append(float(means.std(ddof=1) / np.sqrt(count)))
+def _error_of_mean(series: Array) -> tuple[float, float]:
+    """Standard error of the mean of a series, and the number of independent values behind it."""
+    size = len(series)
+    variance = float(series.var())
+    rounding = float(np.finfo(np.float64).eps) * float(np.abs(series).max())
+    if variance <= rounding**2:
+        return 0.0, float(size)
+    independent = size / _correlation_time(series)
+    count = max(independent, _LEAST_INDEPENDENT)
+    error = _with_t(np.sqrt(variance / (count - 1)), count)
+    length = 1
+    while size >= FEWEST_BLOCKS * length:
+        count = size // length
+        means = series[size - count * length :].reshape(count, length).mean(axis=1)
+        error = max(error, _with_t(means.std(ddof=1) / np.sqrt(count), count))
         length *= 2
-    return max(errors)
+    return float(error), float(independent)
+
+
+def _with_t(error: float, count: float) -> float:
+    """A standard error from so many independent values, wider by Student's t."""
+    return float(error * stdtrit(count - 1, 0.5 * (1 + CONFIDENCE)) / STANDARD_ERRORS)
+
+
+def _correlation_time(series: Array) -> float:
+    """Number of values of a series that are worth one independent value, 1 or more: the sum of its autocorrelations."""
+    size = len(series)
+    power = np.abs(np.fft.rfft(series - series.mean(), 2 * size)) ** 2
+    found = np.fft.irfft(power, 2 * size)[:size]
+    found = found / found[0]
+    total, lags = 1.0, 1 - np.arange(size) / size
+    for _ in range(_PASSES):
+        raised = found + total / size * lags  # the mean takes total/size away
+        pairs = (raised / raised[0])[: size // 2 * 2].reshape(-1, 2).sum(axis=1)
+        pairs = np.minimum.accumulate(pairs)
+        total = min(max(2 * float(pairs[pairs > 0].sum()) - 1, 1.0), size)
+    return max(total, _autoregressive_time(found))
+
+
+def _autoregressive_time(found: Array) -> float:
+    """The same of an autoregressive series with autocorrelations (m,), from that of neighbours, or, where a series is
+    smooth, of values farther apart."""
+    lag = 1
+    while True:
+        size = len(found) / lag
+        alike = (size * float(found[lag]) + 1) / (size - 4)
+        if alike < _SMOOTH or size <= 2 * FEWEST_BLOCKS:
+            break
+        lag *= 2
+    alike += _CAUTION * np.sqrt(max(1 - alike**2, 1 / size) / size)
+    alike = min(max(alike, 0.0), 1 - 1 / size)
+    return float(lag * (1 + alike) / (1 - alike))
