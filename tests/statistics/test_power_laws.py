@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
@@ -47,7 +48,16 @@ def test_points_outside_the_window_and_nan_take_no_part():
 
 
 @pytest.mark.parametrize(
-    ("y", "options"), [(X[:-1], {}), (X, {"exponents": ()}), (X, {"exponents": (1e3,)}), (X, {"low": 0.29}), (-X, {})]
+    ("y", "options"),
+    [
+        (X[:-1], {}),
+        (X, {"exponents": ()}),
+        (X, {"exponents": (1e3,)}),
+        (X, {"low": 0.29}),
+        (-X, {}),
+        (0 * X, {}),
+        (X, {"exponents": (0.5, 0.5)}),
+    ],
 )
 def test_impossible_fits_are_refused(y, options):
     with pytest.raises(InputError):
@@ -57,7 +67,79 @@ def test_impossible_fits_are_refused(y, options):
 def test_the_spread_is_the_root_mean_square_of_the_residuals():
     y = 2.0 * X**0.5 * np.where(np.arange(len(X)) % 5, 1.01, 0.9)
     fit = power_law(X, y, (0.5,))
-    assert fit.spread == pytest.approx(np.sqrt(np.mean(((fit(X) - y) / y) ** 2)), rel=1e-9)
+    assert fit.spread == pytest.approx(np.sqrt(np.mean(((fit(X) - y) / fit(X)) ** 2)), rel=1e-9)
+
+
+def test_points_as_many_as_terms_or_one_more():
+    """Through as many points as terms the law goes exactly, and nothing tells its errors; from one more they follow."""
+    y = 2.6 * X**0.5 + 4.0 * X
+    exact = power_law(X[[3, 20]], y[[3, 20]], (0.5, 1.0))
+    assert exact.coefficients == pytest.approx([2.6, 4.0]) and np.isnan(exact.coefficients_stderr).all()
+    assert np.isnan(power_law(X[:2], y[:2]).exponents_stderr).all()
+    one_more = power_law(X[[3, 12, 20]], (y * (1 + 0.01 * np.cos(np.arange(25))))[[3, 12, 20]], (0.5, 1.0))
+    assert (one_more.coefficients_stderr > 0).all() and not one_more.exponents_stderr.any()
+    twice = power_law([0.01, 0.01, 0.1], [0.3, 0.31, 1.0], (0.5, 1.0))  # the last point decides alone
+    assert np.isnan(twice.coefficients_stderr).all() and np.isfinite(twice.coefficients).all()
+
+
+SCATTERS = [("times", s) for s in (0.01, 0.2, 0.4, 0.6)] + [("plus", s) for s in (0.01, 0.1, 0.3)]
+LAWS = [((0.5, 1.0), (3.6, 0.0)), ((0.5,), (3.6,)), ((0.0, 0.5), (-0.05, 2.0)), (None, (3.6, 0.5))]
+
+
+def scattered(rng, kind, scatter, law, count):
+    """Data around a law whose mean they keep: by a factor each, or by a part of the mean height."""
+    powers, truth = law
+    x, noise = np.geomspace(1e-3, 0.1, count), rng.normal(size=count)
+    y = truth[0] * x ** truth[1] if powers is None else (x[:, None] ** powers) @ truth
+    if kind == "times":
+        return x, y * np.exp(scatter * noise - 0.5 * scatter**2)
+    return x, y + scatter * np.abs(y).mean() * noise
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize(("kind", "scatter"), SCATTERS)
+def test_scatter_does_not_bias_the_fit(kind, scatter, law):
+    """The mean over many samples is the truth, within its standard error; and 95 % intervals hold it."""
+    rng, count, samples = np.random.default_rng(7), 40, 60
+    powers, truth = law
+    if powers is None and (kind, scatter) == ("plus", 0.3):
+        count = 160  # of fewer, one in a hundred samples is so far below zero at its lower end that no power law is
+    found, held = [], []
+    for _ in range(samples):
+        fit = power_law(*scattered(rng, kind, scatter, law, count), powers)
+        fitted = [(fit.coefficients, fit.coefficients_stderr), (fit.exponents, fit.exponents_stderr)]
+        values, errors = np.hstack(fitted if powers is None else fitted[:1])
+        found.append(values)
+        held.append(np.abs(values - truth) <= stdtrit(count - len(truth), 0.975) * errors)
+    found = np.array(found)
+    off = np.abs(found.mean(axis=0) - truth) / (found.std(axis=0, ddof=1) / samples**0.5)
+    assert (off < 3.5).all()
+    assert (np.mean(held, axis=0) > 0.8).all()
+
+
+def test_zeros_and_negative_values_count():
+    """Without them the law near onset comes out too high, and too flat."""
+    rng = np.random.default_rng(2)
+    x = np.geomspace(1e-4, 1e-2, 400)
+    y = 3.6 * x**0.5 + 0.1 * rng.normal(size=400)
+    y[::7] = 0.0
+    y[1::7] = 7.2 * x[1::7] ** 0.5
+    assert (y < 0).sum() >= 50
+    fit = power_law(x, y, (0.5,))
+    assert fit.coefficients == pytest.approx(np.mean(y / x**0.5), rel=1e-12)  # of one term: the mean of the ratios
+    assert fit.coefficients == pytest.approx([3.6], abs=3 * fit.coefficients_stderr[0])
+    assert power_law(x, y).exponents == pytest.approx([0.5], abs=0.15)
+    assert power_law(x[y > 0], y[y > 0]).exponents[0] < 0.35
+    assert power_law(x, -y, (0.5, 1.0)).coefficients == pytest.approx(-power_law(x, y, (0.5, 1.0)).coefficients)
+
+
+def test_the_free_law_has_relative_residuals_without_mean_or_slope():
+    rng = np.random.default_rng(5)
+    y = 2.0 * X**0.7 * rng.lognormal(0, 0.5, len(X))
+    fit = power_law(X, y)
+    residual = y / fit(X) - 1
+    assert residual.sum() == pytest.approx(0, abs=1e-10) and residual @ np.log(X) == pytest.approx(0, abs=1e-9)
+    assert fit.spread == pytest.approx(np.sqrt(np.mean(residual**2)))
 
 
 RATES = np.geomspace(1e-4, 1.0, 9)

@@ -2,9 +2,11 @@
 Contacts above onset
 ====================
 
-The excess contact number over the distance to onset. States are log-spaced near onset (``nearest``), and the fit is a
-sum of two power laws as in Boromand et al., by ``jamlab.statistics.power_laws``, which weighs relative errors. Packings
-of 64 disks are small: the paper finds the square root alone near onset in the limit of large ones.
+The excess contact number over the distance to onset: means of ten packings with standard errors, and the fit of a sum
+of two power laws as in Boromand et al. by ``jamlab.statistics.power_laws``. States are log-spaced near onset
+(``first_step``). Residuals are relative to the fit, so it follows the means at every distance; states with as many
+contacts as onset count too. A few states unjam near onset and have no contact number. Packings of 64 disks are small:
+the paper finds the square root alone near onset in the limit of large ones.
 """
 
 import matplotlib.pyplot as plt
@@ -14,19 +16,23 @@ import jamlab
 from jamlab.statistics.power_laws import power_law
 
 distance, excess = [], []
-for seed in range(1, 7):
+for seed in range(1, 11):
     onset = jamlab.jam(n=64, seed=seed)
-    start = jamlab.contacts(onset).z
-    for p in jamlab.compress(onset, to=0.95, by="phi", step=0.02, first_step=1e-3):
-        distance.append(p.phi - onset.phi)
-        excess.append(jamlab.contacts(p).z - start)
-distance, excess = np.array(distance), np.array(excess)
+    states = list(jamlab.compress(onset, to=onset.phi + 0.09, by="phi", step=0.02, first_step=1e-3))
+    distance.append([p.phi - onset.phi for p in states])
+    excess.append([jamlab.contacts(p).z - jamlab.contacts(onset).z for p in states])
+distance, excess = np.array(distance), np.array(excess)  # (packings, distances)
+
+fit = power_law(distance.ravel(), excess.ravel(), (0.5, 1.0))
+(root, linear), (root_error, linear_error) = fit.coefficients, fit.coefficients_stderr
+law = f"{root:.2f}({100 * root_error:.0f}) Δφ$^{{1/2}}$ + {linear:.1f}({10 * linear_error:.0f}) Δφ"
+places, mean, number = distance.mean(axis=0), np.nanmean(excess, axis=0), np.isfinite(excess).sum(axis=0)
+error = np.nanstd(excess, axis=0, ddof=1) / number**0.5
 
 figure, ax = plt.subplots(figsize=(5.2, 4), layout="constrained")
-jammed = excess > 0
-ax.loglog(distance[jammed], excess[jammed], ".", color="#0072B2", label="states of 6 packings")
-fit = power_law(distance[jammed], excess[jammed], (0.5, 1.0))
-line = np.geomspace(1e-3, 0.12, 20)
-ax.loglog(line, fit(line), color="#D55E00", label="{:.1f} Δφ$^{{1/2}}$ + {:.1f} Δφ".format(*fit.coefficients))
-ax.set(xlabel="Δφ = φ - φ$_J$", ylabel="z - z$_J$")
+ax.loglog(distance.ravel(), excess.ravel(), ".", color="#999999", ms=3, label="states of 10 packings")
+ax.errorbar(places, mean, error, fmt="o", color="#0072B2", capsize=2.5, label="means")
+at = np.geomspace(1e-3, 0.09, 20)
+ax.loglog(at, fit(at), color="#D55E00", label=law)
+ax.set(xlabel="Δφ = φ − φ$_J$", ylabel="z − z$_J$")
 ax.legend()
