@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -35,15 +35,15 @@ from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 from jamlab.protocols.saddles import record, relax_off_saddles
 
-LIMIT = 0.02  # imbalance from which on a result is doubtful
+LIMIT = 0.02  # imbalance from which on a result is doubtful, and a step is tried backwards
 
 
 @dataclass(frozen=True)
 class PlasticEvents(Result):
-    """Steps in which stress fell, m of them, and from which a step back does not lead back."""
+    """Steps in which stress fell or energy was lost, m of them, and from which a step back does not lead back."""
 
     strain: Array  # (m,) at the end of the step
-    stress_drop: Array  # (m,) stress before less that after
+    stress_drop: Array  # (m,) stress before less that after; negative where it rose by more than it fell
     released: Array  # (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy
     width: Array  # (m,) strain of the step: the event lies that much before `strain` at most
 
@@ -89,9 +89,15 @@ class QuasistaticShear(ShearRun):
 
     @property
     def drops(self) -> StressDrops:
-        """Stress drops of the events, at the strain where each begins."""
+        """Stress drops of the events in which stress fell, at the strain where each begins."""
         events = self.events
-        return StressDrops(events.strain - np.sign(events.strain) * events.width, events.stress_drop)
+        begin, fell = events.strain - np.sign(events.strain) * events.width, events.stress_drop > self.least_stress
+        return StressDrops(begin[fell], events.stress_drop[fell])
+
+    @property
+    def plastic_events(self) -> int:
+        """Number of `events`."""
+        return int(self.event.sum())
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -103,9 +109,23 @@ class QuasistaticShear(ShearRun):
 
     @property
     def energy_gap(self) -> Array:
-        """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
+        """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long.
+        0 where it is no more than what stresses within `stress_noise` would do."""
         released = np.where(self.event, np.diff(self.dissipated, prepend=0.0), 0.0)
-        return energy_gap(self.work, np.cumsum(released), self.enthalpy)
+        gap = energy_gap(self.work, np.cumsum(released), self.enthalpy)
+        unseen = np.cumsum(self.stress_noise * np.abs(np.diff(self.strain, prepend=self.strain[0])))
+        return np.where(np.abs(gap) > unseen, gap, 0.0)
+
+    @property
+    def least_stress(self) -> float:
+        """Stress that forces up to the tolerance hide."""
+        return float(stress_noise(self.tolerance, 0.0) * natural_scales(self.packing).stress)
+
+    @property
+    def stress_noise(self) -> Array:
+        """(m,) stress that the forces left at a minimum hide: a smaller fall is no event."""
+        scales = natural_scales(self.packing)
+        return stress_noise(self.tolerance, self.max_force / scales.force) * scales.stress
 
     @property
     def energy_tolerance(self) -> float:
@@ -125,7 +145,7 @@ class QuasistaticShear(ShearRun):
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
         ends = np.flatnonzero(self.event)
         if len(ends):
-            label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
+            label = f"{len(ends)} plastic event{'s' * (len(ends) > 1)}"
             axes.plot(self.strain[ends], self.stress[ends], "v", color=RED, markersize=4, label=label)
         if not self.converged.all():
             missed = ~self.converged
@@ -140,7 +160,8 @@ class QuasistaticShear(ShearRun):
 
 
 LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back
-REVERSIBLE = 0.1  # part of a fall of stress that a step back may miss: noise of minima, or hysteresis within the step
+NOISE = 10.0  # stress that forces of 1 may hide, mean size 1: 0.1 and less were seen where nothing bears stress
+REVERSIBLE = 0.1  # part of a fall of stress or energy that a step back may miss: noise, or hysteresis within the step
 
 
 class Minimum(SimpleNamespace):
@@ -215,19 +236,34 @@ class Walk(Run[QuasistaticShear]):
             self._on_walls.append(wall_stress(self._now) * self._scales.stress)
 
     def go_to(self, strain: float, *, keep: bool = False) -> None:
-        """Take one step; it is an event where stress falls, and the step back does not lead back."""
+        """Take one step; it is an event where stress falls or energy is lost, and the step back does not lead back."""
         before = self.rows[-1]
         after = self._step(strain, strain - before.strain, before)
-        if _drop(before, after) > 0:
+        noise, lost = self._noise(before, after), after.dissipated - before.dissipated
+        seen = LIMIT * abs(after.work - before.work) + noise * abs(strain - before.strain)
+        if _drop(before, after) > noise or lost > seen:
             reached = self._now
             after.event = not self._leads_back(before, after)
             self._now = reached
         self.add(after, keep=keep)
 
+    def _noise(self, *states: Minimum) -> float:
+        """Stress that the forces left at some minima hide."""
+        force = max(state.max_force for state in states) / self._scales.force
+        return float(stress_noise(self.facts["tolerance"], force) * self._scales.stress)
+
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
-        """Whether the step back ends where it came from: stress falls before an instability, too."""
+        """Whether the step back ends where it came from, in stress and energy: stress falls before an instability, too,
+        and the trapezoidal rule loses energy where contacts form."""
         back = self._step(before.strain, before.strain - after.strain, after)
-        return bool(abs(back.stress - before.stress) < REVERSIBLE * _drop(before, after))
+        noise, lost = self._noise(before, after, back), after.dissipated - before.dissipated
+        held = (self._pressure or 0.0) * (self._share(back.area) - self._share(before.area))
+        least = noise * abs(after.strain - before.strain)
+        stress, energy = back.stress - before.stress, back.energy + held - before.energy
+        return bool(
+            abs(stress) < max(REVERSIBLE * abs(_drop(before, after)), noise)
+            and abs(energy) < max(REVERSIBLE * abs(lost), least)
+        )
 
     def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
         """Strain the packing by a step, to a strain in all, and relax."""
@@ -278,6 +314,11 @@ def _flipped(packing: Packing) -> Packing:
     return packing.with_state(box=box)
 
 
+def stress_noise(tolerance: float, force: ArrayLike) -> Array:
+    """Stress that is no more than noise where forces up to `force` are left, or up to the tolerance; natural units."""
+    return NOISE * np.maximum(tolerance, force)
+
+
 def _drop(before: Minimum, after: Minimum) -> float:
     """Fall of the stress along the shear, whichever way it goes."""
     return float(np.sign(after.strain) * (before.stress - after.stress))
@@ -314,8 +355,8 @@ def quasistatic_shear(
     Args:
         packing: SP or DP.
         strain: total strain of either sign, up to 1000 for "simple", up to 1 for other directions.
-        step: largest strain step, at most 0.1. Events whose stress drop is smaller than the elastic rise in a step are
-            not detected.
+        step: largest strain step, at most 0.1. Events in which stress rises, and less than 2 % of the work of the step
+            is lost, are not detected.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
             compression along y. `stress` is conjugate to the strain.
         walls: see `shear`.

@@ -18,6 +18,7 @@ from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.geometry.walls import walled
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
@@ -47,6 +48,7 @@ def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrop
 LEAST_DROP = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
 TRANSIENT = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
 _OVER = 0.02  # by which a peak must exceed the last stress, to be one
+_ROUNDING = 1e-12  # of the stiffness of a contact: smaller changes of a stress are no physics
 
 
 class Peak(NamedTuple):
@@ -81,6 +83,11 @@ class ShearRun(FlowRun):
         return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.strain)))])
 
     @property
+    def least_stress(self) -> float:
+        """Stress below which a change is rounding."""
+        return _ROUNDING * natural_scales(self.packing).stress
+
+    @property
     def _last_part(self) -> float:
         """Path at which the last part begins."""
         return 0.0 if self.parts is None else float(self.parts[:-1, 1].sum())
@@ -96,7 +103,9 @@ class ShearRun(FlowRun):
         rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
         stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]
         k = int(np.argmax(stress[path[rows] <= TRANSIENT]))
-        if k == 0 or k == len(stress) - 1 or stress[k] < (1 + _OVER) * stress[k + 1 :].min():
+        if k == 0 or k == len(stress) - 1 or stress[k] < self.least_stress:
+            return None
+        if stress[k] < (1 + _OVER) * stress[k + 1 :].min():
             return None
         return Peak(float(strain[k]), float(self.stress[k]))
 
@@ -104,7 +113,8 @@ class ShearRun(FlowRun):
     def drops(self) -> StressDrops:
         """Falls of the elastic stress along the flow, by more than 1 % of its range."""
         along = np.cumsum(np.sign(np.diff(self.strain)) * np.diff(self.elastic_stress))
-        return stress_drops(self.strain, np.append(0.0, along), LEAST_DROP * float(np.ptp(self.elastic_stress)))
+        least = max(LEAST_DROP * float(np.ptp(self.elastic_stress)), self.least_stress)
+        return stress_drops(self.strain, np.append(0.0, along), least)
 
     @property
     def plastic_events(self) -> int:

@@ -247,3 +247,39 @@ def test_states_that_miss_the_tolerance_say_so(packing):
 def test_numbers_out_of_range_are_refused(packing, arguments, named):
     with pytest.raises(jamlab.InputError, match=named):
         quasistatic_shear(packing, **arguments)
+
+
+@pytest.mark.parametrize("stickiness", [0.0, 0.05])
+def test_flat_walls_bear_no_stress_so_there_are_no_plastic_events_out_of_rounding(stickiness):
+    """Nor a peak, nor an imbalance of the energy."""
+    flat = jamlab.with_walls(jamlab.pack(n=16, pressure=1e-2, seed=1, stickiness=stickiness), 1.5, flat=True)
+    found = quasistatic_shear(flat, strain=0.05, step=0.01)
+    assert abs(found.stress).max() < 1e-12 and not len(found.events) and not len(found.drops.size)
+    assert found.peak is None and found.energy_error == 0 and found.balanced
+
+
+def test_a_packing_that_unjams_has_no_plastic_events():
+    """Stresses of 1e-14 rise and fall at random."""
+    found = quasistatic_shear(jamlab.pack(n=16, phi=0.5, seed=1), strain=0.05, step=0.01)
+    assert abs(found.stress).max() < 1e-12 and not len(found.events) and found.balanced
+
+
+def test_energy_that_sticky_disks_lose_without_stress_is_released_by_events():
+    """A floppy network: disks meet and stick, and a step back does not part them; work is zero until stress rises."""
+    found = quasistatic_shear(jamlab.pack(n=32, phi=0.6, seed=2, stickiness=0.1), strain=0.08, step=0.01)
+    lost = -np.diff(found.energy)
+    still = abs(found.stress[1:]) < 1e-12
+    assert found.event[1:][still].tolist() == (lost[still] > 1e-9).tolist() and found.event.any()
+    assert found.events.released.sum() == pytest.approx(found.energy[0] - found.energy[-1] + found.work[-1], rel=1e-3)
+    assert found.balanced and not len(found.drops.size)
+
+
+def test_events_in_which_stress_rises_are_seen_by_the_energy_they_lose():
+    """The next minimum may have a larger stress; in finer steps too, and it releases the same."""
+    start = jamlab.pack(n=24, pressure=1e-2, seed=3)
+    coarse, fine = (quasistatic_shear(start, strain=0.022, step=step) for step in (2e-3, 5e-4))
+    for found in (coarse, fine):
+        assert len(found.events) == found.plastic_events == 1 and not len(found.drops.size)
+        assert found.events.stress_drop[0] < -1e-4 and found.energy_error < 5e-3
+    assert fine.events.released == pytest.approx(coarse.events.released, rel=0.1)
+    assert 0.02 < fine.events.strain[0] <= coarse.events.strain[0] == pytest.approx(0.022)
