@@ -145,14 +145,14 @@ def convert(
     force: options.Force = False,
 ) -> None:
     """Convert packings to the format of the ending of TARGET."""
-    from jamlab.packing.write import write
-    from jamlab.trajectories.files import read, read_all
+    from jamlab.trajectories.convert import convert as run
 
     check_target(target, file, replace=force)
     expect_output(target)
-    packings = read_all(file, units=units) if frame is None else [read(file, frame, units=units)]
-    write(target, packings)
+    packings, lost = run(file, target, frame, units=units)
     print_line(f"wrote {target}: {len(packings)} packing{'s' * (len(packings) > 1)} of {packings[0].n} particles")
+    if lost:
+        print_line(f"{target} does not hold: {', '.join(lost)}")
 
 
 def relax(

@@ -380,7 +380,7 @@ class Session:
             self._run(f"variable {name} delete")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
-            write_data(file, packing)
+            write_data(file, packing, described=False)
             with _plain_name(file) as name, _plain_name(deck(f"parts/{kind.part}")) as part:
                 self.set_variables(settings | {"data": name})
                 self._run(f"include {part}")

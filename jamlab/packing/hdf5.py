@@ -19,7 +19,8 @@ import numpy as np
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.packing import KNOWN, Packing
+from jamlab.packing.facts import OF_DIGITS, history_text, rounding_of
+from jamlab.packing.packing import KNOWN, MINIMUM, Packing
 from jamlab.packing.quantities import MEASURED
 from jamlab.storage.atomic_file import atomic_file, check_ending
 from jamlab.storage.verified_file import (
@@ -33,7 +34,7 @@ from jamlab.storage.verified_file import (
     opened,
 )
 
-_KNOWN = "_known"  # entry beside the provenance that holds `Packing.known`
+_KNOWN = "_known"  # entry beside the provenance that held `Packing.known` before there was `parameters/state`
 
 
 def write_sweep(
@@ -60,11 +61,13 @@ def file_image(
     check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
     onsets = [np.nan if packing.onset is None else float(packing.onset) for packing in frames]
-    histories = [_history(k, {**p.provenance, _KNOWN: p.known}) for k, p in enumerate(frames)]
+    histories = [history_text(p.provenance, f"provenance of frame {k}") for k, p in enumerate(frames)]
+    states = [history_text(p.known, f"state of frame {k}") for k, p in enumerate(frames)]
 
     with _memory_file() as file:
         _write_header(file)
-        _write_parameters(file.create_group("parameters"), frames[0], onsets, histories)
+        series = {"onset": onsets, "provenance": histories, "state": states}
+        _write_parameters(file.create_group("parameters"), frames[0], series)
         particles = file.create_group("particles/all")
         _write_particles(particles, frames)
         group = file.create_group("observables")
@@ -86,7 +89,8 @@ def read(path: FilePath, frame: int = -1) -> Packing:
     with opened(path) as file:
         count = _count(file)
         if not -count <= frame < count:
-            raise StorageError(f"{path} has no frame {frame}: it holds {count}, 0 to {count - 1} or -1 for the last")
+            frames = f"it holds {count}, 0 to {count - 1} or -1 for the last" if count else "it holds none"
+            raise StorageError(f"{path} has no frame {frame}: {frames}")
         return _packing(path, file, int(frame) % count)
 
 
@@ -94,7 +98,9 @@ def read(path: FilePath, frame: int = -1) -> Packing:
 def read_all(path: FilePath) -> list[Packing]:
     """Read every frame, in the order written. Errors as in `read`."""
     with opened(path) as file:
-        return [_packing(path, file, frame) for frame in range(_count(file))]
+        if not (count := _count(file)):
+            raise StorageError(f"{path} has no frames: write packings into it again")
+        return [_packing(path, file, frame) for frame in range(count)]
 
 
 def read_observables(path: FilePath) -> dict[str, Array]:
@@ -119,7 +125,8 @@ def _write_header(file: Any) -> None:
     h5md.create_group("creator").attrs.update(name="jamlab", version=metadata.version("jamlab"))
 
 
-def _write_parameters(group: Any, first: Packing, onsets: list[float], histories: list[str]) -> None:
+def _write_parameters(group: Any, first: Packing, series: Mapping[str, Sequence[Any]]) -> None:
+    """What all frames share, and `series` with one entry a frame."""
     group.attrs.update(model=first.model, units=first.units)
     for name in ("diameters", "offsets"):
         if getattr(first, name) is not None:
@@ -127,8 +134,8 @@ def _write_parameters(group: Any, first: Packing, onsets: list[float], histories
     law = group.create_group("force_law")
     for name, value in first.params.items():
         law[name] = value
-    group["onset"] = onsets
-    group["provenance"] = histories
+    for name, entries in series.items():
+        group[name] = entries
 
 
 def _write_particles(group: Any, frames: list[Packing]) -> None:
@@ -164,6 +171,8 @@ def check_one_sweep(frames: Sequence[Packing]) -> None:
 def _observable(name: str, values: ArrayLike, frames: int) -> Array:
     if not name or "/" in name or name == ".":
         raise InputError(f"an observable cannot be named {name!r}: a name must not be empty or contain a slash")
+    if "\0" in name or not name.isprintable():  # HDF5 would cut it off there, or cannot hold it
+        raise InputError(f"an observable cannot be named {name!r}: use characters that can be printed")
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -171,20 +180,6 @@ def _observable(name: str, values: ArrayLike, frames: int) -> Array:
     if array.ndim == 0 or len(array) != frames:
         raise InputError(f"observable {name!r} has shape {array.shape}: the first axis must count the {frames} frames")
     return array
-
-
-def _history(frame: int, provenance: dict[str, Any]) -> str:
-    def plain(value: Any) -> Any:
-        if isinstance(value, np.generic | np.ndarray):
-            return value.tolist()
-        raise TypeError(f"{value!r} is a {type(value).__name__}")
-
-    try:
-        return json.dumps(provenance, default=plain)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"provenance of frame {frame} cannot be stored: {error}; use numbers, text, None, lists and dicts"
-        ) from error
 
 
 # reading --------------------------------------------------------------------------------------------------------------
@@ -204,23 +199,29 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     parameters = file["parameters"]
     onset = float(dataset(parameters, "onset", "f", (frames,))[frame])
     history = _read_history(path, dataset(parameters, "provenance", "T", (frames,)).asstr()[frame], frame)
-    known = _pop_known(path, history)
+    known = _known(path, parameters, history, frame, frames)
     sizes = {
-        name: dataset(parameters, name, kind, (None,))[()] if name in parameters else None
+        name: dataset(parameters, name, kind, (None,)) if name in parameters else None
         for name, kind in (("diameters", "f"), ("offsets", "iu"))
     }
-    law = parameters["force_law"]
+    law = {name: dataset(parameters["force_law"], name, NUMBERS + "T") for name in parameters["force_law"]}
+    box = dataset(file, "particles/all/box/edges/value", "f", (frames, 3, 3))
     fields = {
         "model": parameters.attrs["model"],
         "units": parameters.attrs["units"],
-        "box": dataset(file, "particles/all/box/edges/value", "f", (frames, 3, 3))[frame, :2, :2],
+        "box": box[frame, :2, :2],
         "positions": positions[frame, :, :2],
-        "params": {name: _value(dataset(law, name, NUMBERS + "T")) for name in law},
-        **sizes,
+        "params": {name: _value(each) for name, each in law.items()},
+        **{name: None if each is None else each[()] for name, each in sizes.items()},
         "onset": None if np.isnan(onset) else onset,
         **known,
         "provenance": history,
     }
+    arrays = [positions, box, *(each for each in (*sizes.values(), *law.values()) if each is not None and each.shape)]
+    short = [each for each in arrays if each.dtype.kind == "f" and each.dtype.itemsize < 8]  # which others wrote
+    if error := sum(rounding_of(each.dtype, each[()]) for each in short):
+        fields |= {name: MINIMUM[name] for name in OF_DIGITS}
+        fields["rounding"] = max(error, known.get("rounding", 0.0))
     try:
         return Packing(**fields)
     except InputError as error:
@@ -234,11 +235,15 @@ def _read_history(path: FilePath, text: str, frame: int) -> dict[str, Any]:
     return history
 
 
-def _pop_known(path: FilePath, history: dict[str, Any]) -> dict[str, Any]:
-    if _KNOWN not in history:  # a file of 0.2.0 or before
+def _known(path: FilePath, parameters: Any, history: dict[str, Any], frame: int, frames: int) -> dict[str, Any]:
+    """What is known of a state; files from before `parameters/state` have it in the history, which loses it."""
+    if "state" in parameters:
+        known = json.loads(dataset(parameters, "state", "T", (frames,)).asstr()[frame])
+    elif _KNOWN in history:
+        known = history.pop(_KNOWN)
+    else:  # a file of 0.2.0 or before
         before = {name: "force_tolerance" if name == "tolerance" else name for name in KNOWN}
-        return {name: history.pop(said) for name, said in before.items() if said in history}
-    known = history.pop(_KNOWN)
+        known = {name: history.pop(said) for name, said in before.items() if said in history}
     if not isinstance(known, dict) or not known.keys() <= KNOWN.keys():
         raise StorageError(f"{path} is damaged (the record of a state is {str(known)[:40]}): {REMEDY}")
     return known

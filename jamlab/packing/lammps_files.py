@@ -4,7 +4,8 @@ Both say the same: one atom per disk or vertex, with ids 1, 2, ... in the order 
 is the particle plus one; the atom type is the rank of the particle's size, smallest first. Numbers have 17 significant
 digits, so they read back as the same doubles.
 
-LAMMPS has no place for the force law, so a data file has a comment line for it, which LAMMPS skips wherever it stands:
+LAMMPS has no place for the force law, so a data file has a comment line for it and for all other facts of the packing,
+see `jamlab.packing.facts`, which LAMMPS skips wherever it stands:
     # jamlab model=dp units=eps gamma=0.4 ka=300 eps=1 delta=0.25 eta=0 contact=outline ensemble=fixed-box converged=1
     # jamlab model=sp units=k k=1 d1=0.83333333333333337 d2=1.1666666666666665
 `fixed` has a bit for each particle, eight in two hexadecimal digits, and `walls=1` says that these are walls.
@@ -32,7 +33,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.facts import columns_of, fact_of_word, facts_of, words
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_ending
 
@@ -40,9 +41,7 @@ from jamlab.storage.atomic_file import atomic_file, check_ending
 # with 128 and 4.9 s with 256; with classes 0.15 s.
 MAX_TYPES = 64
 CLASSES = 8  # of size: reach of neighbor lists goes by type pairs; at 1:20 one class takes 1.5 times as long
-_MARK = "# jamlab "
-_TEXTS = ("model", "units", "contact", "ensemble", "fixed")  # entries of the comment that are no numbers
-STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
+MARK = "# jamlab "
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
 
@@ -75,16 +74,17 @@ def types(packing: Packing) -> TypeTable:
     return TypeTable(values[last], of_value.reshape(-1)[rank.reshape(-1)].astype(np.int64) + 1, True)
 
 
-def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
+def write_data(path: str | os.PathLike[str], packing: Packing, *, described: bool = True) -> TypeTable:
     """Write a LAMMPS data file: triclinic box, atoms wrapped into it with image flags, DP: bonds and `d_a0`.
 
     Each vertex of a polygon has one bond, to its successor. Positions inside the box are written as they are; the
     others are shifted by the lattice vectors that their image flags count, so that LAMMPS unwraps polygons whole again.
     Returns the atom types written. Errors as in `jamlab.write`, and an InputError for a position more than 511 lattice
-    vectors away from the box."""
+    vectors away from the box. `described`: False leaves out what LAMMPS does not read."""
     check_ending(path, "data")
     table = types(packing)
-    text = "\n".join(_data_lines(packing, table)) + "\n"
+    first = describe(packing) if described else MARK.strip()
+    text = "\n".join([first, *_data_lines(packing, table)]) + "\n"
     with atomic_file(path) as temporary:
         temporary.write_text(text, encoding="ascii")
     return table
@@ -93,10 +93,9 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 
-    Columns: id mol type xu yu zu radius, where the radius of a vertex is its rim radius; then what is the same for all
-    atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
-    `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
-    A packing with fixed particles has the column fixed: 0 free, 1 fixed, 2 of a wall.
+    Columns: id mol type xu yu zu radius, where the radius of a vertex is its rim radius, and a0 of droplets; then what
+    is the same for all atoms of a frame, see `jamlab.packing.facts`: the parameters of the force law, ensemble, and all
+    that is known of the minimum. A packing with fixed particles has the column fixed: 0 free, 1 fixed, 2 of a wall.
     Positions are not wrapped: polygons are whole. The time step is the number of the frame. All frames have the same
     number of positions, which readers rely on. Errors as in `jamlab.write`."""
     check_ending(path, "dump")
@@ -115,23 +114,14 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
 
 
 def describe(packing: Packing) -> str:
-    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum. Numbers
-    have 17 significant digits; rest areas of droplets are left to the section `d_a0`."""
-    entries: dict[str, Any] = {"model": packing.model, "units": packing.units}
-    entries |= _law(packing)
+    """Describe a packing in a comment line: all its facts, and the diameters of the types. Numbers have 17 significant
+    digits; rest areas of droplets are left to the section `d_a0`."""
+    facts = facts_of(packing)
     if not section_of_sizes(packing, types(packing)):
-        entries |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
-    entries |= {name: getattr(packing, name) for name in STATE}
-    if packing.rounding:
-        entries["rounding"] = packing.rounding
+        facts |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
     if packing.fixed is not None:
-        entries |= {"fixed": np.packbits(packing.fixed).tobytes().hex(), "walls": packing.walls}
-    return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
-
-
-def _law(packing: Packing) -> dict[str, Any]:
-    """Parameters of the force law that are the same for all particles."""
-    return {name: value for name, value in packing.params.items() if not packing.parameters[name].each}
+        facts["fixed"] = np.packbits(packing.fixed).tobytes().hex()
+    return MARK + words(facts)
 
 
 def section_of_sizes(packing: Packing, table: TypeTable) -> str:
@@ -141,34 +131,20 @@ def section_of_sizes(packing: Packing, table: TypeTable) -> str:
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
-    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several. Returns text for
-    model, units, contact and ensemble, bool for converged, float for every other name; empty without such a line."""
-    found = [line for line in lines if line.startswith(_MARK)]
-    return dict(_value(word) for word in found[-1].removeprefix(_MARK).split()) if found else {}
-
-
-def _entry(name: str, value: Any) -> str:
-    if name in _TEXTS:
-        return f"{name}={value}"
-    return f"{name}={value:.17g}"
-
-
-def _value(word: str) -> tuple[str, Any]:
-    name, _, text = word.partition("=")
-    if name in _TEXTS:
-        return name, text
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several: facts by name;
+    empty without such a line."""
+    found = [line for line in lines if line.startswith(MARK)]
+    entries = dict(word.partition("=")[::2] for word in found[-1].removeprefix(MARK).split()) if found else {}
     try:
-        number = float(text)
-    except ValueError:
-        raise InputError(f"the comment `{_MARK}` has the entry {word!r}: give it as name=number") from None
-    return name, bool(number) if name in ("converged", "walls") else number
+        return {name: fact_of_word(name, text) for name, text in entries.items()}
+    except ValueError as error:
+        raise InputError(f"the comment `{MARK.strip()}` is not understood: {error}") from error
 
 
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     bonded, count = packing.kind.atom_style == "molecular", len(packing.positions)
     bonds = [(i, j + 1) for i, j in enumerate(packing.successor, start=1) if i != j + 1] if bonded else []
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
-    yield describe(packing)
     yield ""
     yield f"{count} atoms"
     if bonded:
@@ -208,23 +184,24 @@ def dump_frame(box: Array, items: str, count: int, columns: Mapping[str, NDArray
     return "\n".join(lines) + "\n"
 
 
-def _dump_columns(packing: Packing) -> dict[str, NDArray[Any]]:
-    """What atoms have, each its own or, last, all the same."""
-    count, particle = len(packing.positions), packing.particle
-    x, y = packing.positions.T
-    columns: dict[str, NDArray[Any]] = {"id": np.arange(1, count + 1), "mol": particle + 1}
-    columns |= {"type": types(packing).types[particle], "xu": x, "yu": y, "zu": np.zeros(count)}
+def site_columns(packing: Packing) -> dict[str, NDArray[Any]]:
+    """What each site has of its own, beside its position."""
+    particle = packing.particle
+    columns: dict[str, NDArray[Any]] = {"id": np.arange(1, len(particle) + 1), "mol": particle + 1}
+    columns["type"] = types(packing).types[particle]
     columns |= {name: values[particle] for name, values in packing.kind.dump_columns(packing).items()}
     if packing.fixed is not None:
-        columns["fixed"] = np.where(packing.fixed_sites, 2.0 if packing.walls else 1.0, 0.0)
-    shared: dict[str, Any] = {}
-    for name, value in _law(packing).items():
-        choices = packing.parameters[name].choices
-        shared[name] = choices.index(value) if choices else value
-    shared |= {"ensemble": ENSEMBLES.index(packing.ensemble), "onset": packing.onset or 0.0}
-    shared["max_force"] = -1.0 if packing.max_force is None else packing.max_force
-    shared |= {"converged": packing.converged} | ({"rounding": packing.rounding} if packing.rounding else {})
-    return columns | {name: np.full(count, float(value)) for name, value in shared.items()}
+        columns["fixed"] = np.where(packing.fixed_sites, 2 if packing.walls else 1, 0)
+    return columns
+
+
+def _dump_columns(packing: Packing) -> dict[str, NDArray[Any]]:
+    """What atoms have, each its own or, last, all the same."""
+    count, own = len(packing.positions), site_columns(packing)
+    x, y = packing.positions.T
+    columns = {name: own.pop(name) for name in ("id", "mol", "type")}
+    columns |= {"xu": x, "yu": y, "zu": np.zeros(count), **own}
+    return columns | {name: np.full(count, value) for name, value in columns_of(facts_of(packing)).items()}
 
 
 def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, JamlabError
+from jamlab.packing.facts import facts_of, lost, words
 from jamlab.packing.hdf5 import write_sweep
-from jamlab.packing.lammps_files import write_data, write_dump
+from jamlab.packing.lammps_files import site_columns, write_data, write_dump
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import FORMATS, atomic_file, begins_as, check_ending
+from jamlab.storage.atomic_file import FORMATS, atomic_file, begins_as, check_ending, check_target
 from jamlab.storage.verified_file import FilePath
 
 _KINDS = ("packings", "data", "dump", "xyz")
@@ -22,14 +24,20 @@ _KINDS = ("packings", "data", "dump", "xyz")
 @checked
 def write(
     path: FilePath, packings: Packing | Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None
-) -> None:
+) -> tuple[str, ...] | None:
     """Write one packing or the frames of a sweep; the ending of the name decides the format.
+
+    Where making the packings ends in an error, as a sweep that does not converge, the file holds those before it; an
+    old file stays as it is, and they go to `NAME.part.h5` beside it. The error is raised all the same.
 
     Args:
         path: file to create or replace. `.h5` (or no ending): HDF5 with everything; `.data`: LAMMPS data file of one
             packing; `.dump`: LAMMPS text dump; `.xyz`: extended xyz.
         packings: one packing, or several of one sweep, which share model, units, particles and law.
         observables: arrays by name, (frames,) or (frames, ...); HDF5 only.
+
+    Returns:
+        None, or names of what the packings have and the file does not hold: the provenance in a dump.
 
     Raises:
         InputError: no packings, packings of different sweeps, or values or an ending that are not supported.
@@ -43,14 +51,38 @@ def write(
         (16, True)
     """
     check_ending(path, *_KINDS)
-    frames = [packings] if isinstance(packings, Packing) else list(packings)
+    kind, ending = kind_of(path), Path(path).suffix.lower()
+    if observables and kind != "packings":
+        raise InputError(f"observables {', '.join(observables)}: a {ending} file holds none, write HDF5, such as x.h5")
+    check_target(path)  # before the work of making the packings
+    if isinstance(packings, Packing):
+        packings = [packings]
+    frames: list[Packing] = []
+    try:
+        for packing in packings:
+            frames.append(packing)
+    except BaseException as error:  # an interrupt too
+        with suppress(JamlabError):
+            if frames:
+                kept = Path(path) if not Path(path).exists() else Path(path).with_suffix(f".part{Path(path).suffix}")
+                _write(kind, kept, frames, None)
+                error.add_note(f"{kept} holds the {len(frames)} packings before")
+        raise
+    return _write(kind, path, frames, observables)
+
+
+def kind_of(path: FilePath) -> str:
+    """The format that a name promises: of `FORMATS`."""
     ending = Path(path).suffix.lower()
-    kind = next((kind for kind in _KINDS if ending in FORMATS[kind]), begins_as(path) or "packings")
+    return next((kind for kind in _KINDS if ending in FORMATS[kind]), begins_as(path) or "packings")
+
+
+def _write(
+    kind: str, path: FilePath, frames: list[Packing], observables: Mapping[str, ArrayLike] | None
+) -> tuple[str, ...] | None:
     if kind == "packings":
         write_sweep(path, frames, observables)
-        return
-    if observables:
-        raise InputError(f"observables {', '.join(observables)}: a {ending} file holds none, write HDF5, such as x.h5")
+        return None
     if kind == "dump":
         write_dump(path, frames)
     elif kind == "xyz":
@@ -59,24 +91,29 @@ def write(
         write_data(path, frames[0])
     else:
         raise InputError(f"{len(frames)} packings: a LAMMPS data file holds one, write a .dump or .h5 file")
+    return lost(kind, frames) or None
+
+
+_SHAPES = {"i": "I:1", "f": "R:1"}  # of a column, by kind of numpy
 
 
 def _write_xyz(path: FilePath, frames: Sequence[Packing]) -> None:
-    """Positions and radii of disks, or of the vertices of droplets with the radius of their rims."""
+    """Positions and radii of disks, or of the vertices of droplets with the radius of their rims; the second line of a
+    frame holds all facts of the packing, see `jamlab.packing.facts`."""
     if not frames:
         raise InputError("no packings to write")
-    if any(packing.fixed is not None for packing in frames):
-        raise InputError("fixed particles: extended xyz has no place for them; write .h5, .data or .dump")
     lines: list[str] = []
     for packing in frames:
         box = np.zeros((3, 3))
         box[:2, :2], box[2, 2] = packing.box, 1.0
         lattice = " ".join(f"{value:.17g}" for value in box.ravel())
-        law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items() if isinstance(value, float))
-        columns = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1:id:I:1 pbc="T T F"'
-        lines += [str(len(packing.positions)), f"{columns} units={packing.units} {law}"]
-        radius = packing.kind.dump_columns(packing)["radius"][packing.particle]
-        rows = zip(packing.positions, radius, packing.particle + 1, strict=True)
-        lines += [f"A {x:.17g} {y:.17g} 0 {r:.17g} {m}" for (x, y), r, m in rows]
+        own = site_columns(packing)
+        for name in ("type", *(["mol"] if packing.offsets is None else [])):  # sizes tell types; disks are no molecules
+            del own[name]
+        names = ":".join(f"{name}:{_SHAPES[column.dtype.kind]}" for name, column in own.items())
+        lines += [str(len(packing.positions))]
+        lines += [f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:{names} pbc="T T F" {words(facts_of(packing))}']
+        rows = zip(packing.positions.tolist(), *(column.tolist() for column in own.values()), strict=True)
+        lines += [f"A {x:.17g} {y:.17g} 0 {' '.join(f'{value:.17g}' for value in more)}" for (x, y), *more in rows]
     with atomic_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="ascii")

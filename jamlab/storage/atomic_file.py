@@ -20,31 +20,55 @@ if TYPE_CHECKING:
 
 
 _ABANDONED = 86_400.0  # s since its last change after which a temporary file has no writer
+_MODE = 0o666  # of new files, but for the umask
+_NAME = re.compile(r"\.jamlab-(?P<node>.+)-(?P<process>\d+)-[0-9a-f]+\.tmp")
 _looked_after: set[Path] = set()  # folders in which this process has removed what others left behind
 
 
+def _node() -> str:
+    return re.sub(r"\W", "_", os.uname().nodename)[:100]
+
+
 def _remove_abandoned(folder: Path) -> None:
-    """Remove the temporary files of writers that were killed: those that nobody has changed for a day."""
+    """Remove the temporary files of writers of this machine that were killed: whose process is gone, and that nobody
+    has changed for a day. Those of other machines stay: their writers may live, and their clocks be other ones."""
     with suppress(OSError):
         for file in folder.glob(".jamlab-*.tmp"):
+            named = _NAME.fullmatch(file.name)
+            if named is None or named["node"] != _node() or _runs(int(named["process"])):
+                continue
             if time.time() - file.stat().st_mtime > _ABANDONED:
                 file.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # it is another user's
+        return True
+    return True
 
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary path `.jamlab-*.tmp` in the same folder, where a rename is atomic; it takes the place of `path`,
-    or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
-    stays as it was; what a killed process leaves behind, one that writes into the folder a day later removes."""
+    or of the file that a link points to, when the block ends well, with the permissions of the old file. If the block
+    raises, it is removed, and the old file stays as it was; what a killed process leaves behind, one that writes into
+    the folder from the same machine a day later removes."""
     target = check_target(path)
     if target.parent not in _looked_after:
         _looked_after.add(target.parent)
         _remove_abandoned(target.parent)
-    temporary = target.with_name(f".jamlab-{os.urandom(8).hex()}.tmp")
+    temporary = target.with_name(f".jamlab-{_node()}-{os.getpid()}-{os.urandom(8).hex()}.tmp")
     try:
         try:
-            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _MODE if mode is None else mode & _MODE))
             yield temporary
+            if mode is not None:
+                temporary.chmod(mode)
             _flush(temporary)
             os.replace(temporary, target)
         except BaseException:

@@ -1,36 +1,52 @@
-"""Files of other programs as named columns, of text or arrays: how far they are rounded, and what damage raises."""
+"""Files of other programs as named columns, of text or arrays: how far they are rounded, and what is damage."""
 
 from __future__ import annotations
 
 import bz2
 import gzip
 import lzma
+import re
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.errors import InputError, JamlabError, StorageError, warn
+from jamlab.packing.facts import rounding_of
 from jamlab.storage.atomic_file import system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
+
+T = TypeVar("T")
 
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
 _CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
 _SAMPLE = 500  # numbers that are looked at
+DISK_AREA = "area of the disk"  # column of a table, from which the radius follows where there is no other size
 _SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
-# what Python, numpy, h5py, gsd and the packers of text raise on damaged files, beside errors of the system
-DAMAGE = (
-    *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError, SystemError),
-    *(EOFError, SyntaxError, TokenError, zlib.error, lzma.LZMAError),
-)
+_FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d+$)")  # 1.0D+00
+# what Python, numpy, h5py, gsd and the packers of text raise on files that are not what they should be, beside errors
+# of the system
+_NOT_UNDERSTOOD = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
+_NOT_UNDERSTOOD = (*_NOT_UNDERSTOOD, SystemError, SyntaxError, TokenError)
+
+
+class DamageError(ValueError):
+    """A word that should be a number."""
+
+
+class CutOffError(DamageError):
+    """An end that comes too early."""
+
+
+_DAMAGE = (DamageError, EOFError, zlib.error, lzma.LZMAError)
 
 
 @contextmanager
@@ -50,41 +66,78 @@ def damage_named(path: FilePath) -> Iterator[None]:
         raise type(error)(f"{path}: {error}") from error
     except OSError as error:
         raise StorageError(f"cannot read {path}: {system_said(error, 'check the name and its permissions')}") from error
-    except DAMAGE as error:
-        said = " ".join(str(error).split())
-        raise StorageError(f"{path} is damaged or cut off ({said}): copy it or write it again") from error
+    except _DAMAGE as error:
+        raise StorageError(f"{path} is damaged or cut off ({_said(error)}): copy it or write it again") from error
+    except UnicodeDecodeError as error:
+        raise StorageError(f"{path} is no text ({_said(error)}): check that its ending tells its format") from error
+    except _NOT_UNDERSTOOD as error:
+        raise StorageError(
+            f"{path} is not understood ({_said(error)}): correct it, or see jamlab.read for what is read"
+        ) from error
 
 
-def rounding(words: Sequence[str], values: Array, *, chosen: bool = False) -> float:
+def _said(error: BaseException) -> str:
+    return " ".join(str(error).split())
+
+
+def whole_frames(path: FilePath, frames: Iterator[T]) -> Iterator[T]:
+    """The frames of a file that may end within one, as where a job was killed: then those before, and a warning; the
+    error if there are none."""
+    count = 0
+    try:
+        for frame in frames:
+            yield frame
+            count += 1
+    except (CutOffError, EOFError) as error:
+        if not count:
+            raise
+        last = f"s 0 to {count - 1} are" if count > 1 else " 0 is"
+        warn(f"{path} ends within frame {count} ({_said(error)}): frame{last} read")
+
+
+def number(word: str) -> float:
+    """A number as Python or Fortran writes it."""
+    try:
+        return float(word)
+    except ValueError:
+        pass
+    try:
+        return float(_FORTRAN.sub("e", word))
+    except ValueError:
+        raise DamageError(f"{word!r:.40} is no number") from None
+
+
+def rounding(words: Sequence[str], values: Array, *, chosen: bool = False, stated: bool = False) -> float:
     """How far numbers may be off because they were written with few digits, seen from some words; 0 for the digits of
-    float64. Sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded."""
-    digits = max(len(word.lower().partition("e")[0].lstrip("+-0.").replace(".", "")) for word in words[:_SAMPLE])
+    float64. Sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded. `stated`: the source says itself
+    how far its numbers are off, which holds if all of them are as jamlab writes numbers, so that 0.5 is exact."""
+    sample = words[:_SAMPLE]
+    if stated and all(word == f"{number(word):.17g}" for word in sample):
+        return 0.0
+    digits = max(len(re.split("[ed]", word.lower())[0].lstrip("+-0.").replace(".", "")) for word in sample)
     largest = float(np.abs(values).max())
     if digits >= FULL_DIGITS or not largest or (chosen and digits <= _CHOSEN_DIGITS):
         return 0.0
     return float(0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - max(digits, 1)))
 
 
-def rounding_of(kind: Any, values: Array) -> float:
-    """How far numbers may be off that a file holds in a type of fewer digits than float64."""
-    if kind.kind != "f" or kind.itemsize >= 8:
-        return 0.0
-    return float(0.5 * np.finfo(kind.newbyteorder("=")).eps * np.abs(values).max())
-
-
 class Columns:
     """Columns of one frame by name, each the words of a text or an array."""
 
-    def __init__(self, columns: Mapping[str, Any]) -> None:
-        self._columns = columns
+    def __init__(self, columns: Mapping[str, Any], stated: bool = False) -> None:
+        """`stated`: see `rounding`."""
+        self._columns, self._stated = columns, stated
 
     @classmethod
-    def of_rows(cls, rows: Sequence[Sequence[str]], names: Mapping[str, int], count: int) -> Columns:
+    def of_rows(
+        cls, rows: Sequence[Sequence[str]], names: Mapping[str, int], count: int, stated: bool = False
+    ) -> Columns:
         """Columns of rows of words, each `count` long; `names`: place of a column by its name."""
         wrong = next((k for k, row in enumerate(rows) if len(row) != count), None)
         if wrong is not None:
-            raise ValueError(f"row {wrong} has {len(rows[wrong])} columns, {count} expected")
-        return cls({name: [row[k] for row in rows] for name, k in names.items()})
+            said = f"row {wrong + 1} of {len(rows)}, {' '.join(rows[wrong])!r:.60}, has {len(rows[wrong])} columns"
+            raise ValueError(f"{said}, {count} expected")
+        return cls({name: [row[k] for row in rows] for name, k in names.items()}, stated)
 
     def __contains__(self, name: str) -> bool:
         return name in self._columns
@@ -99,14 +152,30 @@ class Columns:
     def numbers(self, name: str) -> Array:
         """A column as float64, all finite."""
         column = self._columns[name]
-        values = np.asarray(column if isinstance(column, np.ndarray) else list(map(float, column)), dtype=np.float64)
+        if isinstance(column, np.ndarray):
+            values = np.asarray(column, dtype=np.float64)
+        else:
+            try:
+                values = np.array(list(map(float, column)), dtype=np.float64)
+            except ValueError:
+                values = np.array([self._number(name, k) for k in range(len(column))])
         if not np.isfinite(values).all():
-            raise ValueError(f"{column[int(np.flatnonzero(~np.isfinite(values))[0])]} is no finite number")
+            k = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise DamageError(f"{name} of row {k + 1} is {column[k]}, no finite number")
         return values
+
+    def _number(self, name: str, k: int) -> float:
+        try:
+            return number(self._columns[name][k])
+        except DamageError as error:
+            raise DamageError(f"{name} of row {k + 1}: {error}") from None
 
     def whole(self, name: str) -> Indices:
         """A column as int64."""
-        return np.array(list(map(int, self._columns[name])), dtype=np.int64)
+        values = self.numbers(name)
+        if len(wrong := np.flatnonzero((values != np.rint(values)) | (np.abs(values) > 2.0**53))):
+            raise ValueError(f"{name} of row {wrong[0] + 1} is {self._columns[name][wrong[0]]}: whole numbers expected")
+        return values.astype(np.int64)
 
     def points(self, *names: str) -> Array:
         """(n, k) columns side by side."""
@@ -118,24 +187,25 @@ class Columns:
         if isinstance(first, np.ndarray):
             return rounding_of(first.dtype, values)
         words = zip(*(self._columns[name][:_SAMPLE] for name in names), strict=True)
-        return rounding([word for row in words for word in row], values, chosen=chosen)
+        return rounding([word for row in words for word in row], values, chosen=chosen, stated=self._stated)
 
     def taken(self, rows: Indices | NDArray[np.bool_]) -> Columns:
         """The same of some rows, by mask or by number."""
         kept = np.arange(len(self))[rows]
-        return Columns(
-            {
-                name: values[kept] if isinstance(values, np.ndarray) else [values[k] for k in kept]
-                for name, values in self._columns.items()
-            }
-        )
+        chosen = {
+            name: values[kept] if isinstance(values, np.ndarray) else [values[k] for k in kept]
+            for name, values in self._columns.items()
+        }
+        return Columns(chosen, self._stated)
 
-    def by_id(self) -> Columns:
-        """The same in the order of the column id."""
-        ids = self.whole("id")
-        if len(np.unique(ids)) != len(ids):
-            raise ValueError("two atoms of a frame have the same id")
-        return self.taken(np.argsort(ids))
+    def by_id(self, name: str = "id") -> Columns:
+        """The same in the order of a column that names the particles."""
+        ids, counts = np.unique(self.whole(name), return_counts=True)
+        if (counts > 1).any():
+            raise InputError(
+                f"{name} {ids[counts > 1][0]} stands on {counts.max()} rows of one frame: it must be unique"
+            )
+        return self.taken(np.argsort(self.whole(name)))
 
     def types(self) -> NDArray[np.str_]:
         """(n,) names of types; "1" where none are given."""
@@ -146,6 +216,9 @@ class Columns:
         """(n,) radii, None without, and how far they may be off; several columns must say the same."""
         found = {name: factor * self.numbers(name) for name, factor in SIZE_NAMES.items() if name in self}
         error = sum(SIZE_NAMES[name] * self.error(name, chosen=True) for name in found)
+        if not found and DISK_AREA in self:
+            found = {DISK_AREA: np.sqrt(self.numbers(DISK_AREA) / np.pi)}
+            error = self.error(DISK_AREA, chosen=True) / (2 * np.pi * float(found[DISK_AREA].mean()))
         first = next(iter(found), "")
         for other in [*found][1:]:
             wrong = np.flatnonzero(np.abs(found[other] - found[first]) > _SAME_SIZE * np.abs(found[first]))

@@ -17,9 +17,10 @@ from jamlab.storage.atomic_file import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
 from jamlab.trajectories import disk_files, lammps_data
 from jamlab.trajectories.columns import COMPRESSED, damage_named
+from jamlab.trajectories.foreign_kinds import refuse_foreign
 from jamlab.trajectories.sites import Radii
 
-_READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files: each frame, or what makes it
+_READERS: dict[str, Callable[..., Iterator[Any]]] = {  # kinds of files: each frame, or what makes it
     **{"data": lammps_data.read_data, "dump": lammps_data.read_dump},
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "gsd": disk_files.read_gsd},
 }
@@ -39,6 +40,8 @@ def read(
     units: str | None = None,
     params: Mapping[str, Any] | None = None,
     box: ArrayLike | None = None,
+    model: str | None = None,
+    style: str | None = None,
 ) -> Packing:
     """Read one frame of a file, by default the last; negative numbers count from the end.
 
@@ -46,8 +49,10 @@ def read(
     (`.csv` with columns x, y and radius or diameter; give `box`). Text may be compressed (`.gz`, `.bz2`, `.xz`).
 
     Files of other programs may lack sizes, units or parameters: pass them. Missing parameters have the defaults of the
-    decks and are listed in `provenance["assumed"]`. Other columns are ignored. Coordinates with fewer digits than
-    float64 (GSD, dumps with `%g`) set `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`.
+    decks and are listed in `provenance["assumed"]`. Other columns are ignored. Particles are in the order of the column
+    `id`, of tables also `particle`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) set
+    `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`. Of a dump, xyz file or table that ends
+    within a frame, as where a job was killed, the frames before are read, with a warning.
 
     Args:
         path: file; the format follows from the ending, or from the content.
@@ -56,6 +61,8 @@ def read(
         units: "eps" or "k", see `Packing`.
         params: some or all parameters of the force law, see `Packing`.
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
+        model: "sp" where disks have molecules or bonds, which else make droplets ("dp").
+        style: atom style of a LAMMPS data file that names none, such as "sphere".
 
     Raises:
         StorageError: no such file or frame, or an incomplete or unknown file.
@@ -68,7 +75,7 @@ def read(
         >>> np.array_equal(q.positions, p.positions), q.converged
         (True, True)
     """
-    return _read(path, frame, (radii, units, params, box))[0]
+    return _read(path, frame, (radii, units, params, box, model), style)[0]
 
 
 @checked
@@ -79,6 +86,8 @@ def read_all(
     units: str | None = None,
     params: Mapping[str, Any] | None = None,
     box: ArrayLike | None = None,
+    model: str | None = None,
+    style: str | None = None,
 ) -> list[Packing]:
     """Read every frame, in the order written. Arguments and errors as in `read`.
 
@@ -89,29 +98,37 @@ def read_all(
         >>> phi == sorted(phi)
         True
     """
-    return _read(path, None, (radii, units, params, box))
+    return _read(path, None, (radii, units, params, box, model), style)
 
 
-_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None]  # radii, units, params, box
+# radii, units, params, box, model
+_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None, str | None]
 
 
-def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
+def _read(path: FilePath, frame: int | None, given: _Given, style: str | None) -> list[Packing]:
     """One frame of a file, or all."""
     kind = _kind(path)
+    if style is not None and kind != "data":
+        raise InputError(
+            f"style = {style!r}: {path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
+        )
     if kind == "hdf5":
         own = hdf5.read_all(path) if frame is None else [hdf5.read(path, frame)]
         if any(value is not None for value in given):
-            raise InputError(f"{path} contains box, sizes, units and force law: leave out radii, units, params and box")
+            raise InputError(
+                f"{path} contains box, sizes, units and force law: leave out radii, units, params, box and model"
+            )
         return own
     packings = []
-    for k, atoms in _chosen(_READERS[kind](path), frame):
+    for k, atoms in _chosen(_READERS[kind](path, *([style] if kind == "data" else [])), frame):
         with damage_named(f"{path}, frame {k}"):
             packings.append((atoms() if callable(atoms) else atoms).packing(*given))
     if not packings:
         raise StorageError(
             f"{path} has no frame{'' if frame is None else f' {frame}'}: use another frame, or write the file again"
         )
-    return [packing.with_state(provenance={"source": Path(path).name}) for packing in packings]
+    # a packing whose file keeps its provenance says where it came from first
+    return [p.with_state(provenance={"source": Path(path).name, **p.provenance}) for p in packings]
 
 
 def _kind(path: FilePath) -> str:
@@ -123,6 +140,7 @@ def _kind(path: FilePath) -> str:
     if is_hdf5(path):
         return "hdf5"
     compressed = file.suffix.lower() in COMPRESSED
+    refuse_foreign(path, compressed)
     ending = (file.with_suffix("") if compressed else file).suffix.lower()
     kind = _KIND_OF.get(ending, begins_as(path))
     if kind and not (compressed and kind == "gsd"):

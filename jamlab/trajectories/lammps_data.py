@@ -9,65 +9,80 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
+from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.packing.lammps_files import STATE, described
-from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
+from jamlab.packing.facts import STATE, fact_of_column, lost_names
+from jamlab.packing.lammps_files import described
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.columns import Columns, rounding, text_of
-from jamlab.trajectories.sites import LAW_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
+from jamlab.trajectories.columns import Columns, CutOffError, DamageError, number, rounding, text_of, whole_frames
+from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
 
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
 
-# columns before x y z, then three image counts or none
+# columns of a section Atoms, then three image counts or none
+_XYZ = ("x", "y", "z")
 STYLES = {
-    "atomic": ("id", "type"),
-    "bond": ("id", "mol", "type"),
-    "angle": ("id", "mol", "type"),
-    "molecular": ("id", "mol", "type"),
-    "charge": ("id", "type", "q"),
-    "full": ("id", "mol", "type", "q"),
-    "sphere": ("id", "type", "diameter", "density"),
+    "atomic": ("id", "type", *_XYZ),
+    "bond": ("id", "mol", "type", *_XYZ),
+    "angle": ("id", "mol", "type", *_XYZ),
+    "molecular": ("id", "mol", "type", *_XYZ),
+    "charge": ("id", "type", "q", *_XYZ),
+    "full": ("id", "mol", "type", "q", *_XYZ),
+    "sphere": ("id", "type", "diameter", "density", *_XYZ),
+    "bpm/sphere": ("id", "mol", "type", "diameter", "density", *_XYZ),
+    "dipole": ("id", "type", "q", *_XYZ, "mux", "muy", "muz"),
 }
+_ASK = f"write `Atoms # STYLE`, or give style=, one of {', '.join(STYLES)}"
 
 
-def read_data(path: FilePath) -> Iterator[Sites]:
-    """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds."""
+def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
+    """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds. `style`:
+    of its atoms, if the file does not say."""
     with text_of(path) as file:
         lines = [line.rstrip("\n") for line in file]
         header, sections = _sections(lines)
         low, box = _box(header)
         if "Atoms" not in sections:
-            raise ValueError("it has no section Atoms")
-        style, rows = sections["Atoms"]
-        if len(rows) != int(header["atoms"][0]) or not rows:
-            raise ValueError(f"it announces {header['atoms'][0]} atoms and holds {len(rows)}")
-        names = _columns(style, len(rows[0]))
-        atoms = Columns.of_rows(rows, {name: k for k, name in enumerate(names)}, len(names)).by_id()
+            raise InputError("not a LAMMPS data file of atoms: it has no section Atoms")
+        comment, rows = sections["Atoms"]
+        if len(rows) != int(number(header["atoms"][0])) or not rows:
+            raise CutOffError(f"it announces {header['atoms'][0]} atoms and holds {len(rows)}")
+        entries = described(lines)
+        names = _columns(comment, style, rows, header, sections)
+        places = {name: k for k, name in enumerate(names)}
+        atoms = Columns.of_rows(rows, places, len(names), "rounding" in entries).by_id()
         place = {int(k): m for m, k in enumerate(atoms.whole("id"))}
         positions, heights, imaged = atoms.points("x", "y"), atoms.numbers("z"), "ix" in atoms
         if imaged:
-            positions = positions + atoms.points("ix", "iy") @ box
-            heights = heights + atoms.numbers("iz") * np.ptp(_ends(header, "z"))
+            positions = positions + np.column_stack([atoms.whole("ix"), atoms.whole("iy")]) @ box
+            heights = heights + atoms.whole("iz") * np.ptp(_ends(header, "z"))
         check_flat(heights, box[0, 0])
         by_atom = {name: _by_atom(sections[name][1], place) for name in ("d_diameter", "d_a0") if name in sections}
         sizes = {"diameter": atoms.words("diameter")} if "diameter" in atoms else {}
         sizes |= {"diameters": by_atom["d_diameter"]} if "d_diameter" in by_atom else {}
-        radius, error = Columns(sizes).radius()
+        radius, error = Columns(sizes, "rounding" in entries).radius()
         ends = [word for name in ("xlo xhi", "ylo yhi", "xy xz yz") for word in header.get(name, ())]
-        error += atoms.error("x", "y") + rounding(ends, box, chosen=True)
-        bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
-        entries = described(lines)
+        error += atoms.error("x", "y") + rounding(ends, box, chosen=True, stated="rounding" in entries)
+        bonds = [_bond(row, place) for row in sections.get("Bonds", ("", []))[1]]
         yield Sites(
             box=box,
             positions=positions - low,
             types=atoms.types(),
-            rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds else None,
+            rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds and entries.get("model") != "sp" else None,
             wrapped=not imaged,
             radius=radius,
             a0=Columns({"a0": by_atom["d_a0"]}).numbers("a0") if "d_a0" in by_atom else None,
             entries=entries,
-            rounding=max(error, entries.get("rounding", 0.0)),
+            rounding=error,
         )
+
+
+def _bond(row: list[str], place: dict[int, int]) -> list[int]:
+    """Places of the two atoms of a row of the section Bonds."""
+    try:
+        return [place[int(word)] for word in row[2:4]]
+    except (KeyError, ValueError):
+        raise InputError(f"the bond {' '.join(row)!r:.60} names an atom that is not there") from None
 
 
 def _sections(lines: list[str]) -> tuple[dict[str, list[str]], Sections]:
@@ -96,8 +111,8 @@ def _sections(lines: list[str]) -> tuple[dict[str, list[str]], Sections]:
 def _is_number(word: str) -> bool:
     """Whether a word of a header is a number, "nan" and "inf" too; names of its lines are none."""
     try:
-        float(word)
-    except ValueError:
+        number(word)
+    except DamageError:
         return False
     return True
 
@@ -111,37 +126,71 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
 
 def _cell(x: Sequence[float], y: Sequence[float], tilts: Sequence[str]) -> tuple[Array, Array]:
     """Lower left corner (2,) and lattice vectors (2, 2), from the ends of either side and the tilts xy, xz and yz."""
-    xy, xz, yz = map(float, tilts)
+    xy, xz, yz = map(number, tilts)
     if xz or yz:
         raise InputError(f"the box is tilted by xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
     if not np.isfinite([*x, *y, xy]).all():
-        raise ValueError("its box has edges that are not finite")
+        raise DamageError("its box has edges that are not finite")
+    for name, (least, most) in (("x", x), ("y", y)):
+        if most <= least:
+            raise InputError(f"the box runs from {least:g} to {most:g} along {name}: give the lower bound first")
     return np.array([x[0], y[0]]), np.array([[x[1] - x[0], 0.0], [xy, y[1] - y[0]]])
 
 
 def _ends(header: dict[str, list[str]], axis: str) -> list[float]:
-    return [float(word) for word in header[f"{axis}lo {axis}hi"]]
+    words = header.get(f"{axis}lo {axis}hi", [])
+    if len(words) != 2:
+        raise InputError(f"the header has no line `{axis}lo {axis}hi` with two numbers")
+    return [number(word) for word in words]
 
 
-def _columns(style: str, count: int) -> tuple[str, ...]:
-    """Names of the columns of a section Atoms."""
-    name = style.partition(" ")[0] or {5: "atomic", 8: "atomic", 6: "molecular", 9: "molecular"}.get(count, "none")
-    if name not in STYLES or count not in (len(STYLES[name]) + 3, len(STYLES[name]) + 6):
-        raise InputError(
-            f"atoms of style {name!r} with {count} columns: write `Atoms # STYLE`, STYLE one of {', '.join(STYLES)}"
-        )
-    return (*STYLES[name], "x", "y", "z", "ix", "iy", "iz")[:count]
+def _columns(
+    comment: str, given: str | None, rows: list[list[str]], header: dict[str, list[str]], sections: Sections
+) -> tuple[str, ...]:
+    """Names of the columns of a section Atoms, from the style behind it or given; without one, only where no other
+    style has such rows."""
+    name, count = comment.partition(" ")[0], len(rows[0])
+    if given is not None:
+        check_choice("style", given, STYLES)
+        if name not in ("", given):
+            raise InputError(f"style = {given!r} was given, but the file has {name!r}")
+        name = given
+    if not name:
+        fit = [style for style in ("atomic", "molecular", "charge") if _fits(STYLES[style], rows, header)]
+        if "molecular" in fit and "Bonds" in sections:
+            fit = ["molecular"]
+        if len(fit) != 1:
+            said = f", which may be of style {' or '.join(fit)}" if fit else ""
+            raise InputError(f"the section Atoms has no style and {count} columns{said}: {_ASK}")
+        name = fit[0]
+    if name not in STYLES or count not in (len(STYLES[name]), len(STYLES[name]) + 3):
+        raise InputError(f"atoms of style {name!r} with {count} columns: {_ASK}")
+    return (*STYLES[name], "ix", "iy", "iz")[:count]
+
+
+def _fits(columns: tuple[str, ...], rows: list[list[str]], header: dict[str, list[str]]) -> bool:
+    """Whether rows may have these columns, without image counts: molecules are whole numbers, types 1 to their number
+    or labels."""
+    if len(columns) != len(rows[0]):
+        return False
+    most = int(number(header.get("atom types", ["1"])[0]))
+    kinds = {name: {row[columns.index(name)] for row in rows} for name in ("mol", "type") if name in columns}
+    if not all(word.isdecimal() for word in kinds.get("mol", ())):
+        return False
+    return all(1 <= int(word) <= most if word.isdecimal() else not _is_number(word) for word in kinds["type"])
 
 
 def _by_atom(rows: list[list[str]], place: dict[int, int]) -> list[str]:
     """Words of a section in the order of the atoms."""
     words = ["nan"] * len(place)
     for row in rows:
+        if len(row) < 2 or not row[0].isdecimal() or int(row[0]) not in place:
+            raise InputError(f"the row {' '.join(row)!r:.60} names no atom of the file")
         words[place[int(row[0])]] = row[1]
     return words
 
 
-_PREFIX = re.compile(r"^[vdi]_")  # of a variable, property or integer property
+_PREFIX = re.compile(r"^[vd]_")  # of a variable or property
 # columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
 _COORDINATES = (
     ("xu", "yu", False, False),
@@ -154,59 +203,96 @@ _COORDINATES = (
 def read_dump(path: FilePath) -> Iterator[Callable[[], Sites]]:
     """Read the frames of a dump as text; the atoms of one are made by calling it."""
     with text_of(path) as file:
-        items: dict[str, Any] = {}
-        for line in file:
-            if not line.startswith("ITEM: "):
-                if not line.strip():
-                    continue
-                raise ValueError(f"{line.strip()[:40]!r} stands where a frame should begin")
-            item = line.removeprefix("ITEM: ").strip()
-            if item.startswith("BOX BOUNDS"):
-                items["BOX BOUNDS"] = (item.removeprefix("BOX BOUNDS").strip(), list(islice(file, 3)))
-            elif item.startswith("ATOMS"):
-                count = int(items.pop("NUMBER OF ATOMS"))
-                rows = list(islice(file, count))
-                if len(rows) < max(count, 1):
-                    raise ValueError(f"a frame announces {count} atoms and holds {len(rows)}")
-                step, bounds = int(items.pop("TIMESTEP")), items.pop("BOX BOUNDS")
-                yield partial(_sites, step, bounds, item.split()[1:], rows)
-                items = {}
-            else:
-                items[item] = next(file, "").strip()
-        if items:
-            raise ValueError("the last frame has no atoms")
+        yield from whole_frames(path, _frames(file))
 
 
-def _sites(step: int, bounds: tuple[str, list[str]], columns: list[str], rows: list[str]) -> Sites:
+def _frames(file: Iterator[str]) -> Iterator[Callable[[], Sites]]:
+    items: dict[str, Any] = {}
+    for line in file:
+        if not line.startswith("ITEM: "):
+            if not line.strip() or line.startswith("#"):
+                continue
+            raise (CutOffError if not line.endswith("\n") else ValueError)(
+                f"{line.strip()!r:.40} stands where a frame should begin with ITEM:"
+            )
+        item = line.removeprefix("ITEM: ").strip()
+        if item.startswith("BOX BOUNDS"):
+            items["BOX BOUNDS"] = (item.removeprefix("BOX BOUNDS").strip(), list(islice(file, 3)))
+        elif item.startswith("ATOMS"):
+            if missing := {"NUMBER OF ATOMS", "TIMESTEP", "BOX BOUNDS"} - items.keys():
+                raise InputError(f"a frame has no line ITEM: {min(missing)}")
+            yield partial(_sites, items["TIMESTEP"], items["BOX BOUNDS"], *_rows(item, items["NUMBER OF ATOMS"], file))
+            items = {}
+        elif item.startswith(("ENTRIES", "NUMBER OF ENTRIES", "GRID", "NUMBER OF GRID")):
+            raise InputError(f"a dump of {item.split()[-1].lower()}, not of atoms: give the dump of the atoms")
+        else:
+            items[item] = next(file, "").strip()
+    if items:
+        raise CutOffError("the last frame has no atoms")
+
+
+def _rows(item: str, announced: str, file: Iterator[str]) -> tuple[list[str], list[str]]:
+    """Names of the columns and lines of the atoms of a frame, all of them."""
+    if not announced.isdecimal() or not int(announced):
+        raise InputError(f"a frame announces {announced!r:.40} atoms: a whole number, 1 or more, expected")
+    names, rows = item.split()[1:], list(islice(file, int(announced)))
+    if len(rows) < int(announced):
+        raise CutOffError(f"it announces {announced} atoms and holds {len(rows)}")
+    if not rows[-1].endswith("\n"):  # a number of the last row may have lost digits
+        last, *others = (row.split() for row in reversed(rows[-_FEW_ROWS:]))
+        shorter = others and len(last[-1:]) and len(last[-1]) < min(len(row[-1]) for row in others if row)
+        if len(last) < len(names) or shorter:
+            raise CutOffError(f"its last row is {rows[-1]!r:.60}")
+    return names, rows
+
+
+_FEW_ROWS = 100  # whose last numbers are compared with that of a last row that does not end
+
+
+def _places(columns: list[str]) -> dict[str, int]:
+    """Places of columns by name. Sizes and rest areas may be variables or properties, as v_radius, unless a column has
+    such a name itself."""
+    places = {name: k for k, name in reversed(list(enumerate(columns)))}
+    for own in (SIZE_NAMES.keys(), {"a0"}):
+        if not own & places.keys():
+            plain = {_PREFIX.sub("", name): k for name, k in reversed(places.items())}
+            places |= {name: plain[name] for name in plain.keys() & own}
+    return places
+
+
+def _sites(step: str, bounds: tuple[str, list[str]], columns: list[str], rows: list[str]) -> Sites:
     """Atoms of one frame, from the words behind BOX BOUNDS with three lines of numbers, and a line for each atom:
     positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
     vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
-    places = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(columns)))}
+    places = _places(columns)
     if "id" not in places:
         raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
-    atoms = Columns.of_rows([row.split() for row in rows], places, len(columns)).by_id()
+    if {"particle", "rattler"} <= places.keys():
+        raise InputError("the points of a contact network, which are no packing: read the file of the packing itself")
+    own = "rounding" in places
+    atoms = Columns.of_rows([row.split() for row in rows], places, len(columns), own).by_id()
     low, box = _box_of_dump(*bounds)
     ends = [word for line in bounds[1][:2] for word in line.split()]
     positions, wrapped, error = _positions(atoms, low, box)
     check_flat(*_heights(atoms, box))
     entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
     radius, of_sizes = atoms.radius()
-    error += of_sizes + rounding(ends, box, chosen=True)
-    if rings is not None and radius is not None:
-        if np.ptp(radius):
-            raise InputError(f"vertices have rim radii of {radius.min():g} to {radius.max():g}: all must have the same")
-        entries.setdefault("delta", 2 * float(radius[0]))
+    droplets = "a0" in atoms or "delta" in entries
+    if rings is not None and radius is not None and np.ptp(radius) and not droplets:
+        rings = None  # rims of droplets are equal: these are disks, whatever molecules they belong to
     return Sites(
         box=box,
         positions=positions,
         types=atoms.types(),
         rings=rings,
+        guessed=True,
         wrapped=wrapped,
         radius=radius,
         a0=atoms.numbers("a0") if "a0" in atoms else None,
+        fixed=atoms.numbers("fixed") > 0 if "fixed" in atoms else None,
         entries=entries,
-        rounding=max(error, entries.get("rounding", 0.0)),
-        provenance={"step": step},
+        rounding=error + of_sizes + rounding(ends, box, chosen=True, stated=own),
+        provenance={"step": int(number(step)), **({"lost": list(lost_names("dump"))} if own else {})},
     )
 
 
@@ -222,7 +308,9 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
         raise InputError(f"boundaries {' '.join(words[-3:])}: packings are periodic in x and y")
     rows = [line.split() for line in lines]
     tilts = [row[2] for row in rows] if words[:3] == ["xy", "xz", "yz"] else ["0", "0", "0"]
-    lean, (x, y) = float(tilts[0]), ([float(word) for word in row[:2]] for row in rows[:2])
+    if any(len(row) < 2 for row in rows[:2]):
+        raise InputError(f"{' '.join(map(str.strip, lines))!r:.60} stands where bounds of the box should")
+    lean, (x, y) = number(tilts[0]), ([number(word) for word in row[:2]] for row in rows[:2])
     return _cell([x[0] - min(0.0, lean), x[1] - max(0.0, lean)], y, tilts)
 
 
@@ -238,7 +326,7 @@ def _positions(atoms: Columns, low: Array, box: Array) -> tuple[Array, bool, flo
     else:
         positions = read - low
     if wrapped and "ix" in atoms and "iy" in atoms:
-        return positions + atoms.points("ix", "iy") @ box, False, error
+        return positions + np.column_stack([atoms.whole("ix"), atoms.whole("iy")]) @ box, False, error
     return positions, wrapped, error
 
 
@@ -252,21 +340,12 @@ def _heights(atoms: Columns, box: Array) -> tuple[Array, float]:
 def _entries(atoms: Columns) -> dict[str, Any]:
     """Read the columns of `jamlab.write` that are the same for all atoms."""
     found: dict[str, Any] = {}
-    for name in (name for name in (*LAW_NAMES, *STATE, "rounding") if name in atoms):
-        words = list(dict.fromkeys(atoms.words(name)))
-        values = np.array(list(map(float, words)))
-        if np.ptp(values):
-            raise InputError(f"{name} is {words[0]} on one atom and {words[1]} on another: they must be equal")
-        found[name] = float(values[0])
-    for name, names in (("contact", CONTACT_FORMS), ("ensemble", ENSEMBLES)):
-        if name in found:
-            found[name] = dict(enumerate(names))[int(found[name])]
-    if "converged" in found:
-        found["converged"] = bool(found["converged"])
+    for name in (name for name in (*LAW_NAMES, *STATE) if name in atoms):
+        values = atoms.numbers(name)
+        if len(other := np.flatnonzero(values != values[0])):
+            words = atoms.words(name)
+            raise InputError(f"{name} is {words[0]} on one atom and {words[other[0]]} on another: they must be equal")
+        found[name] = fact_of_column(name, float(values[0]))
     if "fixed" in atoms:
-        found |= {"fixed": atoms.numbers("fixed"), "walls": bool((atoms.numbers("fixed") > 1).any())}
-    if found.get("onset") == 0:
-        del found["onset"]
-    if found.get("max_force", 0) < 0:
-        del found["max_force"]
-    return found
+        found["walls"] = bool((atoms.numbers("fixed") > 1).any())
+    return {name: value for name, value in found.items() if value is not None}

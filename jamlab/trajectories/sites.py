@@ -16,12 +16,13 @@ from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS, law_names, optional_parameters
+from jamlab.packing.facts import OF_DIGITS, STATE, law_parameters
 from jamlab.packing.law_parameters import UNITS, check_box
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import polygon_areas
 from jamlab.packing.packing import Packing
 
-LAW_NAMES = {name for kind in MODELS.values() for units in kind.unit_names for name in law_names(kind.name, units)}
+LAW_NAMES = {name for name, each in law_parameters().items() if not each.each}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
 _FLAT = 1e-4  # a plane: largest height over the width of the box
 Radii = ArrayLike | Mapping[Any, float] | None
@@ -41,7 +42,7 @@ def complete_force_law(
     names = law_names(model, chosen)
     if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
         raise InputError(f"the source has {foreign[0]}, which model {model} in units {chosen} does not have")
-    given = {name: value for name, value in (params or {}).items() if name != "a0"}
+    given = {name: value for name, value in (params or {}).items() if name != "a0" or model == "sp"}
     for name in given:
         if name not in names:
             raise InputError(f"model {model} in units {chosen} has no parameter {name!r}: use {', '.join(names)}")
@@ -52,6 +53,11 @@ def complete_force_law(
     law = {name: value for name, value in known.items() if value is not None}
     assumed = [name for name in names if name not in law and name not in optional_parameters(model)]
     return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
+
+
+def _every_name(model: str) -> list[str]:
+    """Names of the parameters of a model in any units."""
+    return [name for units in MODELS[model].unit_names for name in MODELS[model].parameters(units)]
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
@@ -83,6 +89,15 @@ def plane_box(name: str, values: ArrayLike) -> Array:
             )
         box = box[:2, :2]
     box = finite_array(name, box, (2, 2))
+    if box[0, 1] and not box[1, 1]:  # the same lattice, its vectors the other way round
+        box = box[::-1]
+    if box[0, 1] and box[0].any():
+        turn = np.degrees(np.arctan2(box[0, 1], box[0, 0]))
+        raise InputError(
+            f"{name} {box.tolist()}: its first vector must lie along x; turn positions and vectors by {-turn:.10g} "
+            "degrees about z, in ASE atoms.rotate(..., 'z', rotate_cell=True)"
+        )
+    box = box * np.where(np.diagonal(box) < 0, -1.0, 1.0)[:, None]  # the same lattice
     check_box(box)
     return box
 
@@ -152,7 +167,9 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
 
 def rings_of_molecules(molecule: Indices) -> Rings | None:
     """Rings of points that follow each other within a molecule (n_vertices,); None if one has fewer than three points,
-    two flat walls apart."""
+    two flat walls apart, or none, which LAMMPS writes as 0."""
+    if (molecule <= 0).any():
+        return None
     _, first, ring, sizes = np.unique(molecule, return_index=True, return_inverse=True, return_counts=True)
     if (few := sizes[sizes < 3]).size and not (few.tolist() == [1, 1] and few.size < sizes.size):
         return None
@@ -168,12 +185,13 @@ class Sites:
     positions: Array  # (n_atoms, 2)
     types: NDArray[np.str_]  # (n_atoms,) names of the atom types
     rings: Rings | None = None  # which atoms are vertices of one droplet; None: every atom is a disk
+    guessed: bool = False  # whether rings follow from molecules alone, which disks may have too
     wrapped: bool = False  # whether the box may cut droplets, see `Rings.polygons`
-    radius: Array | None = None  # (n_atoms,) of the disks, if the source has radii
+    radius: Array | None = None  # (n_atoms,) of the disks, or of the rims of vertices, if the source has radii
     a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
-    # further attributes in the source, see `jamlab.packing.lammps_files.described`
-    entries: Mapping[str, Any] = field(default_factory=dict)
-    rounding: float = 0.0  # how far a coordinate may be off, see `Packing.rounding`
+    fixed: NDArray[np.bool_] | None = None  # (n_atoms,) whether the particle of each atom is fixed, if the source says
+    entries: Mapping[str, Any] = field(default_factory=dict)  # facts in the source, see `jamlab.packing.facts`
+    rounding: float = 0.0  # how far a coordinate may be off for its digits; `entries` may know of a larger error
     provenance: Mapping[str, Any] = field(default_factory=dict)  # entries about the source
 
     def packing(
@@ -182,37 +200,67 @@ class Sites:
         units: str | None = None,
         params: Mapping[str, Any] | None = None,
         box: ArrayLike | None = None,
+        model: str | None = None,
     ) -> Packing:
         """Make a packing of these atoms; arguments as in `jamlab.read`."""
-        model = "sp" if self.rings is None else "dp"
-        if self.entries.get("model", model) != model:
-            raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")
-        units, law, assumed = complete_force_law(model, self.entries, units, params)
+        model = self._model(model, units, params)
+        entries, rings = dict(self.entries), self.rings if model == "dp" else None
+        if rings is not None and self.radius is not None:
+            if np.ptp(self.radius):
+                least, most = self.radius.min(), self.radius.max()
+                raise InputError(f"vertices have rim radii of {least:g} to {most:g}: all must have the same")
+            entries.setdefault("delta", 2 * float(self.radius[0]))
+        units, law, assumed = complete_force_law(model, entries, units, params)
         cell = self._cell(box)
-        common: dict[str, Any] = {"model": model, "box": cell, "units": units, "onset": self.entries.get("onset")}
-        common["rounding"] = self.rounding
-        common["ensemble"] = self.entries.get("ensemble", "fixed-box")
-        if "fixed" in self.entries:
-            common |= {"fixed": self._fixed(self.entries["fixed"]), "walls": self.entries.get("walls", False)}
-        if not self.rounding:
-            common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
-        if self.rings is None:
+        common: dict[str, Any] = {name: entries[name] for name in STATE if entries.get(name) is not None}
+        common |= {"model": model, "box": cell, "units": units}
+        common["rounding"] = max(self.rounding, entries.get("rounding", 0.0))
+        if common["rounding"]:
+            common = {name: value for name, value in common.items() if name not in OF_DIGITS}
+        common["fixed"] = self._fixed(rings)
+        if rings is None:
             common |= {"positions": self.positions, "diameters": self._diameters(radii)}
         elif radii is not None:
             raise InputError("radii apply to disks only; the rim width of droplets is params['delta']")
         else:
-            law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"))
-            vertices = self.rings.polygons(self.positions, cell, self.wrapped)
-            common |= {"positions": vertices, "offsets": self.rings.offsets}
-        history = {**self.provenance, **({"assumed": assumed} if assumed else {})}
+            law["a0"] = self._rest_areas(rings, (params or {}).get("a0"))
+            vertices = rings.polygons(self.positions, cell, self.wrapped)
+            common |= {"positions": vertices, "offsets": rings.offsets}
+        history = {**entries.get("provenance", {}), **self.provenance, **({"assumed": assumed} if assumed else {})}
         return Packing(params=law, provenance=history, **common)
 
-    def _fixed(self, given: str | Array) -> NDArray[np.bool_]:
-        """(n,) mask, from the bits of all particles or the numbers (n_atoms,) of all atoms."""
-        if isinstance(given, str):
-            n = len(self.positions) if self.rings is None else len(self.rings.offsets) - 1
-            return np.unpackbits(np.frombuffer(bytes.fromhex(given), dtype=np.uint8))[:n].astype(bool)
-        return np.asarray((given if self.rings is None else given[self.rings.order][self.rings.offsets[:-1]]) > 0)
+    def _model(self, model: str | None, units: str | None, params: Mapping[str, Any] | None) -> str:
+        """The model that is asked for, that the source names, or that has the parameters of the force law."""
+        said = self.entries.get("model")
+        if model is not None:
+            check_choice("model", model, MODELS)
+            if said not in (None, model):
+                raise InputError(f"model = {model!r} was given, but the source has {said!r}")
+        wanted = model or said
+        if wanted is None:
+            names = {*(LAW_NAMES & self.entries.keys()), *(params or {})}
+            own = {kind: {*_every_name(kind), *MODELS[kind].unit_names} for kind in MODELS}
+            fit = [kind for kind in MODELS if names <= own[kind] and units in (None, *MODELS[kind].unit_names)]
+            likely = "sp" if self.rings is None else "dp"
+            wanted = fit[0] if self.guessed and len(fit) == 1 else likely
+        if wanted == "dp" and self.rings is None:
+            raise InputError(
+                "no bonds, and no molecules of three atoms or more, say which vertices make a droplet: check the file, "
+                "or read disks, which have no parameters of droplets"
+            )
+        return str(wanted)
+
+    def _fixed(self, rings: Rings | None) -> NDArray[np.bool_] | None:
+        """(n,) mask, from the atoms or from the bits of all particles."""
+        if self.fixed is not None:
+            return self.fixed if rings is None else self.fixed[rings.order][rings.offsets[:-1]]
+        if (bits := self.entries.get("fixed")) is None:
+            return None
+        n = len(self.positions) if rings is None else len(rings.offsets) - 1
+        mask = np.unpackbits(np.frombuffer(bytes.fromhex(bits), dtype=np.uint8)).astype(bool)
+        if not n <= len(mask) < n + 8:
+            raise InputError(f"fixed={bits:.40}: it has bits of {len(mask)} particles, not of {n}")
+        return mask[:n]
 
     def _cell(self, given: ArrayLike | None) -> Array:
         box = None if given is None else plane_box("box", given)
@@ -253,6 +301,7 @@ class Sites:
             return values
         if known is None:
             raise InputError(
-                "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}"
+                "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}, or "
+                "model='sp' if these are disks that have molecules or bonds"
             )
         return known

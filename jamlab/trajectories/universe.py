@@ -20,8 +20,11 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import measure
+from jamlab.packing.facts import facts_of, law_parameters, words
 from jamlab.packing.hdf5 import check_one_sweep
-from jamlab.packing.lammps_files import describe, described, types
+from jamlab.packing.lammps_files import MARK, described, types
+from jamlab.packing.neighbors import shortest_images
+from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import QUANTITIES
 from jamlab.protocols.relax import relax
@@ -32,6 +35,8 @@ from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings
 # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
 # with a margin of a third
 _FLOAT32 = 2.0**-22
+_AT_HALF = 1e-4  # relative length below half the box from which on an edge counts as half the box: float32 may move it
+_LIKE_AT_REST = 1.5  # ratio of areas up to which an outline may be that of a droplet with this rest area
 
 
 class RestAreas(ResidueAttr):  # type: ignore[misc]
@@ -42,8 +47,16 @@ class RestAreas(ResidueAttr):  # type: ignore[misc]
     dtype = float
 
 
+class FixedFlags(ResidueAttr):  # type: ignore[misc]
+    """Which particles are fixed: `residues.fixed_flags`."""
+
+    attrname = "fixed_flags"
+    singular = "fixed_flag"
+    dtype = bool
+
+
 class Descriptions(SegmentStringAttr):  # type: ignore[misc]
-    """Units and force law, see `jamlab.packing.lammps_files.describe`: `segments.descriptions`."""
+    """Facts of the packings, see `jamlab.packing.facts`, one line a frame: `segments.descriptions`."""
 
     attrname = "descriptions"
     singular = "description"
@@ -56,8 +69,9 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     Atoms are disks, or vertices of droplets, in the order of `Packing.positions`, unwrapped. Residues are particles:
     `resindices` start at 0, `resids` at 1, as in LAMMPS files. `types` are the atom types "1", "2", ... by size;
     `radii` are half the diameters, or delta/2 for vertices; `masses` are 1. Droplets have bonds around their outline
-    and `residues.rest_areas`. The segment's `description` contains units and force law. `triclinic_dimensions` has the
-    tilt of the box. MDAnalysis stores positions and boxes in float32.
+    and `residues.rest_areas`. Where particles are fixed, `residues.fixed_flags` tells which. The segment's
+    `description` contains units, force law and what is known of each frame. `triclinic_dimensions` has the tilt of the
+    box. MDAnalysis stores positions and boxes in float32.
 
     Args:
         source: a packing, several packings of one sweep, or a file for `jamlab.read_all`.
@@ -67,7 +81,7 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
         MDAnalysis.Universe.
 
     Raises:
-        InputError: no packings, packings of different sweeps, or more than 64 particle sizes.
+        InputError: no packings, or packings of different sweeps.
         StorageError: the file cannot be read.
 
     Example:
@@ -85,7 +99,9 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     made.add_TopologyAttr("types", of_particles[first.particle].astype(str).astype(object))
     made.add_TopologyAttr("masses", np.ones(len(first.positions)))
     made.add_TopologyAttr("resids", np.arange(1, first.n + 1))
-    made.add_TopologyAttr(Descriptions(np.array([describe(first)], dtype=object)))
+    made.add_TopologyAttr(Descriptions(np.array(["\n".join(map(_described, frames))], dtype=object)))
+    if first.fixed is not None:
+        made.add_TopologyAttr(FixedFlags(first.fixed))
     columns = first.kind.dump_columns(first)
     made.add_TopologyAttr("radii", columns["radius"][first.particle])
     if "a0" in columns:
@@ -109,6 +125,15 @@ def _frames(source: FilePath | Packing | Iterable[Packing], reading: dict[str, A
     return frames
 
 
+def _described(packing: Packing) -> str:
+    """A line of facts; of how many particles, and of their mean size, by which a part is known, and whether the box may
+    cut droplets and they still become whole again."""
+    sizes = packing.kind.sizes(packing)[~packing.flat_walls]
+    whole = packing.offsets is None or not shortest_images((1 + _AT_HALF) * packing.edges, packing.box).any()
+    own = {"particles": packing.n, "mean_size": sizes.mean(), "short_edges": whole}
+    return MARK + words(facts_of(packing) | own)
+
+
 def _dimensions(box: Array) -> list[float]:
     """Lengths of the box vectors and angles between them in degrees, float64."""
     (lx, _), (xy, ly) = box
@@ -127,6 +152,7 @@ class UniverseFrames:
         params: Mapping[str, Any] | None = None,
         box: ArrayLike | None = None,
         relaxed: bool = False,
+        model: str | None = None,
     ) -> None:
         try:
             self.group = atoms.atoms
@@ -137,7 +163,7 @@ class UniverseFrames:
             ) from error
         if not len(self.group):
             raise InputError("no atoms are selected: a packing needs at least one particle")
-        self._given = (radii, units, params)
+        self._given, self._model = (radii, units, params), model
         self._box = None if box is None else plane_box("box", box)
         self._relaxed = relaxed
         self._types = _types(self.group, radii)
@@ -145,10 +171,11 @@ class UniverseFrames:
         self._rings = rings_of_bonds(bonds, len(self.group)) if len(bonds) else None
         residues = _attribute(self.group.residues, "rest_areas", None)
         self._a0 = None if residues is None else self.group.rest_areas
-        self._entries = _entries(self.group)
+        self._lines = _lines(self.group)
+        self._fixed = _attribute(self.group, "fixed_flags", None)
         own = _attribute(self.group, "radii", None)
-        unknown = own is None or radii is not None or self._rings is not None
-        self._radius = None if unknown else np.asarray(own, dtype=np.float64)
+        self._own_radius = None if own is None else np.asarray(own, dtype=np.float64)
+        self._radius = self._own_radius if radii is None and self._rings is None else None
         if self.trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
             raise InputError(
                 f"{_source(self.trajectory)} is a GSD file: give jamlab.universe(path), or jamlab.read_all"
@@ -161,24 +188,68 @@ class UniverseFrames:
         box = _box(self.trajectory) if self._box is None else self._box
         error = _FLOAT32 * max(float(np.abs(positions).max()), float(np.abs(box).sum()))
         provenance = {"source": _source(self.trajectory), "frame": int(step.frame), "precision": "float32"}
+        entries, lost = self._facts(int(step.frame))
+        if lost:
+            provenance["lost"] = lost
         sites = Sites(
             box=box,
             positions=positions[:, :2],
             types=self._types,
             rings=self._rings,
-            wrapped=not self._entries,  # polygons of `jamlab.universe` are whole
+            wrapped=bool(entries.pop("short_edges", True)),
             radius=self._radius,
             a0=self._a0,
-            entries=self._entries,
-            rounding=max(error, self._entries.get("rounding", 0.0)),
+            fixed=None if self._fixed is None else np.asarray(self._fixed, dtype=bool),
+            entries=entries,
+            rounding=error,
             provenance=provenance,
         )
         check_flat(positions[:, 2], box[0, 0], f"frame {step.frame}")
         try:
-            packing = sites.packing(*self._given)
+            _check_whole(sites)
+            packing = sites.packing(*self._given, model=self._model)
         except InputError as failure:
             raise type(failure)(f"frame {step.frame}: {failure}") from failure
         return relax(packing) if self._relaxed else packing
+
+    def _facts(self, frame: int) -> tuple[dict[str, Any], list[str]]:
+        """Facts of a frame and, where frames were left out or added, names of those that are no longer known. Of a part
+        of the particles there is no onset, and lengths over their mean size are over that of the part."""
+        if len(self._lines) == len(self.trajectory):
+            entries, lost = dict(self._lines[frame]), []
+        else:
+            names = list(self._lines[0]) if self._lines else []
+            same = [name for name in names if all(line.get(name) == self._lines[0][name] for line in self._lines)]
+            entries, lost = {name: self._lines[0][name] for name in same}, sorted({*names} - {*same})
+            if "rounding" in lost:
+                entries["rounding"] = max(line["rounding"] for line in self._lines)
+        particles, mean_size = entries.pop("particles", None), entries.pop("mean_size", None)
+        if particles in (None, self.group.n_residues):
+            return entries, lost
+        entries.pop("onset", None)
+        entries["walls"] = bool(entries.get("walls")) and self._fixed is not None and bool(np.any(self._fixed))
+        if self._own_radius is not None:
+            sizes = 2 * self._own_radius[self._own_radius > 0]
+            parameters = law_parameters()
+            for name in (name for name in entries if name in parameters and parameters[name].over_size):
+                entries[name] *= mean_size / sizes.mean()  # the length stays
+        return entries, lost
+
+
+def _check_whole(sites: Sites) -> None:
+    """Refuse droplets that the box has cut, where edges are so long that nobody can tell how they were whole."""
+    if sites.wrapped or sites.rings is None or sites.a0 is None:
+        return
+    rings = sites.rings
+    vertices, rest = sites.positions[rings.order], sites.a0[rings.order][rings.offsets[:-1]]
+    ratio = np.abs(polygon_areas(vertices, rings.offsets)) / np.where(rest > 0, rest, 1.0)
+    cut = (rest > 0) & ((ratio > _LIKE_AT_REST) | (ratio < 1 / _LIKE_AT_REST))
+    cut[self_crossings(vertices, rings.offsets)] = True
+    if cut.any():
+        raise InputError(
+            f"the outline of polygon {int(cut.argmax())} is not that of its droplet, so the box seems to have cut it: "
+            "edges are longer than half the box, so give whole droplets, before `wrap`"
+        )
 
 
 @checked
@@ -190,6 +261,7 @@ def from_universe(
     params: Mapping[str, Any] | None = None,
     box: ArrayLike | None = None,
     relaxed: bool = False,
+    model: str | None = None,
     start: int | None = None,
     stop: int | None = None,
     step: int | None = None,
@@ -197,8 +269,8 @@ def from_universe(
     """Convert the frames of a trajectory to packings.
 
     Atoms without bonds become disks, closed rings of bonds become droplets (unwrapped). A Universe of `jamlab.universe`
-    has units, force law and sizes; for other sources pass them. Missing parameters have the defaults of the decks and
-    are listed in `provenance["assumed"]`.
+    has units, force law and sizes, and what is known of each frame; for other sources pass them. Missing parameters
+    have the defaults of the decks and are listed in `provenance["assumed"]`.
 
     MDAnalysis stores coordinates in float32: `Packing.rounding` is set, `converged` is False and `max_force` None. In
     `jamlab.measure` z is nan if rounding could open or close a contact; moduli and G* are refused. `relaxed=True`
@@ -211,6 +283,7 @@ def from_universe(
         params: parameters of the force law, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
+        model: "sp" where disks have bonds, which else make droplets ("dp").
         start, stop, step: frames, as in a slice.
 
     Raises:
@@ -224,7 +297,7 @@ def from_universe(
     """
     if step == 0:
         raise InputError("step = 0: must be a whole number other than 0, such as 10 for every tenth frame")
-    frames = UniverseFrames(u, radii, units, params, box, relaxed)
+    frames = UniverseFrames(u, radii, units, params, box, relaxed, model)
     return [frames.packing() for _ in frames.trajectory[start:stop:step]]
 
 
@@ -251,11 +324,12 @@ def _bonds(group: Any) -> NDArray[np.int64]:
     return np.asarray(ends[(ends >= 0).all(axis=1)])
 
 
-def _entries(group: Any) -> dict[str, Any]:
-    """Read the description that `jamlab.universe` left in the segment, without diameters: atoms have radii."""
-    found = _attribute(group.segments, "descriptions", [])
-    entries = described([str(text) for text in found])
-    return {name: value for name, value in entries.items() if not (name.startswith("d") and name[1:].isdigit())}
+def _lines(group: Any) -> list[dict[str, Any]]:
+    """Facts that `jamlab.universe` left in the segment, one line a frame."""
+    found = {str(text) for text in _attribute(group.segments, "descriptions", []) if text}
+    if len(found) > 1:
+        raise InputError("the atoms are of several universes: convert those of one at a time")
+    return [described([line]) for text in found for line in text.splitlines()]
 
 
 def _source(trajectory: Any) -> str:

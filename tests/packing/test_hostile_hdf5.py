@@ -15,6 +15,7 @@ from jamlab.storage.verified_file import USER_BLOCK, checksum
 POSITIONS = "particles/all/position/value"
 BOX = "particles/all/box/edges/value"
 HISTORY = "parameters/provenance"
+STATE = "parameters/state"
 
 
 @pytest.fixture(params=[disks, polygons], ids=["disks", "droplets"])
@@ -61,12 +62,22 @@ def as_type(name, kind):
     return lambda file: replace(name, file[name][()].astype(kind))(file)
 
 
+def no_frames(file):
+    for name in (POSITIONS, BOX, "parameters/onset"):
+        replace(name, file[name][()][:0])(file)
+    for name in (HISTORY, STATE):
+        replace(name, np.array([], dtype=object), dtype=h5py.string_dtype())(file)
+
+
 HOSTILE = {
     **{f"provenance {text[:20]}": replace(HISTORY, [text]) for text in (
         "null", "3", "[]", "NaN", '"a"', "{", "[" * 100_000, "9" * 5000)},
     "provenance of numbers": replace(HISTORY, [3]),
-    "ensemble 3": replace(HISTORY, ['{"ensemble": 3}']),
-    "max_force text": replace(HISTORY, ['{"max_force": "a"}']),
+    "ensemble 3": replace(STATE, ['{"ensemble": 3}']),
+    "max_force text": replace(STATE, ['{"max_force": "a"}']),
+    "a state of no packing": replace(STATE, ['{"temperature": 1}']),
+    "a state that is a list": replace(STATE, ["[1]"]),
+    "no frames": no_frames,
     **{f"version {value}": attribute("/", "schema_version", value) for value in (
         np.inf, np.nan, "a", [1, 2], -1, 1.5, True, 10**18)},
     "schema of numbers": attribute("/", "schema", [1, 2]),

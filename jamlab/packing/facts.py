@@ -1,0 +1,190 @@
+"""What a packing is, fact by fact, and where each format keeps it.
+
+Writers, readers, the table of the page `docs/reference/files.md` and the test of all round trips are made from these
+lists: a field of `Packing` that is missing here fails the test. A format keeps a fact, or it is in `LOST`: then
+`jamlab.write` returns its name, and so does `provenance["lost"]` of what is read.
+
+Text formats hold facts of the whole packing as words `name=value`: numbers with 17 significant digits, which read back
+as the same doubles; truth values as 0 or 1; the provenance as JSON, percent-encoded. Columns of dumps hold numbers
+alone: of what is a word its place among the choices.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+from urllib.parse import quote, unquote
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.packing.law_parameters import ENSEMBLES, Parameter
+from jamlab.packing.packing import KNOWN, Packing, _models
+
+FORMATS = {
+    **{"packings": "HDF5", "data": "LAMMPS data", "dump": "LAMMPS dump"},
+    **{"xyz": "extended xyz", "universe": "Universe of MDAnalysis"},
+}
+LOST, REFUSED = "lost", "refused"
+
+
+class Fact(NamedTuple):
+    """Something that a packing, or a file of packings, may say."""
+
+    name: str  # attribute of `Packing`; or of a file
+    of: str  # what has it: each "particle", each "site" (disk or vertex), each "frame", or the "file"
+    places: tuple[str, ...]  # where it stands, or LOST, or REFUSED, in the order of `FORMATS`
+
+
+_WORDS = ("comment", "column, the same on all atoms", "second line", "`segments.descriptions`")
+
+
+def _state(name: str) -> Fact:
+    return Fact(name, "frame", ("`/parameters/state`", *_WORDS))
+
+
+FACTS = (
+    Fact("model", "file", ("`/parameters`", "comment, bonds", "columns of the law", *_WORDS[2:])),
+    Fact("units", "file", ("`/parameters`", "comment", "names of the columns of the law", *_WORDS[2:])),
+    Fact("params", "file", ("`/parameters/force_law`", *_WORDS)),
+    Fact("box", "frame", ("`box/edges`", "`xlo xhi`, `xy`", "`BOX BOUNDS`", "`Lattice`", "`dimensions`, float32")),
+    Fact("positions", "site", ("`position`", "wrapped, with images", "`xu yu`", "`pos`", "`positions`, float32")),
+    Fact("diameters", "particle", ("`/parameters`", "types, `d_diameter`", "`radius`", "`radius`", "`radii`")),
+    Fact("offsets", "particle", ("`/parameters`", "bonds, molecules", "`mol`", "`mol`", "bonds, residues")),
+    Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`residues.fixed`")),
+    Fact("onset", "frame", ("`/parameters/onset`", *_WORDS)),
+    *map(_state, (name for name in KNOWN if name != "fixed")),
+    Fact("provenance", "frame", ("`/parameters/provenance`", "comment", LOST, *_WORDS[2:])),
+    Fact("frames", "file", ("of one sweep", REFUSED, "of equal number of sites", "any", "of one sweep")),
+    Fact("observables", "file", ("`/observables`", REFUSED, REFUSED, REFUSED, REFUSED)),
+    Fact("record of a flow", "file", ("`/flow`, by the flow", LOST, LOST, LOST, LOST)),
+)
+STATE: dict[str, Any] = {"onset": None, **{name: usual for name, usual in KNOWN.items() if name != "fixed"}}
+OF_DIGITS = ("max_force", "converged", "tolerance")  # of a minimum, which a rounded packing is not at
+_CHOICES: dict[str, tuple[str, ...]] = {"ensemble": ENSEMBLES}  # of facts that are words
+
+
+def lost_names(kind: str) -> tuple[str, ...]:
+    """Names of the fields of packings that a format does not keep."""
+    at = list(FORMATS).index(kind)
+    return tuple(fact.name for fact in FACTS if fact.places[at] == LOST and fact.name in Packing.__dataclass_fields__)
+
+
+def lost(kind: str, packings: Iterable[Packing]) -> tuple[str, ...]:
+    """Names of what these packings have, and a format does not keep."""
+    frames = list(packings)
+    return tuple(name for name in lost_names(kind) if any(getattr(packing, name) for packing in frames))
+
+
+def facts_table() -> str:
+    """The table of facts and formats as it stands in `docs/reference/files.md`."""
+    rows = [("fact", "of each", *FORMATS.values()), ("---",) * (2 + len(FORMATS))]
+    rows += [(f"`{fact.name}`" if " " not in fact.name else fact.name, fact.of, *fact.places) for fact in FACTS]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def rounding_of(kind: np.dtype[Any], values: Array) -> float:
+    """How far numbers may be off that a file holds in a type of fewer digits than float64."""
+    if kind.kind != "f" or kind.itemsize >= 8:
+        return 0.0
+    return float(0.5 * np.finfo(kind.newbyteorder("=")).eps * np.abs(values).max())
+
+
+# words ----------------------------------------------------------------------------------------------------------------
+
+
+def law_of(packing: Packing) -> dict[str, Any]:
+    """Parameters of the force law that are the same for all particles."""
+    return {name: value for name, value in packing.params.items() if not packing.parameters[name].each}
+
+
+def facts_of(packing: Packing) -> dict[str, Any]:
+    """What is true of the whole packing, by name; what is unknown is left out."""
+    state = {name: value for name in STATE if (value := getattr(packing, name)) is not None}
+    history = {"provenance": packing.provenance} if packing.provenance else {}
+    return {"model": packing.model, "units": packing.units, **law_of(packing), **state, **history}
+
+
+def words(facts: Mapping[str, Any]) -> str:
+    """Facts as words `name=value`."""
+    return " ".join(f"{name}={_word(value)}" for name, value in facts.items())
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return quote(history_text(value, "provenance"))
+    return f"{float(value):.17g}"
+
+
+def fact_of_word(name: str, text: str) -> Any:
+    """The value of a fact from its word.
+
+    Raises:
+        InputError: it should be a number, and is none.
+    """
+    if name in _choices() or name in ("model", "units", "fixed"):
+        return text
+    if name == "provenance":
+        history = json.loads(unquote(text))
+        if not isinstance(history, dict):
+            raise InputError(f"provenance is {text[:40]}, no table")
+        return history
+    try:
+        number = float(text)
+    except ValueError:
+        raise InputError(f"{f'{name}={text}'!r} is no number: give it as name=number") from None
+    return bool(number) if isinstance(STATE.get(name), bool) else number
+
+
+def columns_of(facts: Mapping[str, Any]) -> dict[str, float]:
+    """Facts as numbers, for columns: of a word its place among the choices; what is unknown of a state is -1."""
+    numbers = {name: facts.get(name, -1.0) for name in STATE} | {**facts}
+    chosen = {name: _choices()[name].index(facts[name]) for name in _choices() if name in facts}
+    plain = {name: value for name, value in (numbers | chosen).items() if not isinstance(value, str | Mapping)}
+    return {name: float(value) for name, value in plain.items()}
+
+
+def fact_of_column(name: str, number: float) -> Any:
+    """The value of a fact from a column; None if it is unknown."""
+    if choices := _choices().get(name):
+        if number not in range(len(choices)):
+            raise InputError(f"{name} is {number:g}: 0 to {len(choices) - 1} stand for {', '.join(choices)}")
+        return choices[int(number)]
+    if name in STATE and STATE[name] is None and number < 0:
+        return None
+    return bool(number) if isinstance(STATE.get(name), bool) else number
+
+
+@cache
+def law_parameters() -> dict[str, Parameter]:
+    """Every parameter of any force law, by name."""
+    return {
+        name: parameter
+        for kind in _models().values()
+        for units in kind.unit_names
+        for name, parameter in kind.parameters(units).items()
+    }
+
+
+@cache
+def _choices() -> dict[str, tuple[str, ...]]:
+    return _CHOICES | {name: each.choices for name, each in law_parameters().items() if each.choices}
+
+
+def history_text(provenance: Mapping[str, Any], what: str) -> str:
+    """A provenance as JSON; numpy numbers become plain numbers, arrays and tuples lists."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.generic | np.ndarray):
+            return value.tolist()
+        raise TypeError(f"{value!r} is a {type(value).__name__}")
+
+    try:
+        return json.dumps(provenance, default=plain)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} cannot be stored: {error}; use numbers, text, None, lists and dicts") from error
