@@ -272,7 +272,7 @@ def is_number(value: object) -> bool:
     """Whether a value is a finite real number; a truth value is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return False
-    size: Any = abs(value)
+    size: Any = abs(float(value) if isinstance(value, np.floating) else value)  # the limit is no float32
     return bool(size <= sys.float_info.max)  # False too for an int that no float can hold
 
 

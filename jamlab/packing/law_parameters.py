@@ -90,7 +90,7 @@ class Parameter:
         if self.choices:
             check_choice(f"{name} form", value, self.choices)
         elif not self.each and not (self.may_vanish and is_number(value) and value == 0):
-            if not (is_number(value) and self.least <= value <= self.largest):
+            if not (is_number(value) and self.least <= float(value) <= self.largest):  # 1e50 is no float32
                 raise InputError(
                     f"params[{name!r}] is {value!r}: must be a number from {self.least:g} to {self.largest:g}; choose "
                     "other units where it is beyond"

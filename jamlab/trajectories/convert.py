@@ -11,7 +11,11 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.verified_file import USER_BLOCK, FilePath, add_checksum, is_hdf5, opened
 from jamlab.trajectories.files import read, read_all
 
-_RECORDS = {"flow": "record of a flow", "campaign": "record of a task", "tables": "tables of a task"}  # groups of a file
+_RECORDS = {
+    "flow": "record of a flow",
+    "campaign": "record of a task",
+    "tables": "tables of a task",
+}  # groups of a file
 
 
 class Converted(NamedTuple):

@@ -215,7 +215,7 @@ class Sites:
         common: dict[str, Any] = {name: entries[name] for name in STATE if entries.get(name) is not None}
         common |= {"model": model, "box": cell, "units": units}
         common["rounding"] = max(self.rounding, entries.get("rounding", 0.0))
-        if common["rounding"]:
+        if self.rounding:
             common = {name: value for name, value in common.items() if name not in OF_DIGITS}
         common["fixed"] = self._fixed(rings)
         if rings is None:

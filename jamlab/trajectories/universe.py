@@ -24,7 +24,6 @@ from jamlab.packing.facts import facts_of, law_parameters, words
 from jamlab.packing.hdf5 import check_one_sweep
 from jamlab.packing.lammps_files import MARK, described, types
 from jamlab.packing.neighbors import shortest_images
-from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import QUANTITIES
 from jamlab.protocols.relax import relax
@@ -36,7 +35,7 @@ from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings
 # with a margin of a third
 _FLOAT32 = 2.0**-22
 _AT_HALF = 1e-4  # relative length below half the box from which on an edge counts as half the box: float32 may move it
-_LIKE_AT_REST = 1.5  # ratio of areas up to which an outline may be that of a droplet with this rest area
+_SAME = 1e-4  # relative difference of perimeters that float32 may cause
 
 
 class RestAreas(ResidueAttr):  # type: ignore[misc]
@@ -53,6 +52,14 @@ class FixedFlags(ResidueAttr):  # type: ignore[misc]
     attrname = "fixed_flags"
     singular = "fixed_flag"
     dtype = bool
+
+
+class Perimeters(ResidueAttr):  # type: ignore[misc]
+    """Perimeters of droplets, a tuple of all frames, where edges are longer than half the box: `residues.perimeters`."""
+
+    attrname = "perimeters"
+    singular = "perimeter"
+    dtype = object
 
 
 class Descriptions(SegmentStringAttr):  # type: ignore[misc]
@@ -108,6 +115,10 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
         bonds = np.column_stack([np.arange(len(first.positions)), first.successor])
         made.add_TopologyAttr("bonds", bonds[bonds[:, 0] != bonds[:, 1]])  # flat walls have none
         made.add_TopologyAttr(RestAreas(columns["a0"]))
+        if any(shortest_images((1 + _AT_HALF) * p.edges, p.box).any() for p in frames):
+            each = np.empty(first.n, dtype=object)
+            each[:] = list(zip(*(p.perimeters.tolist() for p in frames), strict=True))
+            made.add_TopologyAttr(Perimeters(each))
     positions = np.zeros((len(frames), len(first.positions), 3), dtype=np.float32)
     positions[:, :, :2] = [packing.positions for packing in frames]
     made.load_new(positions, order="fac", dimensions=np.array([_dimensions(packing.box) for packing in frames]))
@@ -126,12 +137,9 @@ def _frames(source: FilePath | Packing | Iterable[Packing], reading: dict[str, A
 
 
 def _described(packing: Packing) -> str:
-    """A line of facts; of how many particles, and of their mean size, by which a part is known, and whether the box may
-    cut droplets and they still become whole again."""
+    """A line of facts; of how many particles, and of their mean size, by which a part is known."""
     sizes = packing.kind.sizes(packing)[~packing.flat_walls]
-    whole = packing.offsets is None or not shortest_images((1 + _AT_HALF) * packing.edges, packing.box).any()
-    own = {"particles": packing.n, "mean_size": sizes.mean(), "short_edges": whole}
-    return MARK + words(facts_of(packing) | own)
+    return MARK + words(facts_of(packing) | {"particles": packing.n, "mean_size": sizes.mean()})
 
 
 def _dimensions(box: Array) -> list[float]:
@@ -173,6 +181,7 @@ class UniverseFrames:
         self._a0 = None if residues is None else self.group.rest_areas
         self._lines = _lines(self.group)
         self._fixed = _attribute(self.group, "fixed_flags", None)
+        self._perimeters = _attribute(self.group, "perimeters", None)
         own = _attribute(self.group, "radii", None)
         self._own_radius = None if own is None else np.asarray(own, dtype=np.float64)
         self._radius = self._own_radius if radii is None and self._rings is None else None
@@ -196,7 +205,7 @@ class UniverseFrames:
             positions=positions[:, :2],
             types=self._types,
             rings=self._rings,
-            wrapped=bool(entries.pop("short_edges", True)),
+            wrapped=self._perimeters is None,
             radius=self._radius,
             a0=self._a0,
             fixed=None if self._fixed is None else np.asarray(self._fixed, dtype=bool),
@@ -206,7 +215,7 @@ class UniverseFrames:
         )
         check_flat(positions[:, 2], box[0, 0], f"frame {step.frame}")
         try:
-            _check_whole(sites)
+            self._check_whole(sites)
             packing = sites.packing(*self._given, model=self._model)
         except InputError as failure:
             raise type(failure)(f"frame {step.frame}: {failure}") from failure
@@ -218,9 +227,9 @@ class UniverseFrames:
         if len(self._lines) == len(self.trajectory):
             entries, lost = dict(self._lines[frame]), []
         else:
-            names = list(self._lines[0]) if self._lines else []
-            same = [name for name in names if all(line.get(name) == self._lines[0][name] for line in self._lines)]
-            entries, lost = {name: self._lines[0][name] for name in same}, sorted({*names} - {*same})
+            names = {name for line in self._lines for name in line}
+            same = [name for name in names if all(line.get(name) == self._lines[0].get(name) for line in self._lines)]
+            entries, lost = {name: self._lines[0][name] for name in same}, sorted(names - {*same})
             if "rounding" in lost:
                 entries["rounding"] = max(line["rounding"] for line in self._lines)
         particles, mean_size = entries.pop("particles", None), entries.pop("mean_size", None)
@@ -235,21 +244,20 @@ class UniverseFrames:
                 entries[name] *= mean_size / sizes.mean()  # the length stays
         return entries, lost
 
-
-def _check_whole(sites: Sites) -> None:
-    """Refuse droplets that the box has cut, where edges are so long that nobody can tell how they were whole."""
-    if sites.wrapped or sites.rings is None or sites.a0 is None:
-        return
-    rings = sites.rings
-    vertices, rest = sites.positions[rings.order], sites.a0[rings.order][rings.offsets[:-1]]
-    ratio = np.abs(polygon_areas(vertices, rings.offsets)) / np.where(rest > 0, rest, 1.0)
-    cut = (rest > 0) & ((ratio > _LIKE_AT_REST) | (ratio < 1 / _LIKE_AT_REST))
-    cut[self_crossings(vertices, rings.offsets)] = True
-    if cut.any():
-        raise InputError(
-            f"the outline of polygon {int(cut.argmax())} is not that of its droplet, so the box seems to have cut it: "
-            "edges are longer than half the box, so give whole droplets, before `wrap`"
-        )
+    def _check_whole(self, sites: Sites) -> None:
+        """Refuse droplets that the box has cut, where edges are so long that nobody can tell how they were whole."""
+        if self._perimeters is None or self._rings is None:
+            return
+        vertices, starts = sites.positions[self._rings.order], self._rings.offsets[:-1]
+        following = np.arange(1, len(vertices) + 1)
+        following[self._rings.offsets[1:] - 1] = starts
+        found = np.add.reduceat(np.hypot(*(vertices[following] - vertices).T), starts)
+        for m, (perimeter, known) in enumerate(zip(found, self._perimeters[self._rings.order][starts], strict=True)):
+            if not np.isclose(perimeter, known, rtol=_SAME, atol=sites.rounding).any():
+                raise InputError(
+                    f"the outline of polygon {m} is not that of its droplet, since the box has cut it, as `wrap` does; "
+                    "its edges are longer than half the box, so give whole droplets"
+                )
 
 
 @checked
