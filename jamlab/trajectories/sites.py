@@ -242,7 +242,7 @@ class Sites:
             own = {kind: {*_every_name(kind), *MODELS[kind].unit_names} for kind in MODELS}
             fit = [kind for kind in MODELS if names <= own[kind] and units in (None, *MODELS[kind].unit_names)]
             likely = "sp" if self.rings is None else "dp"
-            wanted = fit[0] if self.guessed and len(fit) == 1 else likely
+            wanted = fit[0] if self.rings is not None and self.guessed and len(fit) == 1 else likely
         if wanted == "dp" and self.rings is None:
             raise InputError(
                 "no bonds, and no molecules of three atoms or more, say which vertices make a droplet: check the file, "

@@ -55,7 +55,7 @@ class FixedFlags(ResidueAttr):  # type: ignore[misc]
 
 
 class Perimeters(ResidueAttr):  # type: ignore[misc]
-    """Perimeters of droplets, a tuple of all frames, where edges are longer than half the box: `residues.perimeters`."""
+    """Perimeters of droplets, a tuple of all frames, if edges are longer than half the box: `residues.perimeters`."""
 
     attrname = "perimeters"
     singular = "perimeter"

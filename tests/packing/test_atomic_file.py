@@ -19,6 +19,7 @@ from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
+from jamlab.storage.atomic_file import atomic_file
 
 
 def disks(seed=0):
@@ -137,13 +138,36 @@ def test_what_the_system_says_is_not_damage(tmp_path, monkeypatch, number, place
     assert os.strerror(number) in str(caught.value) and "damaged" not in str(caught.value)
 
 
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
+    for mode in (0o600, 0o664, 0o755):
+        write(tmp_path / "run.h5", [disks()])
+        (tmp_path / "run.h5").chmod(mode)
+        with atomic_file(tmp_path / "run.h5") as temporary:
+            assert temporary.stat().st_mode & 0o777 & ~mode == 0  # nor can others read it before
+            temporary.write_bytes(b"new")
+        assert (tmp_path / "run.h5").stat().st_mode & 0o777 == mode
+        assert (tmp_path / "run.h5").read_bytes() == b"new"
+
+
 def test_temporary_files_of_killed_writers_are_removed_after_a_day(tmp_path):
+    """Of this machine alone: a writer on another one may live, and its clock be days away."""
     code = "import os, sys; from jamlab.storage.atomic_file import atomic_file\n"
     code += "with atomic_file(sys.argv[1]): os.kill(os.getpid(), 9)"
     assert subprocess.run([sys.executable, "-c", code, tmp_path / "a"], check=False).returncode == -9
     (half,) = os.listdir(tmp_path)
     assert half.startswith(".jamlab-") and half.endswith(".tmp")
-    (tmp_path / ".jamlab-0.tmp").write_text("of a writer that runs")
-    os.utime(tmp_path / half, (time.time() - 90_000.0,) * 2)
+    *_, node, process, _ = half.split("-")
+    kept = {
+        half.replace(f"-{node}-", "-another_node-"),
+        half.replace(f"-{process}-", f"-{os.getpid()}-"),  # of a writer that runs
+        half.replace(f"-{process}-", "-1-"),
+        ".jamlab-0.tmp",
+    }
+    for name in kept:
+        (tmp_path / name).write_text("half")
+    for name in (*kept, half):
+        os.utime(tmp_path / name, (time.time() - 90_000.0,) * 2)
+    young = half.replace(".tmp", "0.tmp")
+    (tmp_path / young).write_text("of a writer that was killed a moment ago")
     write(tmp_path / "run.h5", [disks()])
-    assert set(os.listdir(tmp_path)) == {".jamlab-0.tmp", "run.h5"}
+    assert set(os.listdir(tmp_path)) == {*kept, young, "run.h5"}

@@ -63,6 +63,28 @@ def test_provenance_survives_and_numpy_numbers_become_plain(tmp_path):
     assert_same_bits(read(tmp_path / "run.h5", frame=1).provenance, {"frame": 1})
 
 
+def test_entries_of_a_provenance_may_have_any_name(tmp_path):
+    given = {"_known": {"converged": True}, "ensemble": "mine", "rounding": 3, "\ud800": "a\0b"}
+    write(tmp_path / "run.h5", [disks(provenance=given, rounding=1e-3, on_target=False)])
+    back = read(tmp_path / "run.h5")
+    assert_same_bits(back.provenance, given)
+    assert (back.rounding, back.on_target, back.converged, back.ensemble) == (1e-3, False, False, "fixed-box")
+
+
+def test_numbers_that_others_shortened_make_a_rounded_packing(tmp_path):
+    packing = disks(max_force=1e-15, converged=True, tolerance=1e-12, on_target=False)
+    for part in ("particles/all/position/value", "particles/all/box/edges/value", "parameters/diameters"):
+        write(tmp_path / "run.h5", [packing, packing])
+        with edited(tmp_path / "run.h5") as file:
+            values = file[part][()]
+            del file[part]
+            file[part] = values.astype("f4")
+        for back in read_all(tmp_path / "run.h5"):
+            error = np.abs(values - values.astype("f4")).max()
+            assert error < back.rounding < 1e-6
+            assert (back.converged, back.max_force, back.tolerance, back.on_target) == (False, None, None, False)
+
+
 def test_observables_scalar_and_vector(tmp_path):
     results = {"g": [0.1, np.nan, 0.3], "shape": np.arange(15.0).reshape(3, 5) / 7, "count": np.array([1, 2, 3])}
     write(tmp_path / "run.h5", sweep(disks), results)
@@ -131,6 +153,8 @@ def test_packings_of_another_sweep_are_refused(tmp_path, first, second, name):
         ([disks()], {"g": 1.0}),
         ([disks()], {"g": ["high"]}),
         ([disks()], {"a/b": [1.0]}),
+        ([disks()], {"\ud800": [1.0]}),
+        ([disks()], {"a\0b": [1.0]}),
         ([disks(provenance={"odd": {1, 2}})], None),
     ],
 )

@@ -10,7 +10,7 @@ from wandering_packings import disks, polygons
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.packing.hdf5 import read, read_all
 from jamlab.packing.write import write
-from jamlab.storage.verified_file import USER_BLOCK, checksum
+from jamlab.storage.verified_file import USER_BLOCK, checksum, dataset
 
 POSITIONS = "particles/all/position/value"
 BOX = "particles/all/box/edges/value"
@@ -113,6 +113,17 @@ def test_what_no_packing_can_be_is_named_with_file_and_thing(path, name):
         assert str(path) in str(caught.value) and "\n" not in str(caught.value)
     done = call(path.parent, "analyze", path.name)
     assert done.exit_code == 1 and done.stderr.count("\n") == 1
+
+
+def test_a_dataset_that_stores_a_little_of_what_it_declares_is_not_read(path):
+    with edited(path) as file:
+        del file["parameters/onset"]
+        made = file.create_dataset("parameters/onset", shape=(200_000,), dtype="f8", chunks=(100,))
+        made[:100] = 1.0  # the others are zeros that HDF5 makes up
+    with pytest.raises(StorageError, match="shape"):
+        read(path)
+    with h5py.File(path) as file, pytest.raises(StorageError, match="declared"):
+        dataset(file, "parameters/onset", "f")
 
 
 @pytest.mark.parametrize(

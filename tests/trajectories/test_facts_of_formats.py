@@ -219,7 +219,7 @@ def test_a_part_of_a_universe_has_the_facts_of_its_own_particles():
 def squares(edge=1.0, corner=(5.5, 1.0), side=6.0):
     ring = edge * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     params = {"gamma": 0.4, "ka": 300.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline"}
-    places = np.vstack([ring + corner, ring + [2.0, 0.5 * side]])
+    places = np.vstack([ring + corner, ring + np.array([2.0, 0.5 * side])])
     params["a0"] = np.full(2, edge**2)
     return jamlab.Packing("dp", side * np.eye(2), places, params, offsets=[0, 4, 8])
 
@@ -229,7 +229,7 @@ def test_droplets_that_mdanalysis_wrapped_become_whole_again():
         u = jamlab.universe([packing, packing])
         wrapped = np.floor(packing.positions @ np.linalg.inv(packing.box))
         assert len(np.unique(wrapped, axis=0)) > 1
-        for step in u.trajectory:
+        for _ in u.trajectory:
             u.atoms.wrap()
         for got in jamlab.from_universe(u):
             np.testing.assert_allclose(got.edges, packing.edges, atol=1e-5)
@@ -239,7 +239,7 @@ def test_droplets_that_mdanalysis_wrapped_become_whole_again():
 def test_wrapped_droplets_with_edges_longer_than_half_the_box_are_refused_by_name():
     whole = squares(3.2, (0.2, 0.2), 6.0).select(np.array([True, False]))
     assert jamlab.from_universe(jamlab.universe(whole))[0].polygon_areas == pytest.approx(3.2**2, rel=1e-5)
-    u = jamlab.universe(whole.with_state(positions=whole.positions + [4.0, 0.0]))
+    u = jamlab.universe(whole.with_state(positions=whole.positions + np.array([4.0, 0.0])))
     u.atoms.wrap()
     with pytest.raises(jamlab.InputError, match="longer than half the box"):
         jamlab.from_universe(u)
