@@ -14,20 +14,14 @@ from jamlab.cli.console import (
     print_table,
     progress_bar,
 )
+from jamlab.cli.given import is_picture
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Force, Json, written_as
+from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
-
-
-PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-ALLOWED = {  # options, by what is measured
-    "a picture": ("--overlay", "--csv", "--packing", "--labels"),
-    "a file of packings": ("--csv",),
-}
 
 
 Source = Annotated[
@@ -60,6 +54,7 @@ Csv = Annotated[
 ]
 
 
+@reads_any_file
 def analyze(
     file: Source = None,
     pixel: Pixel = None,
@@ -75,6 +70,8 @@ def analyze(
     csv: Csv = None,
     force: Force = False,
     as_json: Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Measure the packings of a file, or a picture of droplets.
 
@@ -83,16 +80,14 @@ def analyze(
     source = file or labels
     if source is None:
         raise InputError("no FILE is given: name a file or a picture, or a label image by --labels")
-    kind = _kind(source) if file is not None else "a picture"
-    given = {"--overlay": overlay, "--csv": csv, "--packing": packing, "--labels": labels}
-    if wrong := [name for name, value in given.items() if value is not None and name not in ALLOWED[kind]]:
-        raise InputError(f"{', '.join(wrong)}: not for {source.name}, {kind}; leave it out")
+    if file is not None and file.suffix.lower() in _ARRAYS:
+        raise InputError(f"{file}: an array of labels or a mask is given as --labels {file}")
     for path in (overlay, csv, packing):
         if path is not None:
-            check_target(path, source, replace=force)
+            check_target(path, replace=force)
             expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
-    if kind == "a picture":
+    if is_picture({"file": file}):
         from jamlab.micrographs.micrograph import micrograph
 
         found = micrograph(file, labels=labels, **how)
@@ -106,13 +101,12 @@ def analyze(
     else:
         from jamlab.trajectories.files import read_all
 
-        packings = read_all(source)
+        packings = read_all(source, **reading)
         _say_what_is_missing(source, packings[0])
         print_packings(packings, None, as_json, csv)
 
 
-def _kind(source: Path) -> str:
-    return "a picture" if source.suffix.lower() in PICTURES else "a file of packings"
+_ARRAYS = (".npy", ".npz")
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:
@@ -169,12 +163,15 @@ def _text(value: Any) -> str:
     return "; ".join(value) if isinstance(value, list) else "" if value is None else str(value)
 
 
+@reads_any_file
 def explore(
-    file: Annotated[Path, typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, or GSD file.")],
+    file: AnyFile,
     every: Annotated[int, typer.Option(help="Show every k-th state.")] = 1,
     out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
     force: Force = False,
     as_json: Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Write an interactive HTML page of a sweep.
 
@@ -185,10 +182,10 @@ def explore(
     from jamlab.storage.verified_file import is_hdf5
     from jamlab.trajectories.files import read_all
 
-    check_target(out, file, replace=force)
+    check_target(out, replace=force)
     check_ending(out, "page", option="--out")
     expect_output(out)
-    packings = read_all(file)
+    packings = read_all(file, **reading)
     known = read_observables(file) if is_hdf5(file) else {}
     with progress_bar("states") as progress:
         write_page(out, packings, every=every, observables=known, progress=progress)

@@ -5,7 +5,7 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from jamlab.processes.progress import Progress
 
 
+_fits = (sys.stdout is not None and sys.stdout.isatty()) or "COLUMNS" in os.environ
 # names may hold [brackets], which are no markup; a file or a pipe has no width of its own
-out_console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160, markup=False, emoji=False)
+out_console = Console(width=None if _fits else 160, markup=False, emoji=False)
 err_console = Console(stderr=True, markup=False, emoji=False)
 
 
@@ -116,8 +117,15 @@ _MARKS = {True: "yes", False: "NO", None: "-"}
 _MODULI = ("g", "g_x", "b")
 
 
-def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, csv: Path | None = None) -> None:
-    """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it."""
+def print_packings(
+    packings: "list[Packing]",
+    out: Path | None,
+    as_json: bool,
+    csv: Path | None = None,
+    save: "Callable[[dict[str, Any]], None] | None" = None,
+) -> None:
+    """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it. `save`
+    writes a file of another kind to `out`, given what was measured."""
     from jamlab.measure import MODULI, numbers_of, why_no_modulus
     from jamlab.mechanics.negative_moduli import warn_of_negative_rows
     from jamlab.packing.hdf5 import write_sweep
@@ -126,7 +134,9 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, c
     with progress_bar("measured") as progress:
         measured = numbers_of(packings, progress=progress)
     warn_of_negative_rows({MEASURED[name].symbol: measured[name] for name in MODULI}, "packings")
-    if out is not None:
+    if save is not None:
+        save(measured)
+    elif out is not None:
         write_sweep(out, packings, measured)
     if csv is not None:
         import pandas as pd

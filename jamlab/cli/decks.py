@@ -13,6 +13,7 @@ from rich.text import Text
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.options import Json
 from jamlab.errors import EngineError, InputError
+from jamlab.storage.atomic_file import check_target
 
 
 def doctor(as_json: Json = False) -> None:
@@ -64,10 +65,7 @@ def deck(
     screen, other output of LAMMPS to log.lammps. Exit code 2: a state is not converged, or differs from the request.
     `jamlab deck NAME --help` lists the variables of a deck with defaults and ranges.
     """
-    import subprocess
-
     from jamlab.engine.deck_defaults import check_ranks, lammps_line, settings
-    from jamlab.processes.child import child_environment
 
     if name == "--help":
         typer.echo(context.get_help())
@@ -84,18 +82,57 @@ def deck(
     check_ranks(ranks)
     for setting, text in given.items():
         check_setting(path, setting, text)
-    line = lammps_line(
-        *(path, {**_law_of_data(known | given, given), **given, "table": "/dev/stdout"}, ranks),
-        *("-screen", "none", "-log", "log.lammps"),
-    )
-    with subprocess.Popen(line, env=child_environment(), stdout=subprocess.PIPE, text=True) as program:
+    law = _law_of_data(known | given, given)
+    data = [value for name, value in (known | given).items() if name == "data"]
+    for file in (_LOG, *sorted(written(path, known | given))):
+        check_target(file, *data)
+    line = lammps_line(path, {**law, **given, "table": "/dev/stdout"}, ranks, *f"-screen none -log {_LOG}".split())
+    code = _run(line)
+    if code < 0:
+        raise EngineError(f"signal {-code} ended LAMMPS; its last words are in {_LOG}")
+    if code == 1 and (errors := [x for x in _LOG.read_text().splitlines() if "ERROR" in x]):
+        raise EngineError(f"LAMMPS stopped at its own error, see {_LOG}: {errors[-1]}")
+    if code:
+        raise typer.Exit(code)
+
+
+_LOG = Path("log.lammps")
+_PATIENCE = 5.0  # s that LAMMPS has to end in
+
+
+def _run(line: list[str]) -> int:
+    """Run LAMMPS, hand on its table, and return its exit code; nothing of it is left whatever ends this function."""
+    import subprocess
+
+    from jamlab.engine.installation import program_environment
+    from jamlab.processes.child import child_environment
+
+    environment = child_environment() | program_environment()
+    with subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) as program:
         assert program.stdout is not None
-        for row in program.stdout:
-            typer.echo(row, nl=False)
-    if program.returncode == 1 and (errors := [x for x in Path("log.lammps").read_text().splitlines() if "ERROR" in x]):
-        raise EngineError(f"LAMMPS stopped at its own error, see log.lammps: {errors[-1]}")
-    if program.returncode:
-        raise typer.Exit(program.returncode)
+        try:
+            for row in program.stdout:
+                typer.echo(row, nl=False)
+            return program.wait()
+        finally:
+            if program.poll() is None:
+                program.terminate()
+                try:
+                    program.wait(_PATIENCE)
+                except subprocess.TimeoutExpired:
+                    program.kill()
+
+
+def written(path: Path, settings: Mapping[str, str]) -> set[Path]:
+    """Files that a deck may write, but for the log: each is named after `out`, some after the state that is saved."""
+    from jamlab.engine.deck_defaults import text_of
+
+    text = text_of(path.parent, path.name)
+    names = set(re.findall(r"\$\{out\}\.(\w[\w.]*)", text)) - {"txt"}
+    names |= {f"{state}.data" for state in re.findall(r"^variable saved string (\w+)", text, re.MULTILINE)}
+    if "data" in settings:  # a deck that reads a packing searches no onset
+        names.discard("onset.data")
+    return {Path(f"{settings['out']}.{name}") for name in names}
 
 
 def _path_of(name: str) -> Path:
@@ -131,6 +168,12 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     import jamlab
     from jamlab.engine.deck_defaults import law_settings
 
+    if "data" not in given and not Path(settings["data"]).exists():
+        first = f"in.{settings.get('model', 'sp')}.jam"
+        raise InputError(
+            f"there is no {settings['data']} in this folder: give --data FILE, or run `jamlab deck {first}` first, "
+            "which writes it"
+        )
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("always")
         packing = jamlab.read(settings["data"])

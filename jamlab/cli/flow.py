@@ -5,7 +5,7 @@ All share the options of drag, accuracy and files, and how they print and write 
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from inspect import Signature, signature
+from inspect import signature
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -13,9 +13,24 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
-from jamlab.cli.interruption import describe_kept
-from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law, written_as
-from jamlab.errors import JamlabError
+from jamlab.cli.interruption import NOTHING, describe_kept
+from jamlab.cli.options import (
+    Alpha,
+    AnyFile,
+    Beta,
+    EtaF,
+    Force,
+    Frame,
+    Json,
+    Out,
+    Stokes,
+    Tau,
+    drag_law,
+    reads_any_file,
+    with_parameters,
+    written_as,
+)
+from jamlab.errors import InputError, JamlabError
 from jamlab.storage.atomic_file import check_target, write_table
 
 if TYPE_CHECKING:
@@ -26,7 +41,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-File = Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
 Tolerance = Annotated[
     float | None, typer.Option(help="Relative error of velocities per step (default: 1e-2 at a rate, 1e-3 otherwise).")
 ]
@@ -47,6 +61,7 @@ class Job:
 
     file: Path
     frame: int
+    reading: dict[str, Any]  # what the file lacks
     law: "Damping"
     accuracy: dict[str, float]  # tolerance and background, if given
     out: Path
@@ -57,29 +72,25 @@ class Job:
 
     def packing(self) -> "Packing":
         """Packing of the file."""
-        from jamlab.packing.hdf5 import read
+        from jamlab.trajectories.files import read
 
-        return read(self.file, self.frame)
+        return read(self.file, self.frame, **self.reading)
 
     def drive(self, flow: Callable[..., T], name: str, *point: Any, timed: bool = True, **how: Any) -> T:
         """Drive the packing at a point, such as frequency and amplitude, below a bar of this name. `timed`: with drag.
-        With `force` a file of another run is replaced; one of the same run is gone on with."""
-        from jamlab.flow.run import OtherRunError
+        A file of the same run is gone on with; with `force` that of another run is replaced by the first save."""
+        from jamlab.flow.run import replacing
 
         how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
-        while True:
-            try:
-                with progress_bar(name) as progress:
-                    return flow(self.packing(), *point, progress=progress, **how)
-            except OtherRunError:
-                if not self.force:
-                    raise
-                self.out.unlink()
+        with progress_bar(name) as progress, replacing(self.force):
+            return flow(self.packing(), *point, progress=progress, **how)
 
     def say_seconds(self, rates: list[float], strain: float, within: float | None, processes: int = 1) -> None:
         """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`."""
         from jamlab.flow.flow_curve import flow_cost, require_time
 
+        if within is not None and not within > 0:
+            raise InputError(f"--within {within}: must be a number of seconds above 0")
         if self.out.exists():
             return
         cost = flow_cost(self.packing(), rates, self.law, strain=strain, **self.accuracy)
@@ -124,7 +135,7 @@ _LINES = 15  # of a table on the screen
 
 
 def make_job(
-    file: File,
+    file: AnyFile,
     beta: Beta = 1.0,
     alpha: Alpha = 1.0,
     tau: Tau = 1.0,
@@ -138,17 +149,30 @@ def make_job(
     csv: Csv = None,
     force: Force = False,
     as_json: Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> Job:
     """Read the options of all flows; refuse, before anything runs, what cannot be written at the end."""
-    check_target(out, file)
+    check_target(out)
     for path in (plot, csv):
         if path is not None:
-            check_target(path, file, out, replace=force)
-    kept = f"kept {out} as it was last saved; the same command resumes it"
-    describe_kept(lambda: kept if out.exists() else "nothing was written")
+            check_target(path, replace=force)
+    before = _version(out)
+    describe_kept(lambda: _describe(out, before))
     accuracy = {"tolerance": tolerance, "background_drag": background}
     given = {name: value for name, value in accuracy.items() if value is not None}
-    return Job(file, frame, drag_law(stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json)
+    return Job(file, frame, reading, drag_law(stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json)
+
+
+def _version(path: Path) -> tuple[int, int] | None:
+    """What changes whenever a file is replaced."""
+    return (path.stat().st_ino, path.stat().st_mtime_ns) if path.exists() else None
+
+
+def _describe(out: Path, before: tuple[int, int] | None) -> str:
+    if _version(out) != before:
+        return f"kept {out} as it was last saved; the same command resumes it"
+    return f"{NOTHING}; {out} is as it was before" if before else NOTHING
 
 
 def _command(function: Callable[..., None]) -> Callable[..., None]:
@@ -156,18 +180,15 @@ def _command(function: Callable[..., None]) -> Callable[..., None]:
     name = function.__name__.replace("_", "-")
     shared = dict(signature(make_job).parameters)
     shared["out"] = shared["out"].replace(default=Path(f"{name}.h5"))
+    del shared["reading"]
     own = list(signature(function).parameters.values())[1:]
     first, *rest = shared.values()
 
-    def call(**given: Any) -> None:
-        job = make_job(**{name: given.pop(name) for name in shared})
+    def call(reading: dict[str, Any], **given: Any) -> None:
+        job = make_job(reading=reading, **{name: given.pop(name) for name in shared})
         function(job, **given)
 
-    call.__name__, call.__doc__ = function.__name__, function.__doc__
-    parameters = [each.replace(kind=each.KEYWORD_ONLY) for each in (first, *own, *rest)]
-    call.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    call.__annotations__ = {each.name: each.annotation for each in parameters}
-    return call
+    return reads_any_file(with_parameters(call, function, [first, *own, *rest]))
 
 
 _SHEAR = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}
@@ -179,7 +200,7 @@ def shear(
     job: Job,
     rate: Annotated[float, typer.Option(help="Shear rate (1/tau_1); 0: quasi-static.")],
     strain: Annotated[float, typer.Option(help="Strain at the end.")] = 1.0,
-    step: Annotated[float, typer.Option(help="Strain step of quasi-static shear.")] = 1e-4,
+    step: Annotated[float, typer.Option(help="Quasi-static shear: strain step.")] = 1e-4,
     direction: Annotated[
         str, typer.Option(metavar="{simple,pure,ANGLE}", help="Quasi-static shear: direction; angle in degrees.")
     ] = "simple",
@@ -187,7 +208,7 @@ def shear(
         str | None,
         typer.Option(metavar="{constant,VALUE}", help="Quasi-static shear at this pressure; the box area adjusts."),
     ] = None,
-    rows: Annotated[int, typer.Option(help="Output rows (ignored for rate 0).")] = 200,
+    rows: Annotated[int, typer.Option(help="Output rows.")] = 200,
     frames: Annotated[float | None, typer.Option(help="Strain interval between stored packings.")] = None,
     within: Within = None,
 ) -> None:
@@ -234,7 +255,7 @@ def flow_curve(
     rates: Annotated[list[float], typer.Option("--rate", metavar="<float>", help="Shear rate (1/tau_1); repeatable.")],
     strain: Annotated[float, typer.Option(help="Strain over which each rate is averaged.")] = 4.0,
     discard: Annotated[float, typer.Option(help="Transient strain discarded before averaging.")] = 1.0,
-    processes: Annotated[int, typer.Option(help="Number of rates run in parallel.")] = 1,
+    processes: Annotated[int, typer.Option(min=1, help="Number of rates run in parallel.")] = 1,
     within: Within = None,
 ) -> None:
     """Measure the steady stress at several shear rates.

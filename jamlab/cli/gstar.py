@@ -5,7 +5,6 @@ separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone
 itself, but takes a further column whose name holds one of these for the column itself.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +12,20 @@ import typer
 
 from jamlab.cli.console import print_json, print_line, print_note, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
+from jamlab.cli.options import (
+    Alpha,
+    Beta,
+    Ensemble,
+    EtaF,
+    Force,
+    Frame,
+    Json,
+    Seed,
+    Stokes,
+    Tau,
+    drag_law,
+    reads_any_file,
+)
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
@@ -32,9 +44,10 @@ _HEADINGS |= {"storage_stderr": "± G'_xy", "loss_stderr": "± G''_xy"}
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
 
 
+@reads_any_file
 def gstar(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="HDF5 files. Several packings of one kind give a mean.")
+        list[Path] | None, typer.Argument(help="Files as in `analyze`. Several packings of one kind give a mean.")
     ] = None,
     n: Annotated[int | None, typer.Option("--n", "-n", help="Disks to pack (without FILES).")] = None,
     pressure: Annotated[float | None, typer.Option(help="Their pressure (units of k).")] = None,
@@ -56,24 +69,26 @@ def gstar(
     ] = None,
     force: Force = False,
     as_json: Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Compute the complex shear modulus G*(omega).
 
     G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too.
     """
-    from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make
     from jamlab.rheology.mean_spectrum import mean_spectra
+    from jamlab.trajectories.files import read
 
-    if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
-        raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
+    if not files and (n is None or pressure is None):
+        raise InputError("no packing is given: give FILES, or --n and --pressure of a packing to make")
     omega = _frequencies(omega_min, omega_max, points)
     if out is not None:
-        check_output(out, files or [], replace=force)
+        check_output(out, replace=force)
         expect_output(out)
     law = drag_law(stokes, beta, alpha, tau, eta_f)
     packings = (
-        [read(file, frame) for file in files]
+        [read(file, frame, **reading) for file in files]
         if files
         else [make(int(n or 0), float(pressure or 0), seed, ensemble=ensemble)]
     )
@@ -127,12 +142,12 @@ def print_spectra(law: "Damping", spectra: "Spectra") -> None:
     print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
 
 
-def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
-    """Check that a path has a known suffix and can be written; a source never, another file only with `replace`."""
+def check_output(path: Path, *, replace: bool = True) -> None:
+    """Check that a path has a known suffix and can be written; an existing file only with `replace`."""
     check_ending(path, "picture", "table", "tabs")
     if not path.suffix:
         raise InputError(f"cannot tell what to write to {path}: end its name in .png or .csv")
-    check_target(path, *sources, replace=replace)
+    check_target(path, replace=replace)
 
 
 def save(spectra: "Spectra", damping: "Damping", path: Path) -> None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_NOTHING = "nothing was written"
-_describe: Callable[[], str] = lambda: _NOTHING  # noqa: E731
+NOTHING = "nothing was written"
+_describe: Callable[[], str] = lambda: NOTHING  # noqa: E731
 _came: list[int] = []  # numbers of the signals that ended the command
 
 
@@ -34,7 +34,7 @@ def expect_output(path: "Path") -> None:
         written = [p for p in places if p.is_file() and p.stat().st_mtime >= began]
         if path.is_dir() and written:
             return f"kept {len(written)} file{'s'[: len(written) > 1]} in {path}, each complete"
-        return f"kept {path}, which is complete" if written else _NOTHING
+        return f"kept {path}, which is complete" if written else NOTHING
 
     describe_kept(describe)
 

@@ -1,6 +1,5 @@
 """`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
 
-import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,8 +7,9 @@ import typer
 
 from jamlab.cli import options
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
-from jamlab.cli.interruption import expect_output
+from jamlab.cli.interruption import NOTHING, describe_kept, expect_output
 from jamlab.cli.options import Force, N, Seed
+from jamlab.cli.sweep_file import SweepFile
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
@@ -48,14 +48,15 @@ def jam(
         "search": search,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
+    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law, jamlab.jam)}
     with progress_bar("to onset") as progress:
         packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
 
 
 def pack(
-    pressure: Annotated[float, typer.Option(help="Target pressure (units of k).")],
+    pressure: Annotated[float | None, typer.Option(help="Target pressure (units of k). Or:")] = None,
+    phi: Annotated[float | None, typer.Option(help="Nominal packing fraction of a quench, jammed or not.")] = None,
     n: options.N = 256,
     seed: options.Seed = 1,
     ensemble: options.Ensemble = "fixed-box",
@@ -69,27 +70,27 @@ def pack(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Make a packing of disks at a target pressure.
+    """Make a packing of disks at a pressure or packing fraction.
 
     Force law and units follow Baumgarten & Tighe. No file is written if interrupted: intermediate states have other
     pressures.
     """
     import jamlab
 
+    if (pressure is None) == (phi is None):
+        raise InputError("give --pressure or --phi, one of them")
     check_target(out, replace=force)
     expect_output(out)
     how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "ensemble": ensemble}
-    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
+    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law, jamlab.pack)}
     with progress_bar("to pressure") as progress:
-        packing = jamlab.pack(n, pressure, seed, progress=progress, **how)
+        packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **how)
     print_packings([packing], out, as_json)
 
 
-_INTERVAL = 10.0  # s between two files of a sweep, of which a killed command leaves the last
-
-
+@options.reads_any_file
 def compress(
-    file: options.File,
+    file: options.AnyFile,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
     step: Annotated[float, typer.Option(help="Difference in packing fraction between two states.")] = 0.01,
     by: Annotated[
@@ -108,69 +109,63 @@ def compress(
     out: options.Out = Path("sweep.h5"),
     force: options.Force = False,
     as_json: options.Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Compress or decompress a packing in steps.
 
-    The first frame written is the start. An interrupted sweep keeps its states; compress its file to continue it.
+    The first frame written is the start. The same command resumes an interrupted sweep.
     """
-    from jamlab.packing.hdf5 import read, write_sweep
-    from jamlab.protocols.compression import compress as run
+    from jamlab.protocols.compression import go_on
+    from jamlab.trajectories.files import read
 
-    check_target(out, file, replace=force)
-    expect_output(out)
-    states, saved = [read(file, frame)], time.monotonic()
-    how: dict[str, Any] = {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance}
+    task = {"--to": to, "--step": step, "--by": by, "--first-step": nearest, "--pressure-tolerance": error}
+    sweep = SweepFile(out, task | {"--tolerance": tolerance}, replace=force)
+    sweep.begin(read(file, frame, **reading))
+    how: dict[str, Any] = {"by": by, "first_step": nearest, "pressure_tolerance": error, "tolerance": tolerance}
     with progress_bar("compress") as progress:
-        try:
-            for state in run(states[0], to, step, by=by, progress=progress, **how):
-                states.append(state)
-                if time.monotonic() - saved > _INTERVAL:
-                    write_sweep(out, states)
-                    saved = time.monotonic()
-        finally:  # also where a signal ends it: to measure them may take longer than to make them
-            if len(states) > 1:
-                write_sweep(out, states)
-    print_packings(states, out, as_json)
+        sweep.make(lambda *states: go_on(*states, to, step, ranks=ranks, progress=progress, **how))
+    print_packings(sweep.states, out, as_json, save=sweep.write)
 
 
-AnyFile = Annotated[Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or CSV.")]
-Units = Annotated[str | None, typer.Option(metavar="{eps,k}", help="Units of a file that does not state them.")]
-
-
+@options.reads_any_file
 def convert(
-    file: AnyFile,
+    file: options.AnyFile,
     target: Annotated[Path, typer.Argument(help="File to write: .h5, .data, .dump or .xyz.")],
     frame: Annotated[int | None, typer.Option(help="One frame; -1: the last (default: all).")] = None,
-    units: Units = None,
     force: options.Force = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Convert packings to the format of the ending of TARGET."""
     from jamlab.trajectories.convert import convert as run
 
-    check_target(target, file, replace=force)
+    check_target(target, replace=force)
     expect_output(target)
-    packings, lost = run(file, target, frame, units=units)
+    packings, lost = run(file, target, frame, **reading)
     print_line(f"wrote {target}: {len(packings)} packing{'s' * (len(packings) > 1)} of {packings[0].n} particles")
     if lost:
         print_line(f"{target} does not hold: {', '.join(lost)}")
 
 
+@options.reads_any_file
 def relax(
-    file: AnyFile,
+    file: options.AnyFile,
     frame: options.Frame = -1,
-    units: Units = None,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("relaxed.h5"),
     force: options.Force = False,
     as_json: options.Json = False,
+    *,
+    reading: dict[str, Any],
 ) -> None:
     """Relax a packing to the energy minimum next to it."""
     from jamlab.protocols.relax import relax as run
     from jamlab.trajectories.files import read
 
-    check_target(out, file, replace=force)
+    check_target(out, replace=force)
     expect_output(out)
-    start = read(file, frame, units=units)
+    start = read(file, frame, **reading)
     with progress_bar("relax"):
         packing = run(start, tolerance)
     print_packings([packing], out, as_json)
@@ -199,28 +194,34 @@ def demo(
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.models.models import MODELS
     from jamlab.packing.hdf5 import read_observables
-    from jamlab.protocols.compression import compress as run
+    from jamlab.protocols.compression import go_on
     from jamlab.protocols.onset import jam as begin
-    from jamlab.storage.atomic_file import check_targets, make_folder
+    from jamlab.storage.atomic_file import make_folder
     from jamlab.storage.verified_file import versions
 
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
     make_folder(out)
-    check_targets(out, ("index.html", *(f"{name}.h5" for name in MODELS)), replace=force)
-    expect_output(out)
+    check_target(out / "index.html", replace=force)
+    task = {"--n": n, "--seed": seed, "--to": to}
+    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in MODELS}
+    describe_kept(lambda: _describe_demo(out))
     sections = []
     for name, model in MODELS.items():
-        with progress_bar(f"{model.particles} to onset") as progress:
-            onset = begin(n, name, seed, ensemble="shear-stabilized", progress=progress)
-        if to <= onset.phi:
+        sweep = sweeps[name]
+        if not sweep.states:
+            with progress_bar(f"{model.particles} to onset") as progress:
+                sweep.begin(begin(n, name, seed, ensemble="shear-stabilized", progress=progress))
+        packings = sweep.states
+        if to <= packings[0].phi:
             raise InputError(
-                f"to = {to}: {name} with n = {n}, seed = {seed} jams at {onset.phi:.4f}; use a larger value"
+                f"--to {to}: {model.particles} with --n {n}, --seed {seed} jam at {packings[0].phi:.4f}; use a larger "
+                "value"
             )
         with progress_bar(f"{model.particles} compressed") as progress:
-            packings = [onset, *run(onset, to, progress=progress)]
-        file = out / f"{name}.h5"
-        print_packings(packings, file, False)
+            sweep.make(lambda *states, report=progress: go_on(*states, to, 1e-3, progress=report))
+        file = sweep.path
+        print_packings(packings, file, False, save=sweep.write)
         kept = np.linspace(0, len(packings) - 1, min(len(packings), _SHOWN)).round().astype(int)
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)
@@ -228,3 +229,8 @@ def demo(
     title = "Jamming of disks and deformable polygons"
     write_sections(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {out / 'index.html'}")
+
+
+def _describe_demo(out: Path) -> str:
+    found = [path.name for path in sorted(out.glob("[!.]*.h5"))]
+    return f"kept {' and '.join(found)} in {out}; the same command goes on from there" if found else NOTHING

@@ -1,8 +1,9 @@
 """Options shared by several commands."""
 
 from collections.abc import Callable
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,18 +42,28 @@ def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
 
 
-def law_values(entries: list[str] | None) -> dict[str, float | str]:
-    """Read the entries of `--law`, each NAME=VALUE, as numbers where they are numbers."""
+def law_values(entries: list[str] | None, function: Callable[..., Any]) -> dict[str, float | str]:
+    """Read the entries of `--law`, each NAME=VALUE, as numbers where they are numbers; they go to a function, whose
+    own arguments are no parameters of the force law."""
+    own = [each.name for each in signature(function).parameters.values() if each.kind != Parameter.VAR_KEYWORD]
     found: dict[str, float | str] = {}
     for entry in entries or ():
         name, equals, text = entry.partition("=")
         if not (name.isidentifier() and equals and text):
             raise InputError(f"--law {entry}: give it as NAME=VALUE")
-        try:
-            found[name] = int(text) if text.isdigit() else float(text)
-        except ValueError:
-            found[name] = text
+        if name in own:
+            raise InputError(f"--law {entry}: {name} is no parameter of the force law, such as exponent")
+        if name in found:
+            raise InputError(f"--law {entry}: {name} is given twice; give one value")
+        found[name] = _number_or_text(text)
     return found
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return int(text) if text.isdigit() else float(text)
+    except ValueError:
+        return text
 
 
 Law = Annotated[
@@ -76,6 +87,65 @@ File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[
     str, typer.Option(metavar="{fixed-box,shear-stabilized}", help="Fixed box, or box sheared to zero shear stress.")
 ]
+AnyFile = Annotated[
+    Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or a table of disks (.csv).")
+]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1: the last.")]
 Ranks = Annotated[int, typer.Option(help="Threads per minimisation (disks; useful above 10 000).")]
 Tolerance = Annotated[float | None, typer.Option(help="Largest residual force (default: 1e-12, droplets 1e-10).")]
+Units = Annotated[str | None, typer.Option(metavar="{eps,k}", help="Units, if the file does not state them.")]
+Box = Annotated[
+    str | None, typer.Option(metavar="LX,LY", help="Sides of the box, or both lattice vectors, AX,AY,BX,BY.")
+]
+Radii = Annotated[
+    str | None, typer.Option(metavar="RADIUS", help="Radius of all disks, or of each type, as in 1=0.5,2=0.7.")
+]
+
+
+def how_to_read(units: Units = None, box: Box = None, radii: Radii = None, law: Law = None) -> dict[str, Any]:
+    """Arguments of `jamlab.read` that say what files of other programs lack."""
+    import jamlab
+
+    how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None}
+    if box is not None:
+        sides = [_number("--box", box, text) for text in box.split(",")]
+        if len(sides) not in (2, 4):
+            raise InputError(f"--box {box}: give two sides, as 12.5,12.5, or two lattice vectors, as 12.5,0,0.3,12.5")
+        how["box"] = sides if len(sides) == 2 else [sides[:2], sides[2:]]
+    if radii is not None:
+        by_type = [part.partition("=") for part in radii.split(",")]
+        if len(by_type) == 1 and not by_type[0][1]:
+            how["radii"] = _number("--radii", radii, radii)
+        elif len({kind for kind, *_ in by_type}) < len(by_type) or not all(equals for _, equals, _ in by_type):
+            raise InputError(f"--radii {radii}: give one number, or one for each type, as 1=0.5,2=0.7")
+        else:
+            how["radii"] = {kind.strip(): _number("--radii", radii, text) for kind, _, text in by_type}
+    return {name: value for name, value in how.items() if value is not None}
+
+
+def _number(option: str, given: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{option} {given}: {text!r} is no number") from None
+
+
+def reads_any_file(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of `how_to_read` to a command, which gets what they say as its argument `reading`."""
+    shared = signature(how_to_read).parameters
+
+    def call(**given: Any) -> None:
+        reading = how_to_read(**{name: given.pop(name) for name in shared})
+        function(reading=reading, **given)
+
+    own = [each for each in signature(function).parameters.values() if each.name != "reading"]
+    return with_parameters(call, function, [*own, *shared.values()])
+
+
+def with_parameters(call: Callable[..., None], function: Callable[..., None], each: list[Parameter]) -> Any:
+    """Let a command be known by the name and text of a function, and have some parameters."""
+    parameters = [one.replace(kind=one.KEYWORD_ONLY) for one in each]
+    call.__name__, call.__doc__ = function.__name__, function.__doc__
+    call.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    return call

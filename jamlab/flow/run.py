@@ -14,6 +14,8 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Generic, Self, TypeVar
@@ -42,8 +44,17 @@ REST = "give jamlab.relax(packing), or, to stop a flow, jamlab.stop_flow(packing
 _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
 
 
-class OtherRunError(StorageError):
-    """The file of a run holds something else."""
+_replacing = ContextVar("replacing", default=False)
+
+
+@contextmanager
+def replacing(wanted: bool = True) -> Iterator[None]:
+    """Let runs take files that hold something else: the first state that is saved replaces them, by a rename."""
+    before = _replacing.set(wanted)
+    try:
+        yield
+    finally:
+        _replacing.reset(before)
 
 
 class RunFile(Generic[T]):
@@ -71,10 +82,8 @@ class RunFile(Generic[T]):
         check_target(self._path)
         if not self._path.exists():
             check_ending(self._path, "packings")
-        elif (found := self._read_same(self._path, packing)) is None:
-            raise OtherRunError(
-                f"{path} exists and belongs to another run: choose another name, or remove it (--force)"
-            )
+        elif (found := self._read_same(self._path, packing)) is None and not _replacing.get():
+            raise StorageError(f"{path} exists and belongs to another run: choose another name, or remove it (--force)")
         else:
             self.before = found
 

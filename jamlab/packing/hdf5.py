@@ -38,14 +38,18 @@ _KNOWN = "_known"  # entry beside the provenance that held `Packing.known` befor
 
 
 def write_sweep(
-    path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None
+    path: FilePath,
+    packings: Iterable[Packing],
+    observables: Mapping[str, ArrayLike] | None = None,
+    extend: Callable[[Any], None] | None = None,
 ) -> None:
     """Write the packings of one sweep as frames, see `jamlab.write`; the file is written completely or not at all.
+    `extend`: see `file_image`.
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
     """
     check_ending(path, "packings")
-    content = add_checksum(file_image(packings, observables))
+    content = add_checksum(file_image(packings, observables, extend))
     with atomic_file(path) as temporary:
         temporary.write_bytes(content)
 

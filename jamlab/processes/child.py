@@ -1,23 +1,25 @@
-"""Run calls that a parent sends through a pipe, see `side_by_side.py`, or a program.
+"""Run calls that a parent sends through a pipe, see `side_by_side.py`, or become a program.
 
 `python -P -m jamlab.processes.child PARENT_PID` is followed by the descriptor of the pipe, or by a command line. This
-process ends when its parent dies, so that no orphan survives, whatever killed the parent: a thread looks ten times a
-second, as soon as what is computed lets Python run.
+process ends when its parent dies, so that no orphan survives, whatever killed the parent. One that answers calls looks
+ten times a second, as soon as what is computed lets Python run; a program gets SIGTERM from Linux.
 """
 
+import ctypes
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
 import warnings
 from multiprocessing.connection import Connection
+from typing import NoReturn
 
 from jamlab.errors import JamlabWarning
 from jamlab.processes.cores import cores_given
 
 _LOOK = 0.1  # s between two looks at the parent
+_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
@@ -66,29 +68,21 @@ def dying_line(line: list[str]) -> list[str]:
     return [sys.executable, "-P", "-m", "jamlab.processes.child", str(os.getpid()), *line]
 
 
-def run_program(parent: int, line: list[str]) -> int:
-    """Run a program and return its exit code; it gets SIGTERM, at which mpiexec ends its ranks."""
-    started: list[subprocess.Popen[bytes]] = []
-    ended: list[int] = []
+def become_program(parent: int, line: list[str]) -> NoReturn:
+    """Become a program that gets SIGTERM when its parent dies, at which mpiexec ends its ranks.
 
-    def end(number: int, _: object) -> None:
-        ended.append(number)
-        for program in started:
-            program.terminate()
-
-    signal.signal(signal.SIGTERM, end)
-    with subprocess.Popen(line) as program:
-        started.append(program)
-        if ended:  # while the program was started
-            program.terminate()
-        die_with(parent, signal.SIGTERM)
-        return program.wait()
+    There is no process between the two that could be killed alone. The program must not start others that outlive it.
+    """
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)  # kept by exec
+    if os.getppid() != parent:  # it died before
+        sys.exit(128 + signal.SIGTERM)
+    os.execv(line[0], line)
 
 
 if __name__ == "__main__":
     parent, *words = sys.argv[1:]
     if not words[0].isdecimal():
-        sys.exit(run_program(int(parent), words))
+        become_program(int(parent), words)
     die_with(int(parent))
     with cores_given(1), Connection(int(words[0])) as channel:
         serve(channel)

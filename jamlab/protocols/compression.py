@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ _MET_LAST = 1e-6  # distance of the last state from its packing fraction
 _LEAST_SLOPE = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
 _SHORTEST = 1e-7  # step in phi, when following a basin
 _LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+_SLOPE = "slope"  # entry of provenance: of the true against the nominal packing fraction, by which a sweep goes on
 _EASY = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
@@ -142,6 +144,37 @@ def compress(
         >>> [round(jamlab.packing_fraction(p), 3) for p in sweep[-2:]], all(p.converged for p in sweep)
         ([0.881, 0.9], True)
     """
+    how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade, "tolerance": tolerance}
+    how |= {"pressure_tolerance": pressure_tolerance, "ranks": ranks, "progress": progress}
+    return go_on(packing, packing, 0, to, step, repeatable=False, **how)
+
+
+@in_natural_units()
+def go_on(
+    last: Packing,
+    start: Packing,
+    done: int,
+    to: float,
+    step: float,
+    *,
+    by: str = "rho",
+    first_step: float | None = None,
+    per_decade: int | None = None,
+    pressure_tolerance: float | None = None,
+    tolerance: float | None = None,
+    ranks: int = 1,
+    progress: Progress | None = None,
+    repeatable: bool = True,
+) -> Iterator[Packing]:
+    """The states of a sweep that are left.
+
+    Args:
+        last: its last state.
+        start: packing from which it started.
+        done: number of states after the start. Other arguments as in `compress`.
+        repeatable: build particles anew for each state, which takes 3 to 10 ms, so that states are the same to the
+            last bit wherever the sweep was stopped. Without it they depend on what LAMMPS did before, by rounding.
+    """
     if by not in ("rho", "phi"):
         raise InputError(f"by = {by!r}: use 'rho' or 'phi'")
     check_number("step", step, 1.0)
@@ -150,16 +183,19 @@ def compress(
         check_number("first_step", first_step, step)
     if per_decade is not None:
         check_number("per_decade", per_decade, 1000)
+        if first_step is None:
+            raise InputError(f"per_decade = {per_decade}: it spaces the states after first_step; give first_step too")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_ranks(ranks, packing.kind.deforms)
+    check_ranks(ranks, start.kind.deforms)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
-    value = _fraction(packing, by)
-    targets = grid(value, to, step, first_step, per_decade)
-    force = force_tolerance(packing.model) if tolerance is None else tolerance
-    if not len(targets):
+    targets = grid(_fraction(start, by), to, step, first_step, per_decade)
+    force = force_tolerance(start.model) if tolerance is None else tolerance
+    if done >= len(targets):
         return iter(())
-    return _sweep(packing, targets, by, pressure_tolerance, force, ranks, progress)
+    if done and last.converged is False:
+        raise ConvergenceError(f"the state at {by} = {_fraction(last, by):.6g} is no minimum, the sweep ends there")
+    return _sweep(last, start, targets, done, by, pressure_tolerance, force, ranks, progress, repeatable)
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
@@ -181,17 +217,24 @@ def grid(start: float, to: float, step: float, nearest: float | None = None, per
 
 def _sweep(
     packing: Packing,
+    first: Packing,
     targets: Array,
+    done: int,
     by: str,
     error: float | None,
     force: float,
     ranks: int,
     progress: Progress | None,
+    repeatable: bool,
 ) -> Iterator[Packing]:
-    start = before = _fraction(packing, by)
+    start, before = _fraction(first, by), _fraction(packing, by)
     with Session(packing, ranks=ranks) as session:
-        sweep = _Sweep(session, packing, by, error, force)
-        for target in targets:
+        slope = packing.provenance.get(_SLOPE, 1.0) if done else 1.0
+        sweep = _Sweep(session, packing, by, error, force, slope)
+        for target in targets[done:]:
+            if repeatable:
+                session.load(sweep.last, anew=True)
+                session.last_descent = None
             began, stride = time.perf_counter(), abs(target - before)
             tolerance = min(_MET * stride, _MET_LAST if target == targets[-1] else 1.0)
             found, step_error = sweep.go_to(target, tolerance)
@@ -207,6 +250,7 @@ def _sweep(
                 minimizer=descent_of(session).name(session),
                 wall_time=time.perf_counter() - began,
                 **({} if error is None else {"step_error": step_error}),
+                **{_SLOPE: sweep.slope},
             ).with_state(on_target=bool(abs(before - target) <= tolerance))
             sweep.last = packing
             if progress is not None:  # states far above onset take less time than those near it

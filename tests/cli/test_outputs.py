@@ -120,7 +120,7 @@ def said(monkeypatch):
 def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypatch, error):
     """Also one that ctypes makes another error of: raised while it converts arguments."""
 
-    def stop(*_):
+    def stop(*_, **__):
         interruption._came.append(2)
         raise error
 
@@ -133,7 +133,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), jamlab.ConvergenceError("unjammed")], ids=["signal", "error"])
-@pytest.mark.parametrize("made", [0, 2])
+@pytest.mark.parametrize("made", [0, 1, 2])
 def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatch, error, made):
     """The start alone, which nobody has waited for, is not written; states are written on the way, too."""
     out, written = tmp_path / "sweep.h5", []
@@ -145,8 +145,8 @@ def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatc
         raise error
 
     onset.write(tmp_path / "onset.h5")
-    monkeypatch.setattr("jamlab.cli.jam._INTERVAL", -1.0)
-    monkeypatch.setattr("jamlab.protocols.compression.compress", sweep)
+    monkeypatch.setattr("jamlab.cli.sweep_file.INTERVAL", -1.0)
+    monkeypatch.setattr("jamlab.protocols.compression.go_on", sweep)
     assert call(tmp_path, "compress", "onset.h5", "--to", "0.9", "--out", "sweep.h5").exit_code == 1
     assert all(written) and out.exists() == bool(made) and (not made or len(jamlab.read_all(out)) == 1 + made)
 

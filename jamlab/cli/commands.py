@@ -1,0 +1,129 @@
+"""How commands read their words, print one line for every error a user can cause, and lay out their help."""
+
+import logging
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+from rich.text import Text
+from typer.core import TyperCommand, TyperGroup
+from typer.exceptions import TyperException
+
+from jamlab.cli.console import err_console
+from jamlab.cli.given import check_given
+from jamlab.cli.habits import command_meant, option_meant
+from jamlab.cli.interruption import last_line, stopping_signal
+from jamlab.errors import JamlabError
+
+
+class Hinting(TyperGroup):
+    """Commands of which one typed from habit is told which to use."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find a command."""
+        try:
+            return super().resolve_command(ctx, args)
+        except TyperException as error:
+            known = self.list_commands(ctx)
+            error.message = f"No such command {args[0]!r}: {command_meant(args[0], known)}"
+            raise
+
+
+class Commands(Hinting):
+    """All commands: print one line for every error a user can cause; `--debug` shows the traceback, and the log."""
+
+    debug = False
+
+    def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> Any:
+        """Take `--debug` out of the words, wherever it stands, and run the command; `help X` is `X --help`."""
+        words = list(sys.argv[1:] if args is None else args)
+        if words[:1] in (["help"], ["version"]):
+            words = [*words[1:], f"--{words[0]}"]
+        self.debug = "--debug" in words
+        if self.debug:
+            logging.basicConfig()
+            logging.getLogger("jamlab").setLevel(logging.DEBUG)
+        try:
+            return super().main([word for word in words if word != "--debug"], *rest, **options)
+        except OSError as error:  # of printing the help
+            if self.debug:
+                raise
+            err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
+            sys.exit(1)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; exit with 1 after an error."""
+        try:
+            return super().invoke(ctx)
+        except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
+            raise
+        except (Exception, KeyboardInterrupt) as error:
+            if (number := stopping_signal()) is not None:
+                err_console.print(last_line(), soft_wrap=True, highlight=False)
+                raise typer.Exit(128 + number) from None
+            if self.debug:
+                raise
+            err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
+            raise typer.Exit(1) from None
+
+
+def _line(error: BaseException) -> str:
+    if isinstance(error, JamlabError):
+        return " ".join(str(error).split())
+    if isinstance(error, BrokenPipeError):
+        return "broken pipe: the program that reads the output has ended"
+    if isinstance(error, OSError):
+        return f"{error.filename or 'the system'}: {error.strerror or error}"
+    if isinstance(error, MemoryError):
+        return "not enough memory: choose fewer particles or points"
+    return f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
+
+
+_OF_TOPICS = {
+    "Force law and sizes": "law ratio large sizes",
+    "Drag law": "beta alpha tau stokes eta_f background",
+    "Accuracy and cores": "tolerance ranks processes workers",
+    "Files of other programs": "units box radii",
+    "Output": "out plot csv overlay packing force as_json",
+}
+TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.split()}
+
+
+class OwnCommand(TyperCommand):
+    """A command whose help lists its options by topic, and that says what to use for options typed from habit."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words of the command."""
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except TyperException as error:
+            if type(error) is typer.BadParameter and not any(word in error.message for word in given):
+                error.message += f", in {' '.join(given)}"
+            if (name := getattr(error, "option_name", None)) and hasattr(error, "possibilities"):
+                error.possibilities = None  # names that look alike, whatever they mean
+                known = [option for each in self.params for option in each.opts if option.startswith("--")]
+                error.message += f"; {option_meant(name, known)}"
+            raise
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command, unless it would ignore what was given, or write over what it reads."""
+        given = {
+            each.name: each.opts[0] if each.opts[0].startswith("-") else each.name.upper()
+            for each in self.params
+            if each.name and getattr(ctx.get_parameter_source(each.name), "name", "") == "COMMANDLINE"
+        }
+        check_given(str(self.name), ctx.params, given)
+        return super().invoke(ctx)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write each topic below its heading."""
+        topics: dict[str, list[tuple[str, str]]] = {}
+        for each in self.get_params(ctx):
+            if line := each.get_help_record(ctx):
+                plain = "Arguments" if each.param_type_name == "argument" else "Options"
+                topics.setdefault(TOPICS.get(each.name or "", plain), []).append(line)
+        for topic, lines in topics.items():
+            with formatter.section(topic):
+                formatter.write_dl(lines)

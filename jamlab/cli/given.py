@@ -1,0 +1,114 @@
+"""What was given to a command and would be ignored, or would overwrite what the command reads: refused before it runs.
+
+An option that stands in no line of `USES` is used in each way to run its command.
+"""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jamlab.errors import InputError
+
+Values = Mapping[str, Any]  # of all parameters of a command, by name
+
+
+class Use(NamedTuple):
+    """When options are used."""
+
+    commands: str
+    options: str
+    words: str  # that follow "used only"
+    holds: Callable[[Values], bool]
+
+
+def is_picture(values: Values) -> bool:
+    """Whether `analyze` measures a picture."""
+    return values["file"] is None or values["file"].suffix.lower() in PICTURES
+
+
+def _is_foreign(values: Values) -> bool:
+    from jamlab.storage.verified_file import is_hdf5
+
+    files = values["files"] if "files" in values else [values["file"]]
+    return not any(file is not None and file.is_file() and is_hdf5(file) for file in files or ())
+
+
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+TIMED = "shear flow-curve oscillate creep relax-stress"
+_DRAG = "beta alpha tau stokes eta_f tolerance background"
+
+USES = (
+    Use("shear", "step direction pressure", "in quasi-static shear, --rate 0", lambda v: v["rate"] == 0),
+    Use("shear", f"rows within {_DRAG}", "at a rate other than 0", lambda v: v["rate"] != 0),
+    Use(f"{TIMED} gstar", "beta alpha", "without --stokes", lambda v: not v["stokes"]),
+    Use(f"{TIMED} gstar", "eta_f", "with --stokes", lambda v: v["stokes"]),
+    Use("relax-stress", "step_time", "with a --strain other than 0", lambda v: v["strain"] != 0),
+    Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
+    Use("gstar", "frame units box radii law", "with FILES", lambda v: bool(v["files"])),
+    Use("jam pack", "ratio large", "without --sizes", lambda v: v["sizes"] is None),
+    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: v["model"] == "sp"),
+    Use("jam", "ranks", "for disks", lambda v: v["model"] == "sp"),
+    Use("analyze", "pixel film contrast channel labels overlay packing model", "for pictures", is_picture),
+    Use("analyze", "units box radii law", "for files of packings", lambda v: not is_picture(v)),
+    Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),
+    Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),
+    Use("analyze", "model", "with --packing", lambda v: v["packing"] is not None),
+    Use(
+        f"{TIMED} gstar analyze explore convert relax compress",
+        "units box radii law",
+        "for files of other programs: HDF5 files of jamlab contain them",
+        _is_foreign,
+    ),
+    Use("decks", "as_json", "without NAME", lambda v: v["name"] is None),
+)
+
+INPUTS = ("file", "files", "labels")
+OUTPUTS = ("out", "plot", "csv", "overlay", "packing", "target")  # `copy` and `to` are folders
+
+
+def check_given(command: str, values: Values, given: Mapping[str, str]) -> None:
+    """Refuse options that would not be used, and files to write that are read, or written twice.
+
+    Args:
+        command: its name.
+        values: of all its parameters.
+        given: parameters that stand in the command line, each with its option.
+    """
+    for use in USES:
+        if command in use.commands.split():
+            for name in use.options.split():
+                if name in given and not use.holds(values):
+                    raise InputError(f"{given[name]} is used only {use.words}: leave it out")
+    read = list(_paths(values, INPUTS))
+    if values.get("sizes") is not None:
+        from jamlab.protocols.size_distributions import FROM_FILE
+
+        kind, colon, name = values["sizes"].partition(":")
+        read += [Path(name)] if kind + colon == FROM_FILE else []
+    written: list[Path] = []
+    for path in _paths(values, OUTPUTS):
+        check_apart(path, read, "it is also the input")
+        check_apart(path, written, "another option names it too")
+        written.append(path)
+
+
+def _paths(values: Values, names: tuple[str, ...]) -> Iterator[Path]:
+    for name in names:
+        found = values.get(name)
+        yield from found if isinstance(found, list | tuple) else [] if found is None else [found]
+
+
+def check_apart(path: Path, others: list[Path], why: str) -> None:
+    """Refuse a file to write that is one of others, by whatever name, link or hard link it is called."""
+    if any(_is_same(path, other) for other in others):
+        raise InputError(f"cannot write {path}: {why}; choose another name")
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    try:
+        return os.path.realpath(path) == os.path.realpath(other) or (
+            path.exists() and other.exists() and os.path.samefile(path, other)
+        )
+    except (OSError, ValueError):  # a name that no file can have is refused by who opens it
+        return False
