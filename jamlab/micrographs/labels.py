@@ -7,7 +7,7 @@ An object is a connected region of one number. In this order:
 
 1. A number on all four sides of the picture is the ground.
 2. Objects off the edge that are far smaller than droplets, and too small to show a shape, are specks: they are set
-   aside.
+   aside. Dust, a tenth as large as droplets or less, is no evidence against droplets; larger specks may be droplets.
 3. What an object encloses belongs to it: a droplet has no holes, and no droplet lies in another.
 
 Every other object is a droplet. A mask is first parted into droplets by the watershed that parts those of a picture.
@@ -28,7 +28,13 @@ from scipy import ndimage
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
+from jamlab.micrographs.picture_files import (
+    NoDropletsError,
+    check_pixels,
+    distance_inside,
+    read_values,
+    scikit_image,
+)
 from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets
 
 FLAT, FEW_REGIONS = 0.5, 4  # share of pixels as those above and beside; regions to a level: of a picture of labels
@@ -43,7 +49,6 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
         shape: of the picture; None if there is none.
     """
     values = _numbers(source)
-    notes: list[Note] = []
     if shape is not None and values.shape != shape:
         raise InputError(f"labels have the shape {values.shape}, the picture {shape}: give uncropped labels")
     if not np.isfinite(values.astype(np.float64)).all() or (values != np.rint(values)).any():
@@ -51,12 +56,20 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
     if values.min() < 0:
         raise InputError(f"the lowest label is {values.min()}: must be 0 (background) or more")
     kinds = np.unique(values)
+    if kinds.tolist() == [0]:
+        raise NoDropletsError("every pixel has the label 0: there is no droplet")
     if len(kinds) == 1:
         raise InputError(f"every pixel has the label {kinds[0]:g}: there is no background, or no droplet")
     if len(kinds) == 2:
-        values, notes = part_mask(values == kinds[1])
-    values, found = sort_objects(values.astype(np.int64))
-    return values, notes + found
+        parted, notes = part_mask(values == kinds[1])
+        found, more = sort_objects(parted, grounded=False)
+        return found, notes + more
+    found, notes = sort_objects(values.astype(np.int64))
+    if int(kinds[-1]) in LAST:
+        text = f"labels end at {kinds[-1]:g}, the largest number of {LAST[int(kinds[-1])]} bit: higher ones may be lost"
+        last = tuple(np.setdiff1d(found[values == kinds[-1]], [0]).tolist())
+        notes.append(Note(f"{text} or joined; save labels with more bits", np.inf, last))
+    return found, notes
 
 
 def looks_labelled(values: NDArray[Any]) -> bool:
@@ -79,8 +92,12 @@ def looks_labelled(values: NDArray[Any]) -> bool:
 def _numbers(source: str | Path | ArrayLike | Mask) -> NDArray[Any]:
     """(h, w) numbers of a file or an array."""
     values = read_values(Path(source), numbers=True) if isinstance(source, str | Path) else np.asarray(source)
-    if values.ndim == 3 and (values[..., :3] == values[..., :1]).all():
+    if values.ndim == 3 and values.shape[2] in (3, 4) and (values[..., :3] == values[..., :1]).all():
         values = values[..., 0]
+    if values.ndim == 3 and len(values) == 1:
+        values = values[0]
+    if values.ndim == 3 and values.dtype.kind in "buif" and values.shape[2] not in (3, 4):
+        raise InputError(f"labels are a stack of {len(values)} pages, {values.shape}: give one, or track_droplets all")
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, one for each pixel, got {values.shape} {values.dtype}")
     check_pixels(values.shape)
@@ -108,7 +125,12 @@ def _radius(areas: Array) -> float:
 
 SPECK = 0.25  # of the typical radius: larger objects are no specks
 UNRESOLVED = 4.0  # pixels, radius: nor are those that show a shape
-PARTED = 0.1  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
+DUST = 0.1  # of the typical radius: specks up to this, or
+DUST_PIXELS = 2.0  # radius, are no droplets
+PARTED = 0.05  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
+LAST = {2**bits - 1: bits for bits in (8, 16, 32)}  # largest numbers of files of labels, and their bits
+PIECES = frozenset(("count", "area", "rho", "z", "shape_rim", "voids"))  # numbers that droplets in doubt concern
+SIZES = frozenset(("count", "area"))  # that small droplets concern, which hold no others
 
 
 @dataclass(frozen=True)
@@ -116,25 +138,53 @@ class Note:
     """What a rule found in labels."""
 
     text: str
-    doubt: int = 0  # droplets by which the count may be off for it
+    doubt: float = 0.0  # droplets by which the count may be off for it; inf: by any number
+    droplets: tuple[int, ...] = ()  # numbers of the labels that it concerns
+    concerns: frozenset[str] = PIECES  # numbers that may be off for it
 
 
-def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
-    """Make every droplet one object and every object a droplet. `names`: (h, w) labels, 0 on the ground. Returns
-    (h, w) labels from 1, and what was found."""
+def sort_objects(names: Indices, grounded: bool = True) -> tuple[Indices, list[Note]]:
+    """Make every droplet one object and every object a droplet.
+
+    Args:
+        names: (h, w) labels, 0 on the ground.
+        grounded: a label on all sides of the picture is the ground.
+
+    Returns:
+        (h, w) labels from 1, and what was found.
+    """
     notes: list[Note] = []
-    ground = reduce(np.intersect1d, (names[0], names[-1], names[:, 0], names[:, -1]))
+    ground = reduce(np.intersect1d, (names[0], names[-1], names[:, 0], names[:, -1])) if grounded else np.zeros(0)
     if ground.any():
-        notes.append(Note(f"label {ground[-1]} is on all sides of the picture: it is taken for the ground"))
-        names = np.where(names == ground[-1], 0, names)
+        names = _without_ground(names, int(ground[-1]), notes)
     objects = scikit_image().measure.label(names, connectivity=2).astype(np.int64)
-    objects = _filled(_without_specks(objects, notes), notes)
+    objects, enclosing = _filled(_without_specks(objects, notes), notes)
     both = (names > 0) & (objects > 0)
-    own, _ = np.unique(np.stack([names[both], objects[both]]), axis=1)
-    torn = int((np.unique(own, return_counts=True)[1] > 1).sum())
-    if torn:
-        notes.append(Note(f"{torn} labels lie in several pieces: each piece counts as a droplet", torn))
-    return scikit_image().segmentation.relabel_sequential(objects)[0], notes
+    own, piece = np.unique(np.stack([names[both], objects[both]]), axis=1)
+    number, pieces = np.unique(own, return_counts=True)
+    found, forward, _ = scikit_image().segmentation.relabel_sequential(objects)
+    if enclosing:
+        text = f"{sum(enclosing.values())} labels lie in holes of others, and are joined with them"
+        notes.append(Note(text, sum(enclosing.values()), tuple(int(forward[each]) for each in enclosing)))
+    if (pieces > 1).any():
+        torn = tuple(int(forward[each]) for each in piece[np.isin(own, number[pieces > 1])])
+        text = f"{(pieces > 1).sum()} labels lie in several pieces: each piece counts as a droplet"
+        notes.append(Note(text, int((pieces - 1).sum()), torn))
+    return found.astype(np.int64), notes
+
+
+def _without_ground(names: Indices, ground: int, notes: list[Note]) -> Indices:
+    """Labels without the one on all sides of the picture, which is doubted where 0 is the ground besides."""
+    rest = np.where(names == ground, 0, names)
+    text = f"label {ground} is on all sides of the picture: it is taken for the ground"
+    if not rest.any():
+        raise InputError(f"label {ground} is on all sides of the picture, and the only one: show all of the droplets")
+    if (names == 0).any():
+        size = float((names == ground).sum()) / float(np.median(np.unique(rest[rest > 0], return_counts=True)[1]))
+        notes.append(Note(f"{text}, as 0 is", max(size, 1.0)))
+    else:
+        notes.append(Note(text))
+    return rest
 
 
 def part_mask(mask: Mask) -> tuple[Indices, list[Note]]:
@@ -154,28 +204,31 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
     areas = np.bincount(objects.ravel(), minlength=2).astype(np.float64)[1:]
     inner = np.ones(len(areas) + 1, dtype=bool)
     inner[edge_of(objects)] = False
-    radii = np.sqrt(areas / np.pi)
-    small = inner[1:] & (radii < min(SPECK * _radius(areas), UNRESOLVED))
+    radii, typical = np.sqrt(areas / np.pi), _radius(areas)
+    small = inner[1:] & (radii < min(SPECK * typical, UNRESOLVED))
     if not small.any():
         return objects
     low, high = areas[small].min(), areas[small].max()
-    notes.append(Note(f"{small.sum()} specks of {low:.0f} to {high:.0f} pixels are set aside", int(small.sum())))
+    text = f"{small.sum()} specks of {low:.0f} to {high:.0f} pixels are set aside"
+    seen = int((small & (radii >= max(DUST * typical, DUST_PIXELS))).sum())
+    notes.append(Note(text + (f", {seen} of them as large as droplets may be" if seen else ""), seen, (), SIZES))
     return np.where(np.append(False, small)[objects], 0, objects)
 
 
-def _filled(objects: Indices, notes: list[Note]) -> Indices:
-    found, enclosed, holed, area = objects.copy(), 0, 0, 0
+def _filled(objects: Indices, notes: list[Note]) -> tuple[Indices, dict[int, int]]:
+    """Objects without holes, and how many others lay in those of each."""
+    found, enclosing, holed, area = objects.copy(), {}, 0, 0
     for number, box in enumerate(ndimage.find_objects(objects), 1):
         if box is None:
             continue
         own = found[box] == number
         added = ndimage.binary_fill_holes(own) & ~own
         if added.any():
-            other = np.setdiff1d(found[box][added], [0])
-            holed, enclosed, area = holed + 1, enclosed + len(other), area + int(added.sum())
+            if other := len(np.setdiff1d(found[box][added], [0])):
+                enclosing[number] = other
+            holed, area = holed + 1, area + int(added.sum())
             found[box][added] = number
     if holed:
         share = area / max(int((found > 0).sum()), 1)
-        text = f"{holed} labels have holes, {share:.2g} of the area of all: they are filled"
-        notes.append(Note(text + (f", with {enclosed} labels in them" if enclosed else ""), enclosed))
-    return found
+        notes.append(Note(f"{holed} labels have holes, {share:.2g} of the area of all: they are filled"))
+    return found, enclosing

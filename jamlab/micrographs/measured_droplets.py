@@ -39,6 +39,7 @@ class Micrograph:
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
         neighbours: (n,) int64, all droplets that each one touches, rattlers and cut ones too.
         rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
+        doubtful: (n,) bool, droplets that may be none, several or part of one, or badly seen.
         voids: sides, areas and centres of the voids, and P_l.
         cut: number of droplets cut by the edge of the picture or by a label.
         contrast: how droplets were told from the ground: "bright", "dark" or "labels".
@@ -47,7 +48,8 @@ class Micrograph:
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
         numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, standard `error` over the
-            droplets, 95 % `interval`, its own `quality` and `reasons`; the names are those of `jamlab.measure`.
+            droplets, `bound` of what the picture shows badly, 95 % `interval` of both, its own `quality` and
+            `reasons`; the names are those of `jamlab.measure`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
@@ -72,6 +74,7 @@ class Micrograph:
     contacts: Indices
     neighbours: Indices
     rattlers: Mask
+    doubtful: Mask
     voids: PictureVoids
     cut: int
     contrast: str
@@ -134,7 +137,7 @@ class Micrograph:
                 "rattler": self.rattlers,
                 "cell": self.cells,
                 "local_packing_fraction": self.areas / self.cells,
-                "quality": self.quality,
+                "quality": np.where(self.doubtful, "doubtful", "good"),
             }
         )
 

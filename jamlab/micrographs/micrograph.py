@@ -25,11 +25,12 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
+from jamlab.micrographs.label_doubts import ROUGH
 from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, share_of
-from jamlab.micrographs.quality import Checks, doubt_few, find_doubts
+from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import Droplets, shape_factor
 
@@ -138,10 +139,10 @@ def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     """What the quality rests on."""
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
-    beyond = walls.widest - walls.film
+    beyond, rough = walls.widest - walls.film, ROUGH if droplets.labelled else 0.0
     low, high = (_coordination(droplets, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
     return Checks(
-        roundness=np.pi * droplets.segments.inner**2 / droplets.areas,
+        roundness=np.pi * (droplets.segments.inner + rough) ** 2 / droplets.areas,
         rho=1 - float(darkness.values[void].sum()) / void.size,
         rho_by_pixels=1 - float((darkness.smooth[void] > 0.5).sum()) / void.size,
         z=(z, low, high),
@@ -168,7 +169,7 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograp
     voids = find_voids(walls.void, cells, darkness.values, droplets.segments.radius, scale)
     numbers = {"count": Number(float(len(kept))), "area": mean_of(areas), "rho": share_of(areas, owned, checks.rho)}
     numbers |= {"z": z, "shape_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
-    doubts = find_doubts(droplets, checks) + doubt_few(numbers)
+    doubts, bounds = find_doubts(droplets, checks) + doubt_few(numbers), find_bounds(droplets, checks)
     names = np.full(n, -1)
     names[kept] = np.arange(1, len(kept) + 1)
     centres, touching = droplets.centres[:, ::-1], walls.pairs[walls.touching]
@@ -181,6 +182,7 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograp
         contacts=contacts[kept],
         neighbours=np.bincount(touching.ravel(), minlength=n)[kept],
         rattlers=rattlers[kept],
+        doubtful=doubted_droplets(droplets, checks)[kept],
         voids=voids,
         cut=len(cut),
         contrast=droplets.contrast,
@@ -189,7 +191,7 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograp
         light=darkness.light,
         film=walls.film * scale,
         numbers={
-            name: replace(number, reasons=tuple(text for text, concerned in doubts if name in concerned))
+            name: replace(number, reasons=tuple(why for why, those in doubts if name in those), bound=bounds[name])
             for name, number in numbers.items()
         },
         reasons=tuple(text for text, _ in doubts),

@@ -26,8 +26,12 @@ class Number:
     The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
     drawn on its own; for rho, the area of droplets over that of their cells, it is that of a ratio,
     sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps, which evens out what is
-    beside each other: in windows of 30 and of 60 out of 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z scatter by
-    0.7 to 0.8 of this error and rho by 1.0 of it. What light, blur and films do to all droplets alike is not in it.
+    beside each other: in windows of 30 to 120 out of 1200 and 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z
+    scatter by 0.7 to 0.8 of this error, and rho by 0.6 to 1.0 of it from two sizes to a power law of 10:1; where disks
+    of one size crystallise, by 2.
+
+    What a picture does to all droplets alike is not in the error but in `bound`: light, blur and films, or edges of
+    labels, contacts that are a guess, and labels in doubt. The interval has both.
 
     Source: W. G. Cochran, Sampling Techniques, 3rd ed. (1977), sections 2.6 and 2.11.
     """
@@ -36,6 +40,7 @@ class Number:
     error: float = float("nan")  # standard error; nan of counts, and for fewer than two droplets
     count: int = 0  # of droplets that it is a mean over
     reasons: tuple[str, ...] = ()  # why it may be wrong
+    bound: float = 0.0  # how far it may be off for what the picture shows badly
 
     @property
     def quality(self) -> str:
@@ -44,19 +49,22 @@ class Number:
 
     @property
     def half_width(self) -> float:
-        """Half of the 95 % interval, by Student's t for few droplets."""
+        """Half of the 95 % interval of a mean, by Student's t for few droplets."""
         return float(stdtrit(max(self.count - 1, 1), 0.5 + 0.5 * CONFIDENCE) * self.error)
 
     @property
+    def uncertainty(self) -> float:
+        """Half of `interval`: that of a mean and `bound`."""
+        return self.bound + (self.half_width if np.isfinite(self.half_width) else 0.0)
+
+    @property
     def interval(self) -> tuple[float, float]:
-        """Ends of the 95 % interval."""
-        return self.value - self.half_width, self.value + self.half_width
+        """Ends of the 95 % interval, which holds the truth of the picture and of many more droplets."""
+        return self.value - self.uncertainty, self.value + self.uncertainty
 
     def text(self, form: str) -> str:
-        """Value ± standard error in a format, or "none" if there is no value."""
-        if not np.isfinite(self.value):
-            return "none"
-        return f"{self.value:{form}}" + (f" ± {self.error:{form}}" if np.isfinite(self.error) else "")
+        """Value ± uncertainty in a format, or "none" if there is no value."""
+        return f"{self.value:{form}} ± {self.uncertainty:{form}}" if np.isfinite(self.value) else "none"
 
 
 def mean_of(values: Array) -> Number:

@@ -11,28 +11,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Mask
+from jamlab.micrographs.label_doubts import LIMIT_VOIDS, ROUND, bounds_of_labels, doubt_labels, in_doubt
+from jamlab.micrographs.label_doubts import rules_of_labels as _rules_of_labels
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import meetings
 from jamlab.micrographs.walls import THICKEST_FILM, Droplets
 
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
-LABEL_LIMIT = 0.1  # of count and mean area of labels
-LABEL_EDGE = 0.3  # pixels, by which the edge of a label is uncertain
-LABEL_Z, LABEL_LINE, LABEL_ODD_Z = 22.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
-LABEL_DOUBT = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
+EVEN = {"rho": 0.83, "z": 0.83}  # scatter of windows over the error of a mean: neighbours even out what they share
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
 OUTLINE = 0.0085  # noise over contrast times blur, of the radius: outlines are uncertain by about as much
 BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
 OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
 MEAN_ROUND = 0.8  # of all droplets; a square 0.785
-ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
-ROUGH = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
-CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
 ODD = 0.1  # share of droplets that may be less round than that
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
 Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
@@ -72,6 +67,25 @@ def find_doubts(droplets: Droplets, checks: Checks) -> Doubts:
     return [(text, numbers) for objects, text, numbers in rules + _rules_of_droplets(droplets, checks) if objects]
 
 
+def doubted_droplets(droplets: Droplets, checks: Checks) -> Mask:
+    """(n,) droplets that may be none, several or part of one; all where light, noise or blur leave none certain."""
+    if droplets.labelled:
+        named = [name - 1 for note in droplets.notes for name in note.droplets]
+        return (doubt_labels(droplets) > 0) | np.isin(np.arange(len(droplets.areas)), named)
+    spoilt = any(objects for objects, *_ in _rules_of_light(droplets, checks))
+    return spoilt | (checks.roundness < ROUND)
+
+
+def find_bounds(droplets: Droplets, checks: Checks) -> dict[str, float]:
+    """How far each number may be off for what the picture shows badly, by the names of `Micrograph.numbers`."""
+    if droplets.labelled:
+        return bounds_of_labels(droplets, in_doubt(droplets))
+    areas = droplets.areas[droplets.whole]
+    bounds = {name: LIMITS[name] for name in ("count", "rho", "z")}
+    bounds |= {"area": LIMITS["rho"] / max(checks.rho, LIMITS["rho"]) * float(areas.mean())}
+    return bounds | {"shape_rim": LIMITS["shape"], "voids": LIMIT_VOIDS * len(areas)}
+
+
 def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
     """Reasons why means over the droplets of a picture may differ from means over more droplets. `numbers`: as in
     `Micrograph.numbers`."""
@@ -81,41 +95,10 @@ def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
     found = []
     for name, word in words.items():
         mean, limit = numbers[name], LIMITS["shape" if name == "shape_rim" else name]
-        if mean.half_width > limit:
+        if EVEN.get(name, 1.0) * mean.half_width > limit:
             known = f"within {mean.half_width:.2g} over {mean.count} droplets (95 %)"
             found.append((f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
     return found
-
-
-def _rules_of_labels(droplets: Droplets) -> Rules:
-    walls, areas, radius = droplets.walls, droplets.areas[droplets.whole], droplets.segments.radius
-    count, doubted = len(areas), _doubted(droplets)
-    share, edge, ground = doubted / count, LABEL_EDGE + 0.5 * walls.film, ~droplets.segments.droplets
-    beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
-    # beyond a line, up to which labels pass for touching, with the line, over the diameter
-    gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * radius)
-    odd = {"count"} if 1 + doubted > max(LABEL_LIMIT * count, LIMITS["count"]) else set()
-    odd |= {"z", "shape_rim"} if share > LABEL_DOUBT else set()
-    unsure = {"area"} if share + 2 * edge / np.sqrt(areas.mean() / np.pi) > LABEL_LIMIT else set()
-    unsure |= {"rho"} if edge * beside > LIMITS["rho"] * ground.size or not beside else set()
-    wide = max(LIMITS["z"], LABEL_Z * gap) + LABEL_ODD_Z * share > LIMITS["z"] + LABEL_ODD_Z * LABEL_DOUBT
-    return [
-        (bool(odd), f"{doubted} of {count} labels may be no droplet, several or part of one", frozenset(odd)),
-        (
-            bool(unsure),
-            f"edges of labels are uncertain by {edge:.1f} pixels",
-            frozenset(unsure),
-        ),
-        (wide and "z" not in odd, f"labels {gap:.0%} of a diameter apart pass for touching", frozenset({"z"})),
-    ]
-
-
-def _doubted(droplets: Droplets) -> int:
-    """Number of labels that may be no droplet, several or part of one."""
-    drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
-    bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))  # of cut ones, too
-    flat = np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
-    return int((bent | (droplets.whole & flat)).sum()) + sum(note.doubt for note in droplets.notes)
 
 
 def _rules_of_light(droplets: Droplets, checks: Checks) -> Rules:

@@ -53,6 +53,7 @@ class Walls:
     touching: Mask  # (m,) bool
     void: Indices  # (h, w) int64, void that each pixel near a wall belongs to, from 0; -1 elsewhere and in films
     void_pixels: Mask  # (h, w) bool, pixels around a void whose darkness is its own, not that of a film
+    line: float  # pixels left free between labels that touch, as narrow as it gets; 0 without labels
     inside: Array  # (h, w) pixels from each pixel to the end of its droplet, negative in gaps
 
 
@@ -77,9 +78,11 @@ def find_walls(
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE)
     numbers = np.zeros(cells.shape, dtype=np.int64)
     numbers[wall] = short + 1
+    free = np.zeros(cells.shape)
     if labelled:
         near_void, inside = darkness.values > 0.5, 1 - 2 * darkness.values
-        width = _averaged(_pixels_between_labels(cells, near_void), numbers, wall, ALONG)
+        free = _pixels_between_labels(cells, near_void)
+        width = _averaged(free, numbers, wall, ALONG)
         tolerance += LABEL_TOLERANCE
     else:
         half = min(BLURS * blur + 2.0 + STRIP * radius, WIDEST_STRIP * radius)
@@ -89,20 +92,23 @@ def find_walls(
         tolerance += BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise
         reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
         near_void = (away <= half) | (distance_inside(darkness.smooth < 0.35) <= reach)
-    gaps = np.full(len(names), np.inf)
+    gaps, narrowest = np.full((2, len(names)), np.inf)
     np.minimum.at(gaps, short, width[wall])
+    np.minimum.at(narrowest, short, free[wall])
     long = count >= 2 * LEAST_WALL  # pixels on either side
-    names, gaps, length = names[long], gaps[long], 0.5 * count[long].astype(np.float64)
+    names, gaps, narrowest, length = names[long], gaps[long], narrowest[long], 0.5 * count[long].astype(np.float64)
     pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
     own, widest = _film_between_labels(gaps, tolerance) if labelled else _film_width(gaps, radius, tolerance)
     widest = widest if film is None else film
     touching = gaps <= widest
+    # what an average along a wall adds to the gap of circles that touch
+    line = max(float(np.median(narrowest[touching])), own - ALONG**2 / radius) if labelled and touching.any() else 0.0
     is_film = wall & np.isin(pair, names[touching]) & (width <= widest)
     label, _ = ndimage.label(wall & ~is_film, np.ones((3, 3)))
     label = np.where(away <= 0, label, label[tuple(nearest)])
     void_pixels = ~is_film[tuple(nearest)] & near_void
     void = np.where(void_pixels, label, 0).astype(np.int64) - 1
-    return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), inside)
+    return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), line, inside)
 
 
 def _pixels_between_labels(cells: Indices, ground: Mask) -> Array:

@@ -70,9 +70,10 @@ def test_means_say_how_far_they_are_known(rendered):
     held = found.contacts[~found.rattlers]
     z = found.numbers["z"]
     assert (z.value, z.count) == (found.z, len(held)) and z.error == pytest.approx(held.std(ddof=1) / len(held) ** 0.5)
-    assert z.interval == pytest.approx(stats.t.interval(0.95, len(held) - 1, z.value, z.error))
+    low, high = stats.t.interval(0.95, len(held) - 1, z.value, z.error)
+    assert z.interval == pytest.approx((low - LIMITS["z"], high + LIMITS["z"]))  # and what a good picture may err
     assert found.numbers["rho"].value == found.rho and 0.001 < found.numbers["rho"].error < 0.02
-    assert f"z = {found.z:.2f} ± {z.error:.2f}" in repr(found) and len(repr(found)) < 200
+    assert f"z = {found.z:.2f} ± {z.uncertainty:.2f}" in repr(found) and len(repr(found)) < 200
     assert found.reasons[-1] == f"{found.count} whole droplets only, needs {FEWEST}: means over more may differ"
 
 
@@ -156,7 +157,9 @@ def test_command_writes_overlay_and_csv_and_names_the_unit(rendered, tmp_path):
     )
     assert done.exit_code == 0, done.stderr
     rows = (tmp_path / "droplets.csv").read_text().splitlines()
-    assert rows[0].startswith("droplet,x,y,area") and all(row.endswith("doubtful") for row in rows[1:])
+    assert rows[0].startswith("droplet,x,y,area")
+    verdicts = [row.rpartition(",")[2] for row in rows[1:]]  # each is that of the droplet, not of the few droplets
+    assert set(verdicts) <= {"good", "doubtful"} and verdicts.count("good") > len(verdicts) / 2
     assert (tmp_path / "out.png").stat().st_size > 10_000 and "unit: pixels" in done.stdout
     # few droplets: the verdict is beside the means that it concerns, its reason below
     assert "quality: doubtful" in done.stdout and "whole droplets only" in done.stdout
@@ -206,7 +209,7 @@ def test_command_prints_json_and_refuses(tmp_path):
     Image.fromarray((255 * lattice(1.0, shape=(185, 190))).astype(np.uint8)).save(tmp_path / "lattice.png")
     shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--json").stdout)
     assert shown["quality"] == "good" and shown["reasons"] == [] and shown["unit"] == "pixels"
-    assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0] and shown["interval_95"]["z"] == [6.0, 6.0]
+    assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0] and shown["interval_95"]["z"] == [5.6, 6.4]
     Image.fromarray(np.random.default_rng(2).integers(0, 255, (50, 50), dtype=np.uint8)).save(tmp_path / "noise.png")
     for more in (("--csv", "x.csv"), ("--overlay", "noise.png")):
         done = call(tmp_path, "analyze", "noise.png", *more)

@@ -1,0 +1,170 @@
+"""Which labels may be no droplet, several, or part of one, and how far all numbers may be off for them.
+
+Doubt is weighed by area. A label is odd if its outline is bent in, if no large disc fits in it, or if it is far larger
+than all others and not round: regions that ran together. What it may hide or stand for is its area over that of a
+typical droplet. Labels that the edge of the picture cuts are judged as well, and weigh as much as of them is seen: a
+sliver says nothing of whole droplets, a merged region at the edge says much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import shapely
+
+from jamlab.arrays import Array, Mask
+from jamlab.geometry.contact_network import find_rattlers
+from jamlab.micrographs.labels import PIECES
+from jamlab.micrographs.picture_numbers import LIMITS
+from jamlab.micrographs.segmentation import Segments, edge_of, meetings
+from jamlab.micrographs.walls import Droplets
+
+EDGE = 0.3  # pixels, by which the edge of a label is uncertain
+Z, LINE, ODD_Z = 22.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
+ODD_SHAPE = 0.5  # of the shape factor, for a share of odd labels
+VOIDS = 1.0  # voids to a droplet
+LIMIT = 0.1  # of count and mean area, up to which they are good
+LIMIT_VOIDS = 0.5  # of the number of droplets, up to which that of voids is good
+MOST_ODD = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
+CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
+ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+ROUGH = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
+LARGER = 4.0  # area over that of the next smaller one: beyond, labels are no class of droplets
+FEW = 0.1  # share of labels that may lie beyond; more are a class
+SMOOTH = 0.1  # typical radii, by which the edge of a large round droplet may leave its circle
+SEEN = 0.15  # share of its circle that a large droplet must show to be known as one
+
+
+def doubt_labels(droplets: Droplets) -> Array:
+    """(n,) droplets by which the count may be off for each label, 0 for one that is a droplet. An odd one that is
+    counted may be none or several; one that is cut hides as many as fit in it."""
+    drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
+    bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))
+    flat = np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
+    odd = bent | (droplets.whole & flat) | _beyond(droplets)
+    sound = droplets.areas[droplets.whole & ~odd]
+    typical = float(np.mean(sound if len(sound) else droplets.areas))
+    worth = droplets.areas / typical
+    return np.where(odd, np.where(droplets.whole, np.maximum(worth - 1, 1.0), worth), 0.0)
+
+
+def _beyond(droplets: Droplets) -> Mask:
+    """(n,) labels far larger than all others that are no discs."""
+    areas, n = droplets.areas, len(droplets.areas)
+    order = np.argsort(areas)
+    steps = np.flatnonzero(areas[order[1:]] > LARGER * areas[order[:-1]]) + 1
+    steps = steps[(n - steps <= max(1, FEW * n)) & (areas[order[steps]] > np.median(areas))]
+    found = np.zeros(n, dtype=bool)
+    if len(steps):
+        radius = float(np.sqrt(np.median(areas[order[: steps[0]]]) / np.pi))
+        large = order[steps[0] :]
+        found[large] = [not _is_disc(droplets.segments, int(label), radius) for label in large]
+    return found
+
+
+def _is_disc(segments: Segments, label: int, radius: float) -> bool:
+    """Whether the edge of a label inside the picture is that of a disc, within a part of the radius of others."""
+    own = np.pad(segments.droplets & (segments.cells == label), 1, mode="edge")  # no edge where the picture ends
+    first, second = meetings(own)
+    middle = 0.5 * np.array([np.divmod(place, own.shape[1]) for place in (first, second)]).sum(axis=0)
+    if middle.shape[1] < 3:
+        return False
+    y, x = middle - middle.mean(axis=1, keepdims=True)
+    # x^2 + y^2 = 2 a x + 2 b y + c of a circle around (a, b)
+    (a, b, c), *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2)
+    wide = float(np.sqrt(max(c + a**2 + b**2, 0.0)))
+    off = float(np.sqrt(np.mean((np.hypot(x - a, y - b) - wide) ** 2)))
+    return off < max(SMOOTH * radius, 1.0) and float(own.sum()) > SEEN * np.pi * wide**2
+
+
+def in_doubt(droplets: Droplets) -> dict[str, float]:
+    """Droplets in doubt by odd labels and by notes, for each number that they concern."""
+    own = float(doubt_labels(droplets).sum())
+    return {name: own + sum(note.doubt for note in droplets.notes if name in note.concerns) for name in PIECES}
+
+
+def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str, float]:
+    """How far the numbers of labels may be off, by the names of `Micrograph.numbers`. `doubt`: as of `in_doubt`."""
+    whole, ground, edge = droplets.whole, ~droplets.segments.droplets, label_edge(droplets)
+    count, typical = int(whole.sum()), float(droplets.areas[whole].mean())
+    share, radius = {name: each / count for name, each in doubt.items()}, float(np.sqrt(typical / np.pi))
+    beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
+    merged = doubt["rho"] * typical
+    void = min(ground.sum() / max(ground.size - merged, 1.0), 1.0)  # of what is not in doubt
+    near = float(_near_the_edge(droplets, edge).sum())
+    z = max(LIMITS["z"], Z * widest_gap(droplets)) + ODD_Z * share["z"]
+    return {
+        "count": doubt["count"] + near,
+        "area": typical * (share["area"] + (1 + edge / radius) ** 2 - 1),
+        "rho": float(edge * beside + merged * void) / ground.size if beside else 1.0,
+        "z": z,
+        "shape_rim": LIMITS["shape"] + ODD_SHAPE * share["shape_rim"],
+        "voids": guessed_contacts(droplets) + near + VOIDS * doubt["voids"] + 0.5 * _touched(droplets) * z,
+    }
+
+
+def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]]:
+    """Whether labels leave numbers uncertain, why in words, and which: by what is odd, or by edges and gaps alone."""
+    count, doubt = int(droplets.whole.sum()), in_doubt(droplets)
+    found, sharp = (bounds_of_labels(droplets, each) for each in (doubt, dict.fromkeys(doubt, 0.0)))
+    limits = {
+        "count": np.inf,  # below
+        "area": LIMIT * float(droplets.areas[droplets.whole].mean()),
+        "rho": LIMITS["rho"],
+        "z": LIMITS["z"] + ODD_Z * MOST_ODD,
+        "shape_rim": LIMITS["shape"] + ODD_SHAPE * MOST_ODD,
+        "voids": LIMIT_VOIDS * _touched(droplets),
+    }
+    plain = {name for name, limit in limits.items() if not sharp[name] <= limit}
+    odd = {name for name, limit in limits.items() if not found[name] <= limit} - plain
+    odd |= {"count"} if 1 + doubt["count"] > max(LIMIT * count, LIMITS["count"]) else set()
+    last = [note.text for note in droplets.notes if np.isinf(note.doubt)]
+    worth = f"labels that may be no droplet, several or part of one are worth {max(doubt.values()):.3g} of {count}"
+    edges = f"edges of labels are uncertain by {label_edge(droplets):.1f} pixels"
+    gaps = f"labels {widest_gap(droplets):.0%} of a diameter apart pass for touching"
+    pairs = f"{guessed_contacts(droplets):.0f} pairs of droplets may touch or not, and voids end where they do"
+    return [
+        (bool(odd), last[0] if last else worth, frozenset(odd)),
+        (bool(plain & {"area", "rho"}), edges, frozenset(plain & {"area", "rho"})),
+        ("z" in plain, gaps, frozenset({"z"})),
+        ("voids" in plain, pairs, frozenset({"voids"})),
+    ]
+
+
+def _touched(droplets: Droplets) -> float:
+    """Droplets whose contacts bound the voids of a picture: of cut ones it shows half."""
+    return float(droplets.whole.sum()) + 0.5 * float((~droplets.whole & (droplets.size > 0)).sum())
+
+
+def guessed_contacts(droplets: Droplets) -> float:
+    """Pairs of droplets of which it is a guess whether they touch: a little farther apart than contacts may be, or
+    beside a rattler, which touches by chance."""
+    walls = droplets.walls
+    rattlers, _ = find_rattlers(walls.pairs[walls.touching], droplets.whole)
+    near = (walls.gap > walls.widest) & (walls.gap <= 2 * walls.widest - walls.film)
+    return float((near | (walls.touching & rattlers[walls.pairs].any(axis=1))).sum())
+
+
+def label_edge(droplets: Droplets) -> float:
+    """Pixels by which edges of labels are uncertain: half of the line that is left free between them belongs to
+    either."""
+    return EDGE + 0.5 * droplets.walls.line
+
+
+def widest_gap(droplets: Droplets) -> float:
+    """Gap that passes for a contact, beyond a line, up to which labels pass for touching, with the line, over the
+    diameter."""
+    walls = droplets.walls
+    return float((walls.widest - (1 - LINE) * walls.film) / (2 * droplets.segments.radius))
+
+
+def _near_the_edge(droplets: Droplets, edge: float) -> Mask:
+    """(n,) droplets of which it is uncertain whether the edge of the picture cuts them."""
+    cells, body = droplets.segments.cells, droplets.walls.inside > 0
+    chord = np.bincount(edge_of(cells)[edge_of(body)], minlength=droplets.segments.count)
+    grazed = (chord > 0) & (chord**2 < 8 * (edge + 0.5) * np.sqrt(droplets.areas / np.pi))
+    if edge < 2 * EDGE:  # no line is left free: what ends a pixel before the edge is whole
+        return grazed
+    beside = np.unique(edge_of(cells[1:-1, 1:-1])[edge_of(body[1:-1, 1:-1])])
+    return grazed | ((chord == 0) & np.isin(np.arange(len(grazed)), beside))
