@@ -63,7 +63,8 @@ def measure(
     Returns:
         Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; for several packings arrays (len(packing),). g,
         g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g between walls, where shear
-        along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
+        along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and rattlers are nan if rounded
+        positions do not decide whether a contact is open.
 
     Warns:
         JamlabWarning: g, g_x or b of a packing is negative; once for each packing.

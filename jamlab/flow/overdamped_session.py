@@ -23,6 +23,7 @@ from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
+from jamlab.packing.strain_map import kept_shapes, shapes_of_stress
 from jamlab.rheology.damping import Damping, refuse_slip
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
@@ -207,6 +208,10 @@ class OverdampedSession:
         if self._given.walls:
             state = state._replace(pressure=0.5 * (state.lower_pressure + state.upper_pressure))
         now = self._session.strained()
+        if kept_shapes(now).any():  # as in `jamlab.mechanics.stiffness.stress`; the plugin squeezes fixed droplets
+            push = forces_of(energy_terms(now), len(now.positions))
+            less = 0.5 * self._scales.stress * shapes_of_stress(now, push) / now.area
+            state = state._replace(pressure=state.pressure - less)
         return state._replace(contacts=float(len(now.kind.pairs(now).i)))
 
     def _corrected(self, state: FlowState) -> FlowState:

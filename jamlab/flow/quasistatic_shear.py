@@ -370,11 +370,6 @@ def quasistatic_shear(
         All states. `converged` is False for states that missed the tolerance; the shear continues from them.
     """
     packing = walled(packing, walls)
-    if packing.walls and (direction != "simple" or pressure is not None):
-        raise InputError(
-            f"walls: direction = {direction!r}, pressure = {pressure!r}: walls move along x at fixed area; "
-            "leave both arguments out, or remove the walls with walls=False"
-        )
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
     largest = LARGEST_STRAIN if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):

@@ -45,7 +45,7 @@ class ElasticTensor(Result):
         affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
         displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers. Of sticky disks, whose
-            networks have floppy modes, the least one: no mode without stiffness takes part.
+            networks have floppy modes, and along flat walls the least one: no mode without stiffness takes part.
         unit: unit of the moduli, for labels.
 
     Example:
@@ -132,8 +132,8 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
             error.modes = modes
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
-    if packing.law.range and len(moving):
-        solution = without_floppy_modes(k.uu, solution, packing.law.floppy)
+    if (packing.law.range or packing.slips) and len(moving):
+        solution = without_floppy_modes(k.uu, solution)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
     unit = packing.unit_names.stress
@@ -256,8 +256,9 @@ class NonaffineResponse(Result):
 def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
     """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
 
-    Between walls the shear moves the upper wall as a whole, so that walls move beside the affine flow, too. Sticky disks
-    whose network has floppy modes: the response without these modes, the least of all that balance forces.
+    Between walls the shear moves the upper wall as a whole, so that walls move beside the affine flow, too. In sticky
+    networks and along flat walls, which have floppy modes, it is the response without these modes, the least of all
+    that balance forces.
 
     Args:
         packing: SP at an energy minimum.

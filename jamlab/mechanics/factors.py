@@ -124,7 +124,8 @@ _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than 
 NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
 _PER_NAMED = 1200  # coordinates for each of them in large systems, whose droplets slide in proportion to their number
 _PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where modes are not told apart
-_PROJECTIONS = 3  # each leaves a part of a floppy mode, its stiffness by rounding over the shift: 1e-3
+# stiffness over the largest that counts as floppy beside a response; each projection leaves that by rounding over it
+_PROJECTED, _PROJECTIONS = 1e-12, 3
 _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
 
 
@@ -185,10 +186,10 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
     return x
 
 
-def without_floppy_modes(matrix: sparse.csc_array, x: Array, floppy: float) -> Array:
+def without_floppy_modes(matrix: sparse.csc_array, x: Array) -> Array:
     """Displacements x (n, k) less what they have of the floppy modes of a Hessian (n, n), translations included: of all
-    responses to a load the least, which does not depend on the order of particles. `floppy`: see `PairLaw`."""
-    solver, shift = PositiveSolver(), floppy * float(matrix.diagonal().max())
+    responses to a load the least, which does not depend on the order of particles."""
+    solver, shift = PositiveSolver(), _PROJECTED * float(matrix.diagonal().max())
     solver.factorise(matrix + shift * sparse.eye_array(matrix.shape[0], format="csc"))
     for _ in range(_PROJECTIONS):
         x = x - shift * solver.solve(x)

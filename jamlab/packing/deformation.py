@@ -42,8 +42,9 @@ def sheared(packing: Packing, strain: float) -> Packing:
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     """The packing after the affine map r -> F r of box and every free site, turned so that box[0, 1] stays 0; fixed
-    ones follow by `carried`. `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
-    after F: a vector v of the packing returned is R^T v in the frame of the one given, a tensor S is R^T S R."""
+    ones follow by `carried`. `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2)
+    rotation R that was applied after F: a vector v of the packing returned is R^T v in the frame of the one given, a
+    tensor S is R^T S R."""
     box = packing.box @ gradient.T
     along = box[0] / np.hypot(*box[0])
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])
@@ -87,9 +88,9 @@ _GENERATORS = {"simple": SIMPLE_SHEAR, "pure": np.diag([0.5, -0.5])}
 
 
 def shear_direction(packing: Packing, direction: Direction, angle: float = 0.0) -> ShearDirection:
-    """Read a direction in which a packing is sheared, which its boundary conditions must admit. "simple": along x, with the gradient along y. "pure": without rotation, longer along x
-    and shorter along y, by half the strain each. A number: simple shear along (cos, sin) of that angle, radian.
-    `angle`: by which all of this is turned."""
+    """Read a direction in which a packing is sheared, which its boundary conditions must admit. "simple": along x, with
+    the gradient along y. "pure": without rotation, longer along x and shorter along y, by half the strain each. A
+    number: simple shear along (cos, sin) of that angle, radian. `angle`: by which all of this is turned."""
     name, turn = (direction, 0.0) if isinstance(direction, str) else ("simple", direction)
     if name not in _GENERATORS or not is_number(turn):
         raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radians')
@@ -114,8 +115,8 @@ class Compression:
         return float(np.sum(stress * self.generator))
 
     def modulus(self, curvature: Array, stress: Array) -> float:
-        """B = -A dp/dA from d2(U/A) in the displacement gradient, (2, 2, 2, 2), and the stress (2, 2): the area of exp(e
-        M) is quadratic in the displacement gradient, which brings in the stress."""
+        """B = -A dp/dA from d2(U/A) in the displacement gradient, (2, 2, 2, 2), and the stress (2, 2): the area of
+        exp(e M) is quadratic in the displacement gradient, which brings in the stress."""
         m = self.generator
         beside = self.pressure(stress) - float(np.sum(stress * (m @ m)))
         return float(np.einsum("ij,ijkl,kl->", m, curvature, m)) + beside

@@ -26,7 +26,9 @@ MEASURED = {
     "z": Quantity("z", NUMBER, "contacts per particle without rattlers; nan without a backbone", ".4f"),
     "z_all": Quantity("z all", NUMBER, "contacts per particle, of all that press, over all particles", ".4f"),
     "rattlers": Quantity("rattlers", NUMBER, "number of rattlers", ".0f"),
-    "pressure": Quantity("pressure", STRESS, "-dU/dA: (S_xx + S_yy)/2, between walls S_yy; positive in compression", ".5g"),
+    "pressure": Quantity(
+        "pressure", STRESS, "-dU/dA: (S_xx + S_yy)/2, between walls S_yy; positive in compression", ".5g"
+    ),
     "energy": Quantity("U", ENERGY, "total energy"),
     "contact_energy": Quantity("U contact", ENERGY, "energy of contacts per disk or vertex"),
     "g": Quantity("G", STRESS, "relaxed shear modulus, mean over directions; nan between walls", ".5g"),

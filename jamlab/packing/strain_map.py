@@ -1,12 +1,12 @@
 """The strains that a packing takes, and where they carry its sites.
 
-A deformation gradient F of the box carries a free site from x to F x, from where it relaxes. Fixed particles are carried
-as bodies: the centre c of a fixed droplet goes to F c and its outline follows the shear, at constant area, as fixed disks
-keep their diameters: x = c + s goes to F c + F s/sqrt(det F). Walls keep their shape: those at height h of a lattice
-plane move by the displacement of that plane, F_xy h along x and (F_yy - 1) h along y. So only two strains are defined
-between walls: simple shear along x, and compression along y, at constant width.
+A deformation gradient F of the box carries a free site from x to F x, from where it relaxes. The centre c of a fixed
+droplet goes to F c. Its outline is sheared with the box and keeps its area, as fixed disks keep their diameters: x = c
++ s goes to F c + F s/sqrt(det F). Walls keep their shape: the wall at a lattice plane of height h moves with that
+plane, by F_xy h along x and (F_yy - 1) h along y. So only two strains are defined between walls: simple shear along x,
+and compression along y at constant width.
 
-Box, energy, stress and linear response all follow from this one map: S = -(1/A) dU/dF.
+Energies of strained packings, stress, pressure and linear response follow from this one map: S = -(1/A) dU/dF.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def admits(packing: Packing, generators: Array) -> bool:
 def undefined(what: str) -> str:
     """Say why something is not defined between walls, and what is."""
     return (
-        f"{what} is not defined between walls, which take simple shear along x and compression along y: use "
-        "shear_modulus along x (g_x) or bulk_modulus (b), or remove the walls, packing.with_state(walls=False, "
-        "fixed=None)"
+        f"{what} is not defined between walls, which take simple shear along x and compression along y alone; use "
+        "direction='simple', shear_modulus(p) (g_x) and bulk_modulus(p) (b), or remove the walls with "
+        "packing.with_state(walls=False, fixed=None)"
     )
 
 

@@ -19,7 +19,15 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, linear_response
 from jamlab.mechanics.factors import PositiveSolver
-from jamlab.packing.deformation import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains, compression, deformed, shear_gradient
+from jamlab.packing.deformation import (
+    COMPRESSION,
+    PURE_SHEARS,
+    SHEARS,
+    BoxStrains,
+    compression,
+    deformed,
+    shear_gradient,
+)
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing

@@ -9,7 +9,7 @@ from jamlab.flow.velocity_profile import velocity_profile
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.deformation import deformed, sheared
+from jamlab.packing.deformation import at_phi, deformed, sheared
 from jamlab.packing.packing_plot import rings
 
 
@@ -84,8 +84,7 @@ def test_moduli_by_strain_are_those_of_linear_response(walled):
         assert exact == pytest.approx(0.0, abs=1e-12)  # the slab slips
     else:
         assert jamlab.shear_modulus(walled, "finite-strain") == pytest.approx(exact, rel=1e-5)
-    if walled.model == "sp":
-        assert jamlab.bulk_modulus(walled, "finite-strain") == pytest.approx(jamlab.bulk_modulus(walled), rel=1e-6)
+    assert jamlab.bulk_modulus(walled, "finite-strain") == pytest.approx(jamlab.bulk_modulus(walled), rel=1e-6)
 
 
 def test_fixed_particles_leave_no_translations(walled):
@@ -274,6 +273,31 @@ def test_walls_shear_a_slab(packing):
     assert not len(bare.wall_stress) and np.array_equal(bare.stress, plain.stress)
 
 
+def test_shear_at_constant_pressure_on_the_walls(packing):
+    """The enthalpy is least over the height, at constant width."""
+    walled = jamlab.with_walls(packing)
+    found = jamlab.quasistatic_shear(walled, 0.02, 0.01, pressure="constant")
+    end, held = found.packing, found.held_pressure
+    assert found.wall_stress[:, :, 1] == pytest.approx(held, rel=1e-9) and end.box[0, 0] == walled.box[0, 0]
+    assert end.box[1, 1] > walled.box[1, 1]  # it dilates
+    beside = [jamlab.relax(at_phi(end, end.phi * (1 + s))) for s in (-1e-4, 1e-4)]
+    enthalpy = [jamlab.evaluate(p).energy + held * p.area for p in (end, *beside)]
+    assert enthalpy[0] < min(enthalpy[1:])
+
+
+def test_fixed_droplets_are_not_squeezed(dp_dense):
+    """Compression moves them; the pressure of the strained packing is -dU/dA of `compress`, in flow as well."""
+    mask = np.arange(dp_dense.n) % 4 == 1
+    pinned = dp_dense.with_state(fixed=mask, converged=True, max_force=dp_dense.max_force)
+    flow = jamlab.shear(pinned, 1e-3, 0.02, n_rows=1, tolerance=1e-3)
+    assert flow.pressure[-1] == pytest.approx(jamlab.evaluate(flow.packing).pressure, rel=2e-3)
+    bent = jamlab.relax(sheared(pinned, 0.02), 1e-12)
+    (up,) = jamlab.compress(bent, to=bent.phi * (1 + 1e-6), step=1e-6, by="phi", tolerance=1e-12)
+    assert up.polygon_areas[mask] == pytest.approx(bent.polygon_areas[mask], rel=1e-13)
+    one, two = jamlab.evaluate(bent), jamlab.evaluate(up)
+    assert (two.energy - one.energy) / (bent.area - up.area) == pytest.approx(one.pressure, rel=1e-4)
+
+
 @pytest.mark.parametrize("damping", [jamlab.ContactDamping(), jamlab.StokesDrag(eta_f=0.5)])
 def test_flow_in_time_between_walls(walled, damping, tmp_path):
     """Begins with the viscosity of G* at infinite frequency; the walls keep their shape, and energy is balanced."""
@@ -400,7 +424,11 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.Session(_flat(p), ranks=2), "ranks = 2"),
         (lambda p, w: jamlab.quasistatic_shear(p, 0.01, walls=True), "walls=True"),
         (lambda p, w: jamlab.quasistatic_shear(w, 0.01, direction="pure"), "'pure'"),
-        (lambda p, w: jamlab.quasistatic_shear(w, 0.01, pressure="constant"), "'constant'"),
+        (lambda p, w: jamlab.quasistatic_shear(w, 0.01, direction=0.3), "0.3"),
+        (lambda p, w: jamlab.shear_modulus(w, average=True), "mean over directions"),
+        (lambda p, w: jamlab.elastic_tensor(w), "elastic tensor"),
+        (lambda p, w: jamlab.complex_modulus(w, 1.0, direction="pure"), "'pure'"),
+        (lambda p, w: w.with_state(ensemble="shear-stabilized"), "walls keep their shape"),
         (lambda p, w: jamlab.Session(w, ranks=2), "ranks = 2"),
         (lambda p, w: jamlab.slab(p), "walls=True"),
         (lambda p, w: jamlab.shear(p, 0.1, 0.01, walls=True), "walls=True"),
