@@ -18,7 +18,8 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.mechanics.factors import NAMED, UnstableError, static_response, without_floppy_modes
+from jamlab.mechanics.factors import NAMED, UnstableError, response_and_looseness
+from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
@@ -31,8 +32,9 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 
 MODULI_DEFINITION = 1  # versions, see jamlab.campaign.tasks
-NONAFFINE_DEFINITION = 1
+NONAFFINE_DEFINITION = 2  # 1 left open how disks move along floppy modes
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
+_TURNED = 1e-9  # square of a floppy mode less its mean, below which it is a translation
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 _DIRECTIONS = np.pi * np.arange(180) / 180  # of shear, among which the lowest modulus is looked for
 
@@ -125,19 +127,33 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
     if len(moving):  # one particle that presses on its own images moves with the box alone
         try:
             matrix = k.uu[moving][:, moving].tocsc()
-            solution[moving] = static_response(matrix, right[moving], packing.law.floppy, named)
+            solution[moving], loose = response_and_looseness(matrix, right[moving], packing.law.floppy, named)
+            if loose:
+                floppy = floppy_modes(matrix, packing.law.floppy)
+                modes = np.zeros((len(right), floppy.shape[1]))
+                modes[moving] = floppy
+                solution += _shortest(modes, solution, network.packing)
         except UnstableError as error:
             modes = np.zeros((len(error.modes), len(right)))
             modes[:, moving] = error.modes
             error.modes = modes
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
-    if (packing.law.range or packing.slips) and len(moving):
-        solution = without_floppy_modes(k.uu, solution)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
     unit = packing.unit_names.stress
     return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements, unit)
+
+
+def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
+    """(n, j) motion along floppy modes (n, k) that makes displacements (n, j) as short as can be, less their mean."""
+
+    def apart(u: Array) -> Array:
+        u = u.reshape(-1, 2, u.shape[1])
+        return np.asarray(u - u.mean(axis=0) if packing.fixed is None else u).reshape(-1, u.shape[2])
+
+    relative = apart(modes)
+    return least_along(modes, relative.T @ relative, relative.T @ apart(solution), _TURNED)
 
 
 def modulus_along(c: Array, angles: Array) -> Array:

@@ -124,8 +124,7 @@ _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than 
 NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
 _PER_NAMED = 1200  # coordinates for each of them in large systems, whose droplets slide in proportion to their number
 _PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where modes are not told apart
-# stiffness over the largest that counts as floppy beside a response; each projection leaves that by rounding over it
-_PROJECTED, _PROJECTIONS = 1e-12, 3
+_NEAR = 100.0  # stiffness against a random push, over that of floppy modes, below which there may be some
 _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
 
 
@@ -144,17 +143,25 @@ class UnstableError(ConvergenceError):
 def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = NAMED) -> Array:
     """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
     removes the two translations; `floppy`: see `PairLaw`; `named`: negative modes that an error names, at least."""
+    return response_and_looseness(matrix, load, floppy, named)[0]
+
+
+def response_and_looseness(
+    matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = NAMED
+) -> tuple[Array, bool]:
+    """`static_response`, and whether floppy modes may leave it open."""
     solver = PositiveSolver()
     floppy *= float(matrix.diagonal().max())
     try:
         solver.factorise(matrix)
     except ConvergenceError:
-        return _beside_floppy_modes(matrix, load, floppy, named)
+        return _beside_floppy_modes(matrix, load, floppy, named), True
     x = solver.solve(load)
     x += solver.solve(load - matrix @ x)
     if (np.einsum("nk,nk->k", x, load) >= floppy * np.einsum("nk,nk->k", x, x)).all():
-        return x
-    return _beside_floppy_modes(matrix, load, floppy, named)
+        push = np.random.default_rng(0).standard_normal(len(x))  # yields far along modes within rounding of zero
+        return x, bool(np.linalg.norm(push) <= _NEAR * floppy * np.linalg.norm(solver.solve(push)))
+    return _beside_floppy_modes(matrix, load, floppy, named), True
 
 
 def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, named: int) -> Array:
@@ -183,16 +190,6 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
             0.0,
             step[:, [hidden.argmax()]].T,
         )
-    return x
-
-
-def without_floppy_modes(matrix: sparse.csc_array, x: Array) -> Array:
-    """Displacements x (n, k) less what they have of the floppy modes of a Hessian (n, n), translations included: of all
-    responses to a load the least, which does not depend on the order of particles."""
-    solver, shift = PositiveSolver(), _PROJECTED * float(matrix.diagonal().max())
-    solver.factorise(matrix + shift * sparse.eye_array(matrix.shape[0], format="csc"))
-    for _ in range(_PROJECTIONS):
-        x = x - shift * solver.solve(x)
     return x
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import check_choice, checked, finite_array
-from jamlab.errors import ConvergenceError, InputError, Renamed
+from jamlab.errors import ConvergenceError, InputError, Renamed, warn
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.deformation import Direction
@@ -20,12 +20,19 @@ from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.free_droplets import free_droplets
 from jamlab.rheology.reduced_model import reduce
-from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
-from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
+from jamlab.rheology.relaxation_spectrum import (
+    LARGEST_DENSE,
+    RelaxationModes,
+    RelaxationSpectrum,
+    build_spectrum,
+    find_all_modes,
+)
+from jamlab.rheology.rounding_error import relative_parts, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
-# version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, without free droplets
-SPECTRUM_DEFINITION = 2
+# version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, without free droplets; 2
+# left open how floppy modes move
+SPECTRUM_DEFINITION = 3
 METHODS = ("auto", "dense", "direct", "reduced")
 
 _SMALL = 256  # displacements up to which the dense solver is the quickest (python -m studies run spectrum)
@@ -37,6 +44,10 @@ _SLOWEST, _FASTEST = 1e-100, 1e100
 # Drag of sliding over that of approach: outside, the fast limit leaves errors of its own, which bounds of rounding do
 # not see, and the direct solver is asked as well. 0 leaves sliding out.
 _EVEN_CONTRAST = (1e-4, 100.0)
+_SUMS = 32 * float(np.finfo(np.float64).eps)  # relative rounding of the last sums, over Maxwell elements or columns
+LOST = 0.1  # error of |G*| that is warned of
+_LEAST = 1e-200
+_SAME = 1e-12  # relative: frequencies are one
 _BETWEEN_CHECKS = 4.0  # by which a difference to the direct solver may grow from one check to the next
 
 
@@ -50,7 +61,7 @@ class ComplexModulus(Result):
         loss: (m,) G''.
         g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
             negative if the packing is unstable to shear at its box shape.
-        eta0: lim G''/omega at low frequency.
+        eta0: lim G''/omega at low frequency; of a network with floppy modes these move so that drag is least.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
@@ -120,11 +131,11 @@ def complex_modulus(
         prestress: False replaces contacts by unstressed springs; SP only.
         method: "reduced": rational Krylov model, five to nine real factorisations for all frequencies. "direct": one
             complex factorisation per frequency, as in the paper. "dense": full relaxation spectrum, up to 1024 sites.
-            "auto": "dense" for small packings, else "reduced".
+            "auto": "dense" for small packings and for networks with floppy modes, else "reduced".
 
     Warns:
         JamlabWarning: g0, the static modulus in this direction, is negative: the packing is unstable to shear at its
-            box shape.
+            box shape; or rounding may change |G*| by more than 10 %.
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
@@ -161,10 +172,11 @@ def linear_modulus(
     free = free_droplets(network, law, direction)
     limits = find_limits(motion)
     if method == "auto":
-        method = "dense" if motion.moving <= _SMALL else "reduced"
+        method = "dense" if motion.moving <= (LARGEST_DENSE if limits.floppy.size else _SMALL) else "reduced"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     modulus, error, elements = solve(motion, limits, frequencies)
-    modulus = modulus + free.modulus(frequencies)
+    modulus, error = modulus + free.modulus(frequencies), error + _SUMS * (1 + 1j)
+    _warn_of_lost_digits(frequencies, modulus, error)
     unit = packing.unit_names.stress
     return ComplexModulus(
         omega=frequencies,
@@ -174,12 +186,23 @@ def linear_modulus(
         eta0=limits.eta0 + free.eta0,
         eta_inf=limits.eta_inf,
         method=method,
-        error_bound=error,
+        error_bound=np.maximum(error.real, error.imag),
         spectrum=elements and elements.beside(free, unit),
         unit=unit,
         eta_inf_bound=limits.eta_inf_bound,
         direction=direction,
     )
+
+
+def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:
+    """Warn where rounding may change the modulus |G*| by more than a tenth."""
+    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(np.abs(modulus), _LEAST)
+    worst = int(np.argmax(error))
+    if error[worst] > LOST and abs(modulus[worst]) > _LEAST:
+        warn(
+            f"G* at omega = {omega[worst]:g} may be wrong by {100 * error[worst]:.2g} % through rounding, see "
+            "error_bound: use method='direct', a beta nearer to 1, or a lower frequency"
+        )
 
 
 def check_frequencies(omega: ArrayLike) -> Array:
@@ -194,25 +217,25 @@ def check_frequencies(omega: ArrayLike) -> Array:
     return frequencies
 
 
-_Solution = tuple[Complex, Array, RelaxationSpectrum | None]
+_Solution = tuple[Complex, Complex, RelaxationSpectrum | None]  # G*, relative errors of G' and of G'', elements
 
 
 def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
-    modulus, error = _solve_each(motion, omega)
+    modulus, error = _solve_each(motion, limits, omega)
     lost = omega[~(np.abs(error) < np.abs(modulus))]
     if len(lost):
         raise ConvergenceError(
-            f"omega = {lost[0]:g}: too high for method='direct', since rounding errors of omega B exceed "
-            "K; use method='dense' or 'reduced', or a lower frequency"
+            f"omega = {lost[0]:g}: method='direct' loses all digits of G* to rounding; use method='dense' or "
+            "'reduced', or a frequency nearer to the relaxation rates"
         )
-    return modulus, larger_relative(error, modulus), None
+    return modulus, relative_parts(error, modulus), None
 
 
-def _solve_each(motion: EquationOfMotion, omega: Array) -> tuple[Complex, Complex]:
+def _solve_each(motion: EquationOfMotion, limits: Limits, omega: Array) -> tuple[Complex, Complex]:
     """(f,) G* by one factorisation for each frequency, and bounds of the errors of G' and, imaginary, of G''."""
     modulus, error = np.empty((2, len(omega)), dtype=np.complex128)
     for index, w in enumerate(omega):
-        q, modulus[index], left = solve_frequency(motion, w)
+        q, modulus[index], left = solve_frequency(motion, limits.floppy, w)
         rounding = rounding_error(motion, q[:, None], omega[[index]])[0]
         error[index] = rounding + abs(left.real) + 1j * abs(left.imag)
     return modulus, error
@@ -227,7 +250,7 @@ def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Sol
 def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
     model = reduce(motion, limits, omega)
     rounding = _estimate_rounding(motion, limits, model.modes, model.basis, model.spectrum, omega)
-    return model.spectrum.modulus(omega), model.missing + rounding, model.spectrum
+    return model.spectrum.modulus(omega), model.missing * (1 + 1j) + rounding, model.spectrum
 
 
 def _estimate_rounding(
@@ -237,22 +260,28 @@ def _estimate_rounding(
     basis: Array,
     elements: RelaxationSpectrum,
     omega: Array,
-) -> Array:
-    """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out. To the
-    bound for any solver comes what the sum of Maxwell elements differs from the work done by that response; and from
-    the direct solver, where drag is so uneven that the response itself may be wrong."""
+) -> Complex:
+    """(f,) relative rounding errors of G' and of G'' of a spectrum, from some frequencies on which the response is
+    written out; between two of them the larger is taken. To the bound for any solver comes what the sum of Maxwell
+    elements differs from the work done by that response; and from the direct solver, where drag is so uneven that the
+    response itself may be wrong."""
     low, high = omega.min(), omega.max()
     samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
+    if len(omega) <= len(samples):
+        samples = np.unique(omega)
     q = limits.slow[:, None] + basis @ found.coefficients(samples)
     modulus = elements.modulus(samples)
     gap = modulus - variational_modulus(motion, q, samples)
     bound, least = rounding_error(motion, q, samples) + _by_parts(gap), _by_parts(modulus)
     if motion.contrast and not _EVEN_CONTRAST[0] <= motion.contrast <= _EVEN_CONTRAST[1]:
-        direct, own = _solve_each(motion, samples)
+        direct, own = _solve_each(motion, limits, samples)
         bound = bound + _BETWEEN_CHECKS * _by_parts(modulus - direct) + own
         least = np.minimum(least.real, np.abs(direct.real)) + 1j * np.minimum(least.imag, np.abs(direct.imag))
-    relative = larger_relative(bound, least)
-    return np.asarray(np.exp(np.interp(np.log(omega), np.log(samples), np.log(relative))))
+    relative = relative_parts(bound, least)
+    right = np.minimum(np.searchsorted(samples, omega * (1 - _SAME)), len(samples) - 1)
+    left = np.where(samples[right] <= omega * (1 + _SAME), right, np.maximum(right - 1, 0))
+    storage, loss = (np.maximum(part[left], part[right]) for part in (relative.real, relative.imag))
+    return np.asarray(storage + 1j * loss)
 
 
 def _by_parts(difference: Complex) -> Complex:

@@ -108,9 +108,9 @@ def _displacements(
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
-    find_limits(motion)  # refuses what is not stable
+    floppy = find_limits(motion).floppy  # refuses what is not stable
     for omega in check_frequencies(list(frequencies)):
-        q, modulus, _ = solve_frequency(motion, omega)
+        q, modulus, _ = solve_frequency(motion, floppy, omega)
         u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
         u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus
         u += wall_offsets(network.packing) @ SIMPLE_SHEAR.T / modulus  # walls are not affine

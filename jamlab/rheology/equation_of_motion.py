@@ -91,7 +91,9 @@ class BorderedMatrix:
         return np.asarray(_bordered(self.inner, self.edge, self.corner).toarray())
 
 
-_TRACE = 1e-10  # of the drag on each coordinate, on motions that no contact resists: G* keeps nine digits
+# of the drag on each coordinate, that solvers add to motions that no contact resists; answers are refined without it
+_TRACE = 1e-10
+_TRACE_OF_STIFFNESS = 1e-13  # likewise, of the largest
 
 
 @dataclass(frozen=True)
@@ -113,12 +115,27 @@ class EquationOfMotion:
     # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
     # which would be a force; otherwise site 0 is held, unless some are fixed.
     drifting: bool
-    slips: bool  # whether all may move along x at no energy, between flat walls
     displaced: Indices  # (moving,) coordinates 2 i, 2 i + 1 of the packing that the first ones are
     area: float  # A of the cell
     # ratio of tangential to normal damping, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
     floppy: float = PairLaw.floppy
+    loose: bool = False  # whether chains of disks may roll past each other without elastic force or drag
+
+    @property
+    def k_solved(self) -> sparse.csc_array:
+        """k_qq to factorise beside B, with a trace of stiffness where there may be none."""
+        if not self.loose:
+            return self.k_qq
+        trace = np.where(np.arange(self.size) < self.moving, _TRACE_OF_STIFFNESS * self.k_qq.diagonal().max(), 0.0)
+        return self.k_qq + sparse.diags_array(trace, format="csc")
+
+    @property
+    def b_solved(self) -> sparse.csc_array:
+        """b_qq to factorise beside K, with a trace of drag where there may be none."""
+        if not self.loose:
+            return self.b_qq
+        return self.b_qq + _TRACE * sparse.diags_array(self.b_qq.diagonal(), format="csc")
 
     @property
     def k(self) -> BorderedMatrix:
@@ -179,11 +196,9 @@ def equation_of_motion(
     carried[-1] = 1.0
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
     law, contrast = packing.law, damping.contrast
-    if law.range:  # chains of disks roll past each other without elastic force or drag
-        b_qq = b_qq + _TRACE * sparse.diags_array(b_qq.diagonal(), format="csc")
     matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
-    moving = len(displaced), drifting, packing.slips, displaced
-    return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy)
+    moving = len(displaced), drifting, displaced
+    return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy, law.range > 0)
 
 
 def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:

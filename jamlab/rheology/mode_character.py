@@ -23,8 +23,8 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_mot
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
-# version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone
-MODES_DEFINITION = 2
+# version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, 2 had motions without rate
+MODES_DEFINITION = 3
 MOTIONS = ("translation", "rotation", "along", "across")
 
 

@@ -16,12 +16,14 @@ from scipy import linalg
 from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import SymmetricFactors
+from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 
+_SHORT = 100.0  # lengths over rounding below which directions may have none
 LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 
 
@@ -102,15 +104,31 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
         return RelaxationModes(empty, np.zeros((len(x), 0)), empty, empty)
     sigma = energy / dissipation
     metric = k + sigma * b
-    _, vectors = linalg.eigh(k, metric)
+    basis = _range_of(metric)
+    _, vectors = linalg.eigh(k, metric) if basis is None else np.linalg.eigh(basis.T @ k @ basis)
+    if basis is not None:
+        vectors = basis @ vectors
     amplitudes = vectors.T @ (metric @ x)
     energies, losses = (np.einsum("im,im->m", vectors, matrix @ vectors) for matrix in (k, b))
     rounding = len(x) * np.finfo(np.float64).eps  # of the products above: less dissipation is none
-    kept = np.flatnonzero((energies > 0) & (sigma * losses > rounding * energies))
+    least = PairLaw.floppy * np.einsum("im,i->m", vectors**2, k.diagonal())
+    kept = np.flatnonzero((energies > least) & (sigma * losses > rounding * energies))
     rates = energies[kept] / losses[kept]
     order = np.argsort(rates)
     kept = kept[order]
     return RelaxationModes(rates[order], vectors[:, kept], amplitudes[kept], energies[kept])
+
+
+def _range_of(metric: Array) -> Array | None:
+    """(m, j) basis, orthonormal under a metric (m, m), of the directions that have a length under it; None if all
+    have."""
+    scale = 1 / np.sqrt(metric.diagonal())
+    scaled, least = metric * np.outer(scale, scale), len(metric) * float(np.finfo(np.float64).eps)
+    if np.linalg.eigvalsh(scaled)[0] > _SHORT * least:
+        return None
+    values, vectors = np.linalg.eigh(scaled)
+    kept = values > least
+    return np.asarray(scale[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
 
 
 def build_strengths(found: RelaxationModes, area: float) -> Array:

@@ -7,10 +7,14 @@ error; real and imaginary parts are bounded apart, since one may be 1e12 times s
 The direct solver takes one complex symmetric sparse factorisation for each frequency, Baumgarten & Tighe eq 12.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Complex
 from jamlab.mechanics.factors import SymmetricFactors
+from jamlab.mechanics.floppy_modes import least_along
 from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 
 # Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets
@@ -18,18 +22,23 @@ from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 _REFINEMENTS = 2
 
 
-def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, complex, complex]:
+def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tuple[Complex, complex, complex]:
     """Solve for the response to unit strain at one frequency: (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B,
     eq 12 after elimination of all but gamma (their eq 13 is printed upside down); and the error of G* that the
-    equation's remaining residual r amounts to, q^T r / A."""
+    equation's remaining residual r amounts to, q^T r / A. `floppy`: (m, k) floppy modes, see `Limits`; only drag
+    resists motion along them, so at low frequencies rounding of K would decide on it."""
     matrix = (motion.k_qq + 1j * omega * motion.b_qq).tocsc()
     column = motion.k_qg + 1j * omega * motion.b_qg
-    solver = _Driftless(motion, omega) if motion.drifting else SymmetricFactors(matrix)
-    q = -solver.solve(column)
-    residual = -column - matrix @ q
+    solved = (motion.k_qq + 1j * omega * motion.b_solved).tocsc()
+    solver = _Driftless(motion, omega) if motion.drifting else SymmetricFactors(solved)
+
+    def balanced(q: Complex) -> Complex:
+        return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg) if floppy.size else q
+
+    q = balanced(-solver.solve(column))
     for _ in range(_REFINEMENTS):
-        q = q + solver.solve(residual)
-        residual = -column - matrix @ q
+        q = balanced(q + solver.solve(-column - matrix @ q))
+    residual = -column - matrix @ q
     corner = motion.k_gg + 1j * omega * motion.b_gg
     return q, complex(corner + column @ q) / motion.area, complex(q @ residual) / motion.area
 
@@ -43,7 +52,7 @@ class _Driftless:
         self._axes = motion.translations
         drag = motion.b_qq @ self._axes
         self._drag, self._total = drag[2:], self._axes.T @ drag
-        self._factors = SymmetricFactors((motion.k_qq + 1j * omega * motion.b_qq)[2:, 2:].tocsc())
+        self._factors = SymmetricFactors((motion.k_qq + 1j * omega * motion.b_solved)[2:, 2:].tocsc())
         self._dragged = self._factors.solve(1j * omega * self._drag)
         self._small = self._total - self._drag.T @ self._dragged
 
@@ -61,7 +70,14 @@ class _Driftless:
 # estimate is never ten times too low against extended precision (tests/rheology/test_complex_modulus.py).
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
+_DRAGLESS = 1e-14  # drag along a floppy mode, over the largest, that is rounding
 _NOTHING = 1e-200  # below every modulus at a frequency that is allowed
+
+
+def least_drag(motion: EquationOfMotion, floppy: Array, drag: NDArray[Any]) -> NDArray[Any]:
+    """(m,) motion along floppy modes (m, k) that balances a drag (m,) on them."""
+    dragged = floppy.T @ (motion.b_qq @ floppy)
+    return least_along(floppy, dragged, floppy.T @ drag, _DRAGLESS * float(motion.b_qq.diagonal().max()))
 
 
 def variational_modulus(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
@@ -91,10 +107,14 @@ def _quadratic_form(
     return np.asarray(storage + 1j * loss)
 
 
+def relative_parts(error: Complex, modulus: Complex) -> Complex:
+    """(f,) relative error of G' and, imaginary, of G''; enormous where one of them is 0."""
+    storage = np.abs(error.real) / np.maximum(np.abs(modulus.real), _NOTHING)
+    loss = np.abs(error.imag) / np.maximum(np.abs(modulus.imag), _NOTHING)
+    return np.asarray(storage + 1j * loss)
+
+
 def larger_relative(error: Complex, modulus: Complex) -> Array:
-    """(f,) larger of the relative errors of G' and G''; enormous where one of them is 0."""
-    parts = (
-        np.abs(error.real) / np.maximum(np.abs(modulus.real), _NOTHING),
-        np.abs(error.imag) / np.maximum(np.abs(modulus.imag), _NOTHING),
-    )
-    return np.asarray(np.maximum(*parts))
+    """(f,) larger of the relative errors of G' and G''."""
+    parts = relative_parts(error, modulus)
+    return np.asarray(np.maximum(parts.real, parts.imag))

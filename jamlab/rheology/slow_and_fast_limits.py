@@ -8,9 +8,10 @@ from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.factors import PositiveSolver, static_response
-from jamlab.rheology.equation_of_motion import EquationOfMotion
-from jamlab.rheology.rounding_error import ROUNDING
+from jamlab.mechanics.factors import PositiveSolver, response_and_looseness
+from jamlab.mechanics.floppy_modes import floppy_modes
+from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
+from jamlab.rheology.rounding_error import ROUNDING, least_drag
 
 
 class ShiftedSolver:
@@ -23,10 +24,11 @@ class ShiftedSolver:
         self._solver = PositiveSolver()
         self._root = 0.0
         # values of K and of B on their common pattern, so that a shift costs one sum
-        self._pattern = (abs(motion.k_qq) + abs(motion.b_qq)).tocsc()
+        k, b = motion.k_solved, motion.b_solved
+        self._pattern = (abs(k) + abs(b)).tocsc()
         self._pattern.sort_indices()
         keys = _entry_keys(self._pattern)
-        self._k, self._b = (_spread_values(m, keys) for m in (motion.k_qq, motion.b_qq))
+        self._k, self._b = (_spread_values(m, keys) for m in (k, b))
         # 0, 1 or 2 rotations in an entry
         self._turning = np.add(keys % motion.size >= motion.moving, keys // motion.size >= motion.moving, dtype=np.int8)
 
@@ -82,39 +84,42 @@ _LEAST_GAIN = 0.5  # a step must be shorter than this part of the last one, else
 class Limits:
     """Response at unit strain when the strain is infinitely slow or fast."""
 
-    slow: Array  # (m,) q of least energy; rotations, and slip along flat walls, dissipate least
+    slow: Array  # (m,) q of least energy, and among those of least dissipation
     fast: Array  # (m,) q of least dissipation, and among those of least energy
     g0: float  # G'(omega -> 0)
     eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
     eta_inf_bound: float  # what rounding may change eta_inf by; a smaller one counts as 0
     eta0: float  # lim G''/omega, omega -> 0
+    floppy: Array  # (m, k) displacements without energy, with the rotations that dissipate least
     solver: ShiftedSolver  # of this equation of motion, which knows the pattern of its matrices
 
 
 def find_limits(motion: EquationOfMotion) -> Limits:
     """Find the slow and the fast limit of the response, and the moduli that follow from them."""
-    slow = _solve_slow(motion)
+    slow, floppy = _solve_slow(motion)
     solver = ShiftedSolver(motion)
     fast = _solve_fast(motion, solver)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
     b = motion.b
-    dissipation = float(strained_fast @ (b @ strained_fast))
-    magnitude = float(np.abs(strained_fast) @ (abs(b) @ np.abs(strained_fast)))
-    rounding = ROUNDING * magnitude
-    if dissipation <= rounding:  # nothing else is left
-        dissipation = 0.0
-    energy = float(strained_slow @ (motion.k @ strained_slow))
-    if abs(energy) <= ROUNDING * float(np.abs(strained_slow) @ (abs(motion.k) @ np.abs(strained_slow))):
-        energy = 0.0  # as of a slab that slips along flat walls
+    fast_drag, rounding = _form(b, strained_fast)
+    slow_drag, _ = _form(b, strained_slow)
+    energy, _ = _form(motion.k, strained_slow)  # 0 of a slab that slips along flat walls
     return Limits(
         slow=slow,
         fast=fast,
         g0=energy / motion.area,
-        eta_inf=dissipation / motion.area,
+        eta_inf=fast_drag / motion.area,
         eta_inf_bound=rounding / motion.area,
-        eta0=float(strained_slow @ (b @ strained_slow)) / motion.area,
+        eta0=slow_drag / motion.area,
+        floppy=floppy,
         solver=solver,
     )
+
+
+def _form(matrix: BorderedMatrix, q: Array) -> tuple[float, float]:
+    """q^T M q, 0 where nothing but rounding is left, and what rounding may change it by."""
+    found, rounding = float(q @ (matrix @ q)), ROUNDING * float(np.abs(q) @ (abs(matrix) @ np.abs(q)))
+    return (found if abs(found) > rounding else 0.0), rounding
 
 
 def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
@@ -123,23 +128,23 @@ def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
     return motion.k_qq[held : motion.moving, held : motion.moving].tocsc(), held
 
 
-def _solve_slow(motion: EquationOfMotion) -> Array:
+def _solve_slow(motion: EquationOfMotion) -> tuple[Array, Array]:
+    """(m,) `Limits.slow` and (m, k) `Limits.floppy`."""
     matrix, held = _fix_one_site(motion)
-    q = np.zeros(motion.size)
     load = -motion.k_qg[held : motion.moving, None]
-    q[held : motion.moving] = static_response(matrix, load, motion.floppy)[:, 0]
-    slip = motion.translations[:, : int(motion.slips)]  # turns disks, too
-    q = np.column_stack([motion.without_drift(q), slip])
-    load = np.column_stack([motion.b_qg, np.zeros_like(slip)])
+    response, loose = response_and_looseness(matrix, load, motion.floppy)
+    floppy = floppy_modes(matrix, motion.floppy) if loose else np.zeros((len(response), 0))
+    q = np.zeros((motion.size, 1 + floppy.shape[1]))
+    q[held : motion.moving] = np.column_stack([response, floppy])
+    q = motion.without_drift(q)
     if motion.size > motion.moving:
-        torque = (motion.b_qq @ q + load)[motion.moving :]
+        torque = (motion.b_qq @ q)[motion.moving :]
+        torque[:, 0] += motion.b_qg[motion.moving :]
         solver = PositiveSolver()
         solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
         q[motion.moving :] = -solver.solve(torque)
-    drag = q[:, -1] @ (motion.b_qq @ q + load)
-    if motion.slips and drag[1] > ROUNDING * motion.b_qq.diagonal().sum():
-        q[:, 0] -= drag[0] / drag[1] * q[:, 1]
-    return np.ascontiguousarray(q[:, 0])
+    slow, floppy = q[:, 0], q[:, 1:]
+    return slow + least_drag(motion, floppy, motion.b_qq @ slow + motion.b_qg), floppy
 
 
 def _solve_fast(motion: EquationOfMotion, solver: ShiftedSolver) -> Array:

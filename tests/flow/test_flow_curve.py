@@ -30,7 +30,7 @@ def test_flow_curve(curve, disks):
     two, three, path = curve
     assert three.rates.tolist() == [0.03, 0.1, 0.3]
     assert np.array_equal(three.stress[[0, 2]], two.stress)  # not run again
-    assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_stderr < 0.3 * three.stress)
+    assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_stderr > 0.1 * three.stress)  # of a strain of 1
     assert np.all(three.elastic_stress < three.stress) and np.all(three.pressure > 0)
     assert three.dissipation == pytest.approx(three.stress * three.rates, rel=0.2)  # less what is stored
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
@@ -39,7 +39,7 @@ def test_flow_curve(curve, disks):
     for z, error, packing in zip(
         read.z_all, read.z_all_stderr, read.packings, strict=True
     ):  # about that of the last state
-        assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0 < error < 0.2
+        assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0.05 < error < 2
     assert (three.state == "steady") == bool(three.finished.all())
 
 
