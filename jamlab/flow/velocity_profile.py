@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.stats import binned_statistic
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
@@ -71,12 +70,19 @@ def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
         middle = 0.5 * (start[:, 1] / before.box[1, 1] + end[:, 1] / after.box[1, 1])
         inside = middle % 1.0
         velocity = (end - start)[:, 0] / (strain * lattice) - (middle - inside)
-        means = binned_statistic(inside, [inside, velocity], "mean", edges).statistic
-        heights.append(means[0])
-        parts.append(means[1])
+        heights.append(_layer_means(inside, inside, edges))
+        parts.append(_layer_means(inside, velocity, edges))
     kept = np.isfinite(parts).any(axis=0)
     found = np.array(parts)[:, kept]
     number = np.isfinite(found).sum(axis=0)
     spread = np.nanstd(found, axis=0) / np.sqrt(np.maximum(number - 1, 1))
     error = np.where(number > 1, spread, np.nan)
     return VelocityProfile(np.nanmean(np.array(heights)[:, kept], axis=0), np.nanmean(found, axis=0), error)
+
+
+def _layer_means(height: Array, values: Array, edges: Array) -> Array:
+    """Mean of the values in each layer between edges; nan where there are none."""
+    layers = len(edges) - 1
+    layer = np.minimum(np.searchsorted(edges, height, "right") - 1, layers - 1)
+    count, total = np.bincount(layer, minlength=layers), np.bincount(layer, values, layers)
+    return np.divide(total, count, out=np.full(layers, np.nan), where=count > 0)
