@@ -61,6 +61,7 @@ def file_image(
 ) -> bytes:
     """The bytes of such a file, without checksum; `extend` is called with the open h5py.File before it is closed, to
     add groups of its own. Other arguments and errors as in `jamlab.write`."""
+    check_names(observables or {})  # before packings are made by a generator
     frames = list(packings)
     check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
@@ -172,11 +173,16 @@ def check_one_sweep(frames: Sequence[Packing]) -> None:
             raise InputError(f"frame {k} differs from frame 0 in {name}: these are several sweeps, take one at a time")
 
 
+def check_names(observables: Iterable[str]) -> None:
+    """Refuse names that HDF5 would take for others, or cannot hold."""
+    for name in observables:
+        surrogates = any("\ud800" <= letter <= "\udfff" for letter in name)
+        if not name or name == "." or "/" in name or "\0" in name or surrogates:
+            said = "a name must be text of UTF-8, not empty, and contain no slash and no null character"
+            raise InputError(f"an observable cannot be named {name!r}: {said}")
+
+
 def _observable(name: str, values: ArrayLike, frames: int) -> Array:
-    if not name or "/" in name or name == ".":
-        raise InputError(f"an observable cannot be named {name!r}: a name must not be empty or contain a slash")
-    if "\0" in name or not name.isprintable():  # HDF5 would cut it off there, or cannot hold it
-        raise InputError(f"an observable cannot be named {name!r}: use characters that can be printed")
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

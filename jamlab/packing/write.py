@@ -12,7 +12,7 @@ from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.packing.facts import facts_of, lost, words
-from jamlab.packing.hdf5 import write_sweep
+from jamlab.packing.hdf5 import check_names, write_sweep
 from jamlab.packing.lammps_files import site_columns, write_data, write_dump
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import FORMATS, atomic_file, begins_as, check_ending, check_target
@@ -54,6 +54,7 @@ def write(
     kind, ending = kind_of(path), Path(path).suffix.lower()
     if observables and kind != "packings":
         raise InputError(f"observables {', '.join(observables)}: a {ending} file holds none, write HDF5, such as x.h5")
+    check_names(observables or {})
     check_target(path)  # before the work of making the packings
     if isinstance(packings, Packing):
         packings = [packings]

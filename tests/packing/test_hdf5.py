@@ -196,3 +196,16 @@ def test_packings_do_not_go_into_a_file_of_another_kind(tmp_path, name):
         with pytest.raises(InputError):
             save(tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["\ud800", "a\0b", "a/b", "", "."])
+def test_a_name_that_cannot_be_stored_is_refused_before_packings_are_made(tmp_path, name):
+    """Lone surrogates are no UTF-8, HDF5 ends text at a null character, and a slash makes groups."""
+
+    def made():
+        raise AssertionError("a packing was made")
+        yield
+
+    with pytest.raises(InputError) as caught:
+        write(tmp_path / "o.h5", made(), observables={name: [1.0]})
+    assert repr(name) in str(caught.value) and not list(tmp_path.iterdir())
