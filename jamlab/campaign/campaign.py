@@ -10,13 +10,13 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
-from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
+from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share, read_task_file
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
@@ -44,12 +44,14 @@ class CampaignRun:
         failed: number of tasks; the reasons are in the folder.
         repaired: task whose file was damaged -> what was wrong, and where that file is now.
         left: number of tasks of the chosen sweeps neither finished nor failed: those of other shares.
+        gaps: one line for each task that finished without some of its states: which, and why.
     """
 
     finished: int
     failed: int
     repaired: dict[str, str]
     left: int
+    gaps: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,8 @@ class Campaign:
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
-            InputError: workers or a share that there cannot be, or an observable of your own that cannot be imported.
+            InputError: workers or a share that there cannot be, an observable of your own that cannot be imported, or a
+                folder of another campaign.
             StorageError: the folder cannot be written, or another process runs the same tasks in it.
             EngineError: the workers cannot be started. Run again to resume.
         """
@@ -149,14 +152,16 @@ class Campaign:
         mine = task_names(chosen) & share_names(batches(self.content), share)
         self.folder.prepare()
         with self.folder.lock(share):
-            self.folder.keep_copy(self.text)
+            self.folder.keep_copy(self.text, self.name)
             damages = self.folder.damages(self.folder.finished() & mine) if verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & mine)
-            counts = self._drive(chosen, mine, workers, progress or no_progress, done or (lambda outcome: None))
+            outcomes = self._drive(chosen, mine, workers, progress or no_progress, done or (lambda outcome: None))
             left = len(task_names(chosen) - self._ended())
-        return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left)
+        counts = Counter(outcome.state for outcome in outcomes)
+        gaps = [outcome.gaps for outcome in outcomes if outcome.gaps]
+        return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left, gaps)
 
     def _drive(
         self,
@@ -165,19 +170,18 @@ class Campaign:
         workers: int | None,
         progress: Progress,
         done: Callable[[Outcome], None],
-    ) -> Counter[str]:
-        """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks; count the
-        outcomes."""
-        counts: Counter[str] = Counter()
+    ) -> list[Outcome]:
+        """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks."""
+        outcomes: list[Outcome] = []
         before = len(mine & self._ended())
 
         def tell(outcome: Outcome) -> None:
-            counts[outcome.state] += 1
+            outcomes.append(outcome)
             done(outcome)
-            progress((before + counts.total()) / len(mine), outcome.line)
+            progress((before + len(outcomes)) / len(mine), outcome.line)
 
         if before == len(mine):
-            return counts
+            return outcomes
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):
@@ -187,7 +191,7 @@ class Campaign:
             stored.setdefault(states_name(name), []).append(name)
         count = count_workers(workers, max(batch.ranks for batch in chosen))
         drive(self.folder, tasks_named(chosen, mine - self._ended()), count, stored, modules, tell)
-        return counts
+        return outcomes
 
     def _ended(self) -> set[str]:
         return self.folder.finished() | self.folder.failed()
@@ -231,11 +235,12 @@ class Campaign:
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
             along: a further column, cut into bins.
-            bins: edges of these bins, ascending.
+            bins: edges of these bins, ascending; each holds its lower edge, not its upper one.
             confidence: level of the intervals.
 
         Raises:
-            InputError: a table, sweep or column does not exist, or a number is out of range.
+            InputError: a table, sweep or column does not exist, a number is out of range, or packings that differ in
+                more than `by`, such as in their force law, would be averaged.
             StorageError: a file is damaged.
         """
         frame = self.table(table, sweep)
@@ -243,7 +248,17 @@ class Campaign:
             frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
         if converged and "converged" in frame:
             frame = frame[frame["converged"].astype(bool)]
+        self._check_sizes(set(frame["task"]))
         return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
+
+    def _check_sizes(self, tasks: set[str]) -> None:
+        """Refuse to average over tasks of one model and n whose particles have other sizes: no column tells them."""
+        first: dict[tuple[str, int], Batch] = {}
+        for batch in batches(self.content):
+            if not tasks.isdisjoint(batch.names()):
+                same = first.setdefault((batch.parameters.model, batch.parameters.n), batch)
+                if same.parameters.sizes != batch.parameters.sizes:
+                    raise InputError(f"sweeps {same.sweep} and {batch.sweep} have other sizes: select one by sweep=")
 
     @checked
     def finished(self, sweep: str | None = None) -> list[str]:
@@ -253,8 +268,13 @@ class Campaign:
 
     @checked
     def packings(self, task: str) -> list[Packing]:
-        """Read the packings of a finished task, frame by frame."""
-        return read_all(self.folder.task_file(task))
+        """Read the packings of a finished task, frame by frame.
+
+        Raises:
+            StorageError: there is no such file, or it is damaged; `run` repairs it.
+        """
+        read_task_file(path := self.folder.task_file(task), "")  # which refuses that of another task
+        return read_all(path)
 
 
 @checked

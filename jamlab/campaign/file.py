@@ -18,7 +18,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -34,14 +34,12 @@ from pydantic import (
 
 from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
 from jamlab.campaign.observables import OBSERVABLES
-from jamlab.checks import MOST_PARTICLES, check_choice, name_meant
+from jamlab.campaign.wrong_keys import explain
+from jamlab.checks import MOST_PARTICLES, check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
 from jamlab.storage.atomic_file import system_said
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_BYTES = 10_000_000  # of a campaign file
@@ -53,7 +51,6 @@ SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
 STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
-_SHOWN = 120  # characters of a wrong value in its message
 
 
 def _check_observable(value: str) -> str:
@@ -162,13 +159,15 @@ class Sweep(FileTable):
     def _check_combination(self) -> "Sweep":
         protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
         if len(protocols) != 1:
-            said = " and ".join(protocols) or "none of them"
-            raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
+            said = f"{' and '.join(protocols)} are given: " if protocols else ""
+            raise ValueError(f"{said}give exactly one of compress, pressures, phi and onset = true")
         if self.phi is not None and self.ensemble != "fixed-box":
             raise ValueError("phi = [...] needs ensemble = 'fixed-box': a quench does not change the box")
         if self.decompress and len(self.pressures or ()) < 2:
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
+        if self.tolerances.step_error is not None and self.compress is None:
+            raise ValueError("tolerances.step_error is of the steps of compress: leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only("sp", f"{key} are")
@@ -198,6 +197,8 @@ class Sweep(FileTable):
             check_force_law(name, self.force_law)
             if "ka" in (law := defaults(name) | self.force_law):
                 check_stiffness(law, force)
+        if self.force_law.get("stickiness") and (self.compress or self.onset):
+            raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():
             check_pressure(pressure, force, **self.force_law)
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
@@ -207,11 +208,12 @@ class Sweep(FileTable):
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
-            for key in (key for key, field in observable.model_fields.items() if field.is_required()):
-                given = getattr(self, key) is not None
-                if given and name not in self.observables:
-                    raise ValueError(f"{key} is given, but observable {name!r} is not: add it or leave {key} out")
-                if not given and name in self.observables:
+            for key, field in observable.model_fields.items():
+                users = [other for other, wanted in OBSERVABLES.items() if key in wanted.model_fields]
+                if getattr(self, key) is not None and not {*users} & {*self.observables}:
+                    said = f"{key} is given, but no observable that uses it"
+                    raise ValueError(f"{said}: add {' or '.join(map(repr, users))}, or leave {key} out")
+                if field.is_required() and getattr(self, key) is None and name in self.observables:
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
             if observable.only and name in self.observables:
                 self._only(observable.only, f"observable {name!r} is")
@@ -259,6 +261,11 @@ class CampaignTable(FileTable):
         return value
 
 
+# tables by the key that holds them, where the annotation shows what they are turned into
+_GRIDS = dict.fromkeys(("omega", "correlation_omega", "rates", "amplitudes"), LogGrid)
+_PLAIN: dict[str, type[FileTable]] = {"sweep": SweepTable, "seeds": SeedRange, **_GRIDS}
+
+
 def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
     """Check the text of a campaign file."""
     try:
@@ -270,7 +277,8 @@ def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
     try:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
-        lines = [_explain(problem) for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `range`
+        found = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `range`
+        lines = [explain(problem, CampaignTable, _PLAIN) for problem in found]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
@@ -281,37 +289,8 @@ def read_text(path: str | os.PathLike[str]) -> str:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise InputError(f"{path} is no campaign file: it has more than {MOST_BYTES} bytes; choose another file")
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except OSError as error:
         raise InputError(f"cannot read the campaign file {path}: {system_said(error, 'check its name')}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error
-
-
-_KEYS = {key for table in (CampaignTable, SweepTable, Compression, SeedRange, LogGrid) for key in table.model_fields}
-
-
-def _explain(problem: "ErrorDetails") -> str:
-    """Place, value and message of one problem that pydantic found."""
-    place = ""
-    for part in problem["loc"]:
-        if isinstance(part, int):
-            place += f"[{part + 1}]"
-        elif not part.startswith(("list[", "range")):  # kinds of value that a key may have
-            place += f".{part}" if place else part
-    said = problem["msg"].removeprefix("Value error, ")
-    if problem["type"] == "missing":
-        return f"{place}: {said}"
-    if problem["type"] == "extra_forbidden":
-        said = f"unknown key, {name_meant(str(problem['loc'][-1]), _KEYS, otherwise='leave it out')}"
-    value = "" if isinstance(problem["input"], dict) else f" = {_show(problem['input'])}"
-    return f"{place}{value}: {said}"
-
-
-def _show(value: Any) -> str:
-    """Write out a wrong value, on one line and not longer than a line."""
-    try:
-        text = repr(value)
-    except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
-        return f"a {type(value).__name__} too long to print"
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

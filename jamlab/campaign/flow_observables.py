@@ -27,6 +27,7 @@ from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, ShearRun, she
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
+from jamlab.statistics.confidence import FEWEST_BLOCKS
 
 Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
@@ -89,6 +90,13 @@ class _Run(Driven):
     def laws(self) -> list[tuple[Damping, Row]]:
         return self.damping.with_columns(self.how.alpha)
 
+    def check(self, sites: float) -> None:
+        super().check(sites)
+        for key in ("alpha", "background"):
+            if key in self.how.model_fields_set and not self.damping.contact:
+                said = f"{self.name}.{key} is of contact damping, and damping has Stokes drag only"
+                raise ValueError(f"{said}: leave it out")
+
     def check_law(self, law: Damping) -> None:
         background = self.how.background if law.at_contacts else None
         check_flowing(law, self.how.tolerance, background or 0.0)
@@ -118,6 +126,15 @@ class SteadyFlow(_Run):
     columns = (*_Run._FLOW, "rate", *_STEADY, *_OTHERS, *_Run._ENDED)
 
     flow: Flow
+
+    def check(self, sites: float) -> None:
+        super().check(sites)
+        how = self.flow
+        if how.rates[0] and "step" in how.model_fields_set:
+            raise ValueError("flow.step is of rate 0, which flow.rates lacks: leave it out")
+        if how.rates[0] == 0 and (steps := round(how.strain / how.step)) < 2 * FEWEST_BLOCKS:
+            least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * FEWEST_BLOCKS} or more"
+            raise ValueError(f"flow.step = {how.step:g}: {least}: lower it")
 
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]

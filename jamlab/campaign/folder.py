@@ -3,6 +3,7 @@
 | name                  | content                                                                            |
 |-----------------------|------------------------------------------------------------------------------------|
 | campaign.toml         | copy of the campaign file of the last run                                          |
+| campaign.<k>.toml     | copies of files of the same name that ran here before, the first one first         |
 | tasks/<task>.h5       | a finished task, renamed to this name after its content was flushed to disk        |
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
 | damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
@@ -31,6 +32,7 @@ import errno
 import fcntl
 import json
 import os
+import tomllib
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -67,8 +69,13 @@ class TaskFile:
     @property
     def gaps(self) -> str:
         """Which states it lacks, and why they could not be made; "" if none."""
-        lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in self.missing)
-        return lines and f"{self.parameters.label} lacks {lines}"
+        return describe_gaps(self.parameters, self.missing)
+
+
+def describe_gaps(parameters: Parameters, missing: list[dict[str, str]]) -> str:
+    """Which states a task lacks, and why they could not be made; "" if none."""
+    lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in missing)
+    return lines and f"{parameters.label} lacks {lines}"
 
 
 def write_task_file(
@@ -93,9 +100,7 @@ def write_task_file(
             for column, values in columns.items():
                 table[column] = values.astype("S") if values.dtype.kind == "U" else values
 
-    content = add_checksum(file_image(states.packings, measured, extend), f"task {task.name}")
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    _write(path, add_checksum(file_image(states.packings, measured, extend), f"task {task.name}"))
 
 
 def damage(path: Path, task: str) -> str | None:
@@ -122,6 +127,8 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
         if "campaign" not in file:
             raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
         group = file["campaign"]
+        if group.attrs["task"] != path.stem:
+            raise StorageError(f"{path} holds task {group.attrs['task']}: `run` moves it aside, and runs its own again")
         try:
             parameters = Parameters.model_validate_json(group.attrs["parameters"])
         except ValidationError as error:
@@ -254,16 +261,24 @@ class CampaignFolder:
                 raise StorageError(f"{said}: wait until it ends, or run another share")
             yield
 
-    def keep_copy(self, text: str) -> None:
-        """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
+    def keep_copy(self, text: str, name: str) -> None:
+        """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it, beside those that
+        ran here before; another campaign is refused."""
         copy = self.path / COPY
         check_target(copy)
         content = text.encode()
         with _changing(copy):
-            known = copy.read_bytes() if copy.exists() else None
-        if content != known:
-            with atomic_file(copy) as temporary:
-                temporary.write_bytes(content)
+            known = copy.read_bytes() if copy.exists() else content
+            earlier = list(self.path.glob(f"{copy.stem}.*{copy.suffix}"))
+            kept = {path.read_bytes() for path in earlier if path.is_file()}
+        if (other := _name_of(known)) not in (None, name):
+            raise InputError(
+                f"{self.path} holds the campaign {other!r}, not {name!r}: give another folder, or the same name"
+            )
+        if known != content and known not in kept:
+            _write(copy.with_suffix(f".{len(earlier) + 1}{copy.suffix}"), known)
+        if known != content or not copy.exists():
+            _write(copy, content)
 
     def _names(self, part: str, ending: str) -> set[str]:
         try:
@@ -274,6 +289,20 @@ class CampaignFolder:
             said = system_said(error, "check it and its permissions")
             raise InputError(f"cannot read the folder {self.path / part}: {said}") from error
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
+
+
+def _write(path: Path, content: bytes) -> None:
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def _name_of(content: bytes) -> str | None:
+    """Name in a campaign file; None where it is no such file."""
+    try:
+        name = tomllib.loads(content.decode()).get("name")
+    except (ValueError, RecursionError):
+        return None
+    return name if isinstance(name, str) else None
 
 
 @contextmanager

@@ -206,7 +206,9 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
     importlib.invalidate_caches()
     try:
         found = importlib.import_module(module)
-    except Exception as error:  # the module is the user's: whatever it raises is reported with its name
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # the module is the user's: whatever it raises is reported with its name
         said = f"{module}: {type(error).__name__}: {error}; it must lie in {' or '.join(folders)}"
         raise InputError(f"observable {observable}: cannot import {said}") from error
     finally:
@@ -227,7 +229,9 @@ def measure_own(
     for k, packing in enumerate(packings):
         try:
             found = function(packing)
-        except Exception as error:  # the function is the user's: whatever it raises is reported with its name
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # the function is the user's: whatever it raises, sys.exit too, bears its name
             said = f"{type(error).__name__}: {error}; return nan where it has no value"
             raise InputError(f"observable {observable} failed for state {k}: {said}") from error
         row = found if isinstance(found, dict) else {observable.partition(":")[2]: found}

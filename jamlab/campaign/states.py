@@ -108,10 +108,10 @@ def read_stored(
 ) -> tuple[TaskFile, TaskStates] | None:
     """Read the finished task with the same packings that holds most of the tables of a task with these parameters, and
     only those, with its packings; None if no such file is whole, so that packings must be made again."""
-    files = [(name, file) for name, file in folder.read(names).items() if file.task == name]
+    files = folder.read(names)
     if not files:
         return None
-    name, best = max(files, key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
+    name, best = max(files.items(), key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
     path, shared = folder.task_file(name), _shared_tables(parameters, best.parameters)
     file = read_task_file(path)
     states = TaskStates(read_all(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)

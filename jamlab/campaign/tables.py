@@ -13,7 +13,7 @@ import numpy as np
 
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
-from jamlab.campaign.observable import Columns
+from jamlab.campaign.observable import LAW, Columns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
@@ -33,6 +33,8 @@ _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
 _MODULI = ("g", "g_x", "b", "g0")  # columns that may be negative where a packing is unstable
 _LAW = {"dp": ("gamma", "ka", "delta", "eps", "nv_small"), "sp": ("exponent", "stickiness")}
+# columns of what is never averaged over: which particles, in which box, driven how
+_ALIKE = ("model", "ensemble", "units", *_LAW["dp"], *_LAW["sp"], "contact", *LAW, "alpha", "prestress")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
@@ -127,6 +129,9 @@ def aggregate(
     for name in [*values, *by, *([along] if along else [])]:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    for name in [*values, *([along] if along else [])]:
+        if frame[name].dtype.kind not in "biuf":
+            raise InputError(f"column {name!r} holds no numbers: give it in by=, to group by it")
     if (along is None) != (bins is None):
         raise InputError(f"along = {along!r}, bins = {bins!r}: give both, a column and the edges of its bins")
     edges = np.array([0.0, 1.0]) if bins is None else np.asarray(bins, dtype=np.float64)
@@ -145,10 +150,10 @@ def aggregate(
         keys["bin"] = pd.Series(place[inside], index=frame.index)
     rows = []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        for name in ("ensemble", "units"):
-            if name in part and part[name].nunique() > 1:
+        for name in _ALIKE:
+            if name in part and part[name].nunique(dropna=False) > 1:
                 found = " and ".join(sorted(map(str, part[name].unique())))
-                raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by=, or select one sweep")
+                raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:

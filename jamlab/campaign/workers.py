@@ -6,6 +6,7 @@ connected by pipes, so that nobody else can reach them, and end when the driver 
 
 import errno
 import itertools
+import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.folder import CampaignFolder, write_task_file
+from jamlab.campaign.folder import CampaignFolder, describe_gaps, write_task_file
 from jamlab.campaign.observable import Columns, load_function, measure_own
 from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
@@ -26,7 +27,7 @@ from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children
 from jamlab.storage.atomic_file import check_target
 
-_MOST_DEATHS = 5  # workers that may die during one task before it counts as the cause: some are killed otherwise
+_MOST_DEATHS = 5  # workers that may be killed during one task before it counts as the cause
 _EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: they cannot start at all
 
 
@@ -53,11 +54,12 @@ _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for
 class Outcome(NamedTuple):
     """How a task ended. `state`: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be
     written, so no task can run); `line`: the task, and what went wrong, as text to show; `seconds`: wall time, nan if
-    the workers died."""
+    the workers died; `gaps`: the states that a finished task lacks, and why, "" if none."""
 
     state: str
     line: str
     seconds: float
+    gaps: str = ""
 
 
 def run_task(folder: str, task: Task, stored: Sequence[str] = (), modules: Sequence[str] = ()) -> Outcome:
@@ -65,17 +67,19 @@ def run_task(folder: str, task: Task, stored: Sequence[str] = (), modules: Seque
     with modules of the user's own observables."""
     began = time.perf_counter()
 
-    def end(state: str, line: str) -> Outcome:
-        return Outcome(state, line, time.perf_counter() - began)
+    def end(state: str, line: str, gaps: str = "") -> Outcome:
+        return Outcome(state, line, time.perf_counter() - began, gaps)
 
     place, label = CampaignFolder(Path(folder)), task.parameters.label
     file = place.task_file(task.name)
+    gaps = ""
     try:
         if not file.exists():
             check_target(file)  # before the work, not after
             with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
-                _make_file(place, task, began, stored, modules)
-        return end(FINISHED, label)
+                missing = _make_file(place, task, began, stored, modules)
+            gaps = describe_gaps(task.parameters, missing)
+        return end(FINISHED, label, gaps)
     except StorageError as error:
         return end(FULL, str(error))
     except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
@@ -88,7 +92,10 @@ def run_task(folder: str, task: Task, stored: Sequence[str] = (), modules: Seque
         return end(FAILED, f"{label}: {error}")
 
 
-def _make_file(folder: CampaignFolder, task: Task, began: float, stored: Sequence[str], modules: Sequence[str]) -> None:
+def _make_file(
+    folder: CampaignFolder, task: Task, began: float, stored: Sequence[str], modules: Sequence[str]
+) -> list[dict[str, str]]:
+    """Write the file of a task; return which states it lacks."""
     parameters = task.parameters
     functions = {name: load_function(name, modules) for name in parameters.own}
     measured, tables, before = {}, {}, 0.0
@@ -112,6 +119,14 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, stored: Sequenc
             taken |= tables[name].keys()
     seconds = before + time.perf_counter() - began
     write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds)
+    return states.missing
+
+
+def _how(code: int, times: int) -> str:
+    """In which way a process died so many times."""
+    if code < 0:
+        return f"{times} times, by signal {-code} ({signal.strsignal(-code)}): killed, out of memory, or crashed"
+    return f"with exit code {code}: what it calls ends the process"
 
 
 def drive(
@@ -147,14 +162,15 @@ def drive(
             task, outcome = under_way[name], content
             if kind == "death":
                 arguments, code = content
-                deaths[name if name in begun else ""] += 1
+                early = name not in begun
+                deaths["" if early else name] += 1
                 begun.discard(name)
                 if deaths[""] > _EARLY_DEATHS * count:
                     raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
-                if deaths[name] <= _MOST_DEATHS:
+                if early or (code < 0 and deaths[name] <= _MOST_DEATHS):
                     children.submit(name, arguments, first=True)
                     continue
-                said = f"{task.parameters.label}: its workers died again and again: killed, or out of memory"
+                said = f"{task.parameters.label}: its worker died {_how(code, deaths[name])}"
                 folder.record_failure(task, EngineError(said))
                 outcome = Outcome(FAILED, said, float("nan"))
             if outcome.state == FULL:

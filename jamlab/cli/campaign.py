@@ -132,6 +132,8 @@ def run(
         ran = campaign.run(workers, **where)
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
+    for line in ran.gaps:
+        print_line(f"incomplete: {line}", err_console)
     if as_json:
         print_json(vars(ran))
     elif ran.finished or ran.failed or ran.repaired:

@@ -4,11 +4,13 @@ import pytest
 from campaigns import SWEEP, names, read_campaign_file, written
 
 import jamlab
+from jamlab.campaign import file, wrong_keys
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.tasks import Batch, Parameters, batches, task_names, tasks_named
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 
+STOKES = {"damping": {"stokes": [1.0]}}
 FLOWS = {
     "flow": {"rates": [0.1]},
     "oscillation": {"omega": [1.0], "amplitudes": [0.1]},
@@ -25,6 +27,10 @@ def pressed(*pressures, **more):
 
 def spectra(omega, **more):
     return {"observables": ["spectra"], "omega": omega, **more}
+
+
+def sticky():
+    return {"force_law": {"stickiness": 0.05}}
 
 
 def droplets(**law):
@@ -53,7 +59,7 @@ def droplets(**law):
         ({"seeds": 10**6, "n": [8, 16]}, "2000000 tasks"),
         # combinations of keys
         ({"n": 15}, "n = 15"),
-        ({"compress": None}, "compress, pressures, phi and onset"),
+        ({"compress": None}, "sweep[1]: give exactly one of compress, pressures, phi and onset"),
         ({"pressures": [0.01]}, "compress and pressures"),
         ({"compress": {"to": 1.2}}, "to = 1.2"),
         ({"compress": {"to": 0.9, "nearest": 0.1}}, "nearest = 0.1"),
@@ -77,7 +83,15 @@ def droplets(**law):
         ({"sizes": [1.0, 2.0]}, "2 diameters"),
         ({"observables": ["flow"]}, "flow"),
         ({"observables": ["oscillation"], **{"flow": FLOWS["flow"]}}, "flow"),
+        # what would be ignored
+        ({"damping": {"contact": [2.0]}}, "damping is given, but no observable"),
+        ({"prestress": [False]}, "prestress is given, but no observable"),
+        (pressed(0.01, tolerances={"step_error": 0.1}), "step_error"),
+        (flows("flow", step=1e-2), "flow.step"),
+        *((flows("flow", **{key: 0.5}) | STOKES, f"flow.{key}") for key in ("alpha", "background")),
         # what every task would refuse
+        *(({"compress": how, "onset": not how or None, **sticky()}, "sticky disks") for how in (None, {"to": 0.9})),
+        (flows("flow", rates=[0.0, 1.0], step=0.1, strain=1.0), "flow.step = 0.1"),
         (droplets(gama=1.0), "'gama'"),
         (droplets(ka=-1.0), "-1.0"),
         (droplets(delta=1e30), "delta = 1e+30"),
@@ -103,6 +117,49 @@ def test_what_no_campaign_can_do_is_named_before_any_task_runs(tmp_path, changes
     assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
 
 
+SWEEP_TEXT = '[[sweep]]\nname = "s"\nmodel = "sp"\nn = 8\nseeds = 1\nonset = true\n'
+UNKNOWN = [  # text, and what is said of its unknown key
+    ("[campaign]\n", "campaign: unknown key, did you mean name? Keys here: name, sweep"),
+    ("n = 8\n", "n: unknown key, it is a key of sweep. Keys here: name, sweep"),
+    (f"{SWEEP_TEXT}to = 0.9\n", "sweep[1].to: unknown key, it is a key of compress. Keys here: name, model, n,"),
+    (f"{SWEEP_TEXT}threads = 2\n", "sweep[1].threads: unknown key, did you mean ranks?"),
+    (f"{SWEEP_TEXT}damping = {{ beta = [1.0] }}\n", "damping.beta: unknown key, did you mean contact?"),
+    (f"{SWEEP_TEXT}omega = {{ min = 1.0 }}\n", "omega.min: unknown key, did you mean lowest? Keys here: lowest,"),
+    (f"{SWEEP_TEXT}flow = {{ rate = [1.0] }}\n", "flow.rate: unknown key, did you mean rates?"),
+    (f"{SWEEP_TEXT}qqq = 2\n", "sweep[1].qqq: unknown key, leave it out. Keys here: name, model, n, seeds,"),
+    ("[sweep]\nn = 8\n", "sweep: write [[sweep]]"),
+    ("", "name: is missing"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), UNKNOWN)
+def test_hints_name_keys_of_the_same_table_or_the_table_that_has_the_key(tmp_path, text, said):
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_campaign_file(tmp_path / "c.toml")
+    assert said in str(caught.value)
+
+
+def test_hints_lead_to_keys_that_exist():
+    """Of every table: its own keys are known, and words for them are no keys of it."""
+    tables = list(wrong_keys._keys_of_tables(CampaignTable, file._PLAIN))
+    held_by = {"", "sweep", "seeds", "compress", "damping", "omega", "rates", "flow", "oscillation"}
+    assert held_by <= {holder for holder, _ in tables}
+    assert wrong_keys._ALSO_CALLED.keys() <= {key for _, keys in tables for key in keys}
+    everywhere = dict(tables)
+    for _, keys in tables:
+        for key in keys:
+            for word in set(wrong_keys._ALSO_CALLED.get(key, ())) - set(keys):
+                said = wrong_keys._explain_unknown(word, keys, everywhere)
+                assert said.partition("did you mean ")[2].partition("?")[0] in keys, (word, said)
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path):
+    path = written(tmp_path / "c.toml")
+    path.write_bytes("\ufeff".encode() + path.read_bytes())
+    assert read_campaign_file(path).name == "c"
+
+
 @pytest.mark.parametrize("seeds", ["[" * 100_000, "[" * 200 + "]" * 200, "9" * 5000, "0x" + "f" * 5000])
 def test_a_file_that_is_nested_or_long_without_end(tmp_path, seeds):
     path = written(tmp_path / "c.toml", seeds=12345)
@@ -114,8 +171,8 @@ def test_a_file_that_is_nested_or_long_without_end(tmp_path, seeds):
 
 def test_files_that_are_no_campaign_file(tmp_path):
     """Devices and huge files are not read either."""
-    with (tmp_path / "huge.toml").open("wb") as file:
-        file.truncate(10**12)
+    with (tmp_path / "huge.toml").open("wb") as stream:
+        stream.truncate(10**12)
     (tmp_path / "bad.toml").write_text("name = ")
     path = written(tmp_path / "twice.toml")
     path.write_text(path.read_text() + path.read_text().split("\n", 1)[1])

@@ -17,10 +17,10 @@ from jamlab.campaign import states as sweep_states
 from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import total_time
+from jamlab.campaign.plan import share_names, total_time
 from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_task
-from jamlab.errors import StorageError
+from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all
 from jamlab.protocols.target_pressure import decompress
 
@@ -100,7 +100,8 @@ def test_a_sweep_that_breaks_off_keeps_its_states_and_says_so(tmp_path, monkeypa
 
     monkeypatch.setattr(sweep_states, "compress", breaks_off)
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1))
-    assert run_here(campaign)[0][0] == "finished"
+    ran = campaign.run(1)
+    assert (ran.finished, ran.gaps) == (1, ["sp n=8 seed=1 lacks states after 1: LAMMPS stopped"])
     assert len(campaign.table("states")) == 2
     (line,) = campaign.status(verify=True).gaps.values()
     assert line == "sp n=8 seed=1 lacks states after 1: LAMMPS stopped"
@@ -134,7 +135,8 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     assert jamlab.open_campaign(written(path, **keys)).status().foreign == 1  # the key enters names
 
 
-def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(tmp_path, monkeypatch, number):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.prepare()
     task = next(batches(campaign.content)[0].tasks())
@@ -143,12 +145,12 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path,
     def no_space(self, content):
         with open(self, "wb") as file:
             file.write(content[:100])
-        raise OSError(28, "No space left on device")
+        raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(Path, "write_bytes", no_space)
     outcome = run_task(place, task)
     assert outcome[0] == "full"
-    assert "No space left" in outcome[1]
+    assert os.strerror(number) in outcome[1]
     assert not list((campaign.folder.path / "tasks").iterdir())  # nothing half-written
     assert not campaign.folder.failed()
     monkeypatch.undo()
@@ -164,6 +166,59 @@ def test_a_file_that_is_edited_after_it_was_opened_does_not_change_the_run(tmp_p
     assert campaign.run(1).finished == 1
     assert (campaign.folder.path / "campaign.toml").read_text() == before
     assert jamlab.open_campaign(campaign.folder.path).status().finished == 1
+
+
+def test_two_campaign_files_of_one_folder_are_both_kept_or_the_second_is_refused(tmp_path):
+    """The first campaign of the folder stays; files of one name, such as one edited twice, are kept side by side."""
+    keys = {"n": 8, "compress": None, "onset": True}
+    one, two, three = (
+        jamlab.open_campaign(written(tmp_path / f"{k}.toml", seeds=k, **keys), tmp_path / "out") for k in (1, 2, 3)
+    )
+    other = jamlab.open_campaign(written(tmp_path / "o.toml", name="other", seeds=1, **keys), tmp_path / "out")
+    copy = tmp_path / "out" / "campaign.toml"
+    for campaign in (one, one):
+        assert campaign.run(1).left == 0 and sorted(p.name for p in copy.parent.glob("*.toml")) == ["campaign.toml"]
+    with pytest.raises(InputError) as caught:
+        other.run(1)
+    assert "'c'" in str(caught.value) and "'other'" in str(caught.value) and copy.read_text() == one.text
+    for campaign in (two, three, one, two):
+        campaign.run(1)
+        assert copy.read_text() == campaign.text
+    kept = [(copy.parent / f"campaign.{k}.toml").read_text() for k in (1, 2, 3)]
+    assert kept == [one.text, two.text, three.text] and not (copy.parent / "campaign.4.toml").exists()
+    copy.write_text("no TOML [")  # is kept too
+    one.run(1)
+    assert (copy.parent / "campaign.4.toml").read_text() == "no TOML [" and copy.read_text() == one.text
+
+
+def test_the_file_of_another_task_is_no_row_of_a_table(full, tmp_path):
+    """Its checksum is right, its task is not; nor are its packings taken for those of the task."""
+    shutil.copytree(full.folder.path, tmp_path / "c")
+    campaign = jamlab.open_campaign(tmp_path / "c")
+    one, other = campaign.finished()[:2]
+    shutil.copy(campaign.folder.task_file(other), campaign.folder.task_file(one))
+    for look in (campaign.table, lambda: campaign.packings(one)):
+        with pytest.raises(StorageError) as caught:
+            look()
+        assert f"{one}.h5 holds task {other}" in str(caught.value)
+    parameters = read_task_file(campaign.folder.task_file(other)).parameters
+    assert sweep_states.read_stored(campaign.folder, [one], parameters) is None
+    assert sweep_states.read_stored(campaign.folder, [other], parameters)
+
+
+def test_a_share_forgets_its_own_failures_only(tmp_path):
+    """Others may be at work on theirs."""
+    path = written(tmp_path / "c.toml", n=8, seeds=4, compress={"to": 0.5})
+    campaign = jamlab.open_campaign(path)
+    campaign.folder.prepare()
+    tasks = list(batches(campaign.content)[0].tasks())
+    for task in tasks:
+        campaign.folder.record_failure(task, jamlab.JamlabError("before"))
+    ran = campaign.run(1, share=(2, 2), retry_failed=True)
+    assert (ran.finished, ran.failed) == (0, 2)
+    reasons = {name: record["reason"] for name, record in campaign.folder.failures().items()}
+    mine = {name for name, reason in reasons.items() if reason != "before"}
+    assert len(reasons) == 4 and mine == share_names(batches(campaign.content), (2, 2))
 
 
 def test_two_drivers_do_not_share_a_folder(tmp_path):
@@ -227,7 +282,13 @@ def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
     four = jamlab.open_campaign(
         written(tmp_path / "c.toml", n=[8, 10], **keys | {"seeds": 4}, observables=["voids"], ranks=4)
     )
-    assert all(line.seconds > 0 and line.ranks == 4 for line in four.plan()) and total_time(four.plan(), 1)[2] == 4
+    one = jamlab.open_campaign(
+        written(tmp_path / "d.toml", n=[8, 10], **keys | {"seeds": 4}, observables=["voids"]), four.folder.path
+    )
+    for line, alone in zip(four.plan(), one.plan(), strict=True):  # a task holds the cores of all its ranks
+        assert line.seconds == 4 * alone.seconds > 0 and (line.ranks, line.left) == (4, alone.left)
+    wall, work, cores = total_time(four.plan(), 1)
+    assert cores == 4 and (wall, work) == pytest.approx((total_time(one.plan(), 1)[0], 4 * wall))
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,15 @@ import jamlab
 from jamlab.campaign import states as making
 from jamlab.campaign import workers
 from jamlab.campaign.campaign import export
-from jamlab.campaign.folder import read_task_file
+from jamlab.campaign.folder import read_task_file, write_task_file
 from jamlab.campaign.tasks import batches, states_name
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
+from jamlab.packing.quantities import COLUMNS
 
 OWN = """
+import sys
+
 CALLS = []
 
 def twice_phi(packing):
@@ -36,6 +39,24 @@ def uneven(packing):
 
 def breaks(packing):
     return packing.no_such_thing
+
+def leaves(packing):
+    sys.exit("own_numbers has enough")
+
+class Odd(BaseException):
+    pass
+
+def odd(packing):
+    raise Odd
+
+def stops(packing):
+    raise KeyboardInterrupt
+
+def surrogate(packing):
+    return {"\\ud800": 1.0}
+
+def null(packing):
+    return {"a\\0b": 1.0}
 """
 MORE = {
     "observables": ["voids", "spectra", "quasistatic", "correlation", "own_numbers:twice_phi", "own_numbers:largest"],
@@ -43,6 +64,7 @@ MORE = {
     "correlation_omega": [1e-1],
     "prestress": [True, False],
 }
+ONSET = {"n": 8, "compress": None, "onset": True}
 SHORT = {"n": 8, "compress": {"to": 0.88, "step": 0.02}}
 
 
@@ -120,12 +142,18 @@ def test_own_observables_are_columns_of_states(tmp_path):
     assert mean["twice_phi_packings"].tolist() == [2]
 
 
-@pytest.mark.parametrize("function", ["text", "clash", "uneven", "breaks"])
+REFUSED = ["text", "clash", "uneven", "breaks", "leaves", "odd", "surrogate", "null"]
+
+
+@pytest.mark.parametrize("function", REFUSED)
 def test_what_own_observables_may_not_return(tmp_path, function):
-    """No number, a column that is taken, other columns for other states, an error of its own: named, others go on."""
+    """No number, a column that is taken or cannot be stored, other columns for other states, an error of its own, the
+    end of the process by `sys.exit`: named, others go on."""
     (tmp_path / "own_numbers.py").write_text(OWN)
     campaign = jamlab.open_campaign(
-        written(tmp_path / "c.toml", **SHORT, seeds=1, observables=[f"own_numbers:{function}"])
+        written(tmp_path / "c.toml", **ONSET, seeds=1, observables=[f"own_numbers:{function}"])
+        if function != "uneven"  # needs two states
+        else written(tmp_path / "c.toml", **SHORT, seeds=1, observables=[f"own_numbers:{function}"])
     )
     (outcome,) = run_here(campaign)
     (record,) = campaign.status().failures.values()
@@ -133,11 +161,17 @@ def test_what_own_observables_may_not_return(tmp_path, function):
     assert f"own_numbers:{function}" in record["reason"]
 
 
-@pytest.mark.parametrize("observable", ["nowhere_to_be:f", "own_numbers:f", "broken:f"])
+def test_ctrl_c_in_an_own_observable_is_ctrl_c(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        run(written(tmp_path / "c.toml", **ONSET, seeds=1, observables=["own_numbers:stops"]))
+
+
+@pytest.mark.parametrize("observable", ["nowhere_to_be:f", "own_numbers:f", "broken:f", "leaving:f"])
 def test_own_observables_that_cannot_be_imported_stop_a_run_before_it_begins(tmp_path, observable):
     """Planning imports nothing: no code beside the file runs."""
     (tmp_path / "own_numbers.py").write_text(OWN)
     (tmp_path / "broken.py").write_text(f"from pathlib import Path\nPath({str(tmp_path / 'ran')!r}).touch()\n1 / 0\n")
+    (tmp_path / "leaving.py").write_text("raise SystemExit(4)\n")
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SHORT, observables=[observable]))
     assert campaign.plan()[0].left == 2 and not (tmp_path / "ran").exists()
     with pytest.raises(InputError) as caught:
@@ -179,6 +213,20 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     states = campaign.table("states")
     assert sorted(states["seed"]) == [1, 1, 2, 2] and old.isdisjoint(states["task"])
     assert all("=7" in text for text in states["definitions" if "DEFINITION" in constant else "protocol"])
+
+
+def test_rows_that_lack_a_column_are_measured_again(tmp_path, monkeypatch):
+    """Such as those of a jamlab that measured less under the same definitions."""
+    before = run(written(tmp_path / "c.toml", **ONSET, seeds=1))
+    (name,) = before.finished()
+    path, parameters = before.folder.task_file(name), next(batches(before.content)[0].tasks()).parameters
+    whole, _ = making.read_stored(before.folder, [name], parameters)
+    assert whole.observables.keys() >= {*COLUMNS}
+    task, states = next(batches(before.content)[0].tasks()), making.read_stored(before.folder, [name], parameters)[1]
+    less = {column: values for column, values in whole.observables.items() if column != COLUMNS[-1]}
+    write_task_file(path, task, states, less, {}, 1.0)
+    found, _ = making.read_stored(before.folder, [name], parameters)
+    assert found.observables == {}
 
 
 class Counted:

@@ -116,6 +116,47 @@ def test_groups_bins_and_what_is_left_out():
     assert "'h'" in str(caught.value)
 
 
+MIXED = [
+    ("spectra", ["omega", "law"], "prestress"),
+    ("spectra", ["omega", "prestress"], "law"),
+    ("states", ["target_pressure"], "model"),
+    ("states", ["model"], "ensemble"),
+]
+
+
+@pytest.mark.parametrize(("table", "by", "named"), MIXED)
+def test_what_differs_is_not_averaged(full, table, by, named):
+    """Disks and droplets, either damping law, with and without prestress: the column to add is named."""
+    with pytest.raises(InputError) as caught:
+        full.aggregate(["omega" if table == "spectra" else "rho"], by=by, table=table)
+    assert f"add {named!r} to by=" in str(caught.value)
+    good = full.aggregate(["storage"], by=["target_pressure", "omega", "law", "prestress"], table="spectra")
+    assert len(good) == 16 and set(good["packings"]) == {1}
+
+
+def test_force_laws_and_sizes_are_not_averaged(tmp_path):
+    """One seed gives as many packings as there are laws."""
+    keys = {"n": 8, "seeds": 2, "compress": None, "phi": [0.9]}
+    path = written(tmp_path / "c.toml", **keys)
+    first = path.read_text()
+    for changes, by in (({"force_law": {"exponent": 2.5}}, ["exponent"]), ({"sizes": "lognormal:0.2"}, None)):
+        other = written(path, **keys | changes).read_text()
+        path.write_text(first + other[other.index("[[sweep]]") :].replace("disks", "others"))
+        run_here(campaign := jamlab.open_campaign(path, tmp_path / ("laws" if by else "sizes")))
+        with pytest.raises(InputError) as caught:
+            campaign.aggregate(["rho"])
+        assert ("'exponent'" if by else "sweeps disks and others have other sizes") in str(caught.value)
+        found = campaign.aggregate(["rho"], by=by) if by else campaign.aggregate(["rho"], sweep="others")
+        assert found["packings"].tolist() == ([2, 2] if by else [2])
+
+
+def test_columns_without_numbers_are_named(full):
+    for how in ({"values": ["contact"]}, {"values": ["rho"], "along": "units", "bins": [0, 1]}):
+        with pytest.raises(InputError) as caught:
+            full.aggregate(**how, sweep="up")
+        assert "holds no numbers" in str(caught.value)
+
+
 def test_keys_of_groups_read_back_exactly(tmp_path):
     """A frequency is what it was in every row; pressures that were met to 1e-6 are one, to five digits."""
     omega = np.geomspace(1e-3, 1e2, 4)

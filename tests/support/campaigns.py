@@ -71,7 +71,7 @@ def names(path, only=None):
 def run_here(campaign):
     """All tasks in this process."""
     campaign.folder.prepare()
-    campaign.folder.keep_copy(campaign.text)
+    campaign.folder.keep_copy(campaign.text, campaign.name)
     chosen, outcomes = batches(campaign.content), []
     for task in tasks_named(chosen, task_names(chosen) - campaign.folder.finished() - campaign.folder.failed()):
         stored = [name for name in campaign.folder.finished() if states_name(name) == states_name(task.name)]

@@ -1,0 +1,112 @@
+"""Say what is wrong in a campaign file: the place, the value, and the key that was meant."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, get_args
+
+from jamlab.campaign.observable import FileTable
+from jamlab.checks import name_meant
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+_SHOWN = 120  # characters of a wrong value in its message
+# key -> what it is called elsewhere; said only in tables that have the key
+_ALSO_CALLED = {
+    "name": ("campaign", "title", "label", "id"),
+    "sweep": ("task", "run", "batch"),
+    "model": ("kind", "type", "particle", "particles"),
+    "n": ("N", "number", "size", "count", "num_particles", "n_particles", "particle_number"),
+    "seeds": ("samples", "replicas", "realizations", "realisations", "repeats", "packings"),
+    "phi": ("packing_fraction", "density", "area_fraction", "volume_fraction"),
+    "onset": ("jam", "jamming"),
+    "observables": ("measure", "quantities", "output", "outputs", "tables"),
+    "force_law": ("law", "params", "parameters", "potential", "interaction", "exponent", "stickiness", "gamma"),
+    "sizes": ("diameters", "radii", "polydispersity", "size_distribution", "size_ratio"),
+    "tolerances": ("precision", "accuracy", "error", "max_force"),
+    "ranks": ("threads", "cores", "processes", "processors", "cpus", "mpi"),
+    "damping": ("drag", "viscosity"),
+    "contact": ("beta",),
+    "stokes": ("eta_f",),
+    "omega": ("frequency", "frequencies", "freq", "w"),
+    "to": ("until", "target", "end", "stop", "rho", "phi", "highest"),
+    "nearest": ("first_step", "first", "closest"),
+    "step": ("increment", "d_phi", "d_rho", "dphi", "drho"),
+    "lowest": ("min", "low", "start", "from", "first"),
+    "highest": ("max", "high", "stop", "end", "to", "last"),
+    "points": ("n", "count", "number", "num", "samples"),
+    "first": ("start", "from", "lowest", "min"),
+    "last": ("stop", "end", "to", "highest", "max"),
+    "max_force": ("tolerance", "force", "ftol"),
+    "step_error": ("pressure_tolerance", "error"),
+    "rates": ("shear_rate", "shear_rates", "strain_rate", "strain_rates", "gamma_dot", "gammadot"),
+    "amplitudes": ("strain", "strains", "gamma0"),
+    "cycles": ("periods",),
+    "background": ("background_drag",),
+}
+
+
+def explain(problem: "ErrorDetails", root: type[FileTable], plain: Mapping[str, type[FileTable]]) -> str:
+    """Place, value and message of one problem that pydantic found. `plain`: tables that no annotation shows, by the key
+    that holds them."""
+    place = ""
+    for part in problem["loc"]:
+        if isinstance(part, int):
+            place += f"[{part + 1}]"
+        elif not _is_kind(part):
+            place += f".{part}" if place else part
+    kind = problem["type"]
+    if kind == "missing":
+        return f"{place}: is missing: give it"
+    if kind == "extra_forbidden":
+        *above, key = problem["loc"]
+        everywhere = dict(_keys_of_tables(root, plain))
+        held_by = next((part for part in reversed(above) if part in everywhere), "")
+        return f"{place}: {_explain_unknown(str(key), everywhere[held_by], everywhere)}"
+    said = problem["msg"].removeprefix("Value error, ")
+    if kind == "list_type" and problem["loc"] == ("sweep",):
+        return f"{place}: write [[sweep]] above the keys of each sweep, in two pairs of brackets"
+    value = "" if isinstance(problem["input"], dict) else f" = {_show(problem['input'])}"
+    return f"{place}{value}: {said}"
+
+
+def _is_kind(part: str) -> bool:
+    """Whether a part of a place is the kind of value, where a key may have several."""
+    return part.startswith(("list[", "range"))
+
+
+def _keys_of_tables(
+    table: type[FileTable], plain: Mapping[str, type[FileTable]], holder: str = ""
+) -> Iterator[tuple[str, list[str]]]:
+    """Keys of a table and of all tables in it, by the key that holds them; "" for the file."""
+    yield holder, list(table.model_fields)
+    for key, field in table.model_fields.items():
+        inner = plain.get(key) or next(_tables(field), None)
+        if inner is not None:
+            yield from _keys_of_tables(inner, plain, key)
+
+
+def _tables(field: Any) -> Iterator[type[FileTable]]:
+    """Tables that a field of a table may hold."""
+    if isinstance(field, type) and issubclass(field, FileTable):
+        yield field
+    for part in (getattr(field, "annotation", None), *get_args(field)):
+        if part is not None:
+            yield from _tables(part)
+
+
+def _explain_unknown(key: str, keys: list[str], everywhere: Mapping[str, list[str]]) -> str:
+    """The key that was meant by an unknown one, or the table that has it, and all keys that there are."""
+    holders = [holder for holder, known in everywhere.items() if holder and key in known]
+    where = f"it is a key of {' and '.join(holders)}." if holders else "leave it out."
+    meant = [known for known in keys if key.lower() == known or key in _ALSO_CALLED.get(known, ())]
+    said = f"did you mean {meant[0]}?" if meant else name_meant(key, keys, otherwise=where)
+    return f"unknown key, {said} Keys here: {', '.join(keys)}"
+
+
+def _show(value: Any) -> str:
+    """Write out a wrong value, on one line and not longer than a line."""
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
+        return f"a {type(value).__name__} too long to print"
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
