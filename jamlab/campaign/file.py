@@ -82,6 +82,8 @@ class Compression(FileTable):
             raise ValueError(f"to = {self.to:g} is above 1, the highest rho there is: lower it, or set by = 'phi'")
         if self.nearest is not None and self.nearest > self.step:
             raise ValueError(f"nearest = {self.nearest:g} is above step = {self.step:g}: lower it")
+        if self.nearest is None and self.per_decade != int(defaults("sweep")["per_decade"]):
+            raise ValueError(f"per_decade = {self.per_decade}: it spaces the states after nearest; give nearest too")
         return self
 
 

@@ -84,7 +84,9 @@ def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[di
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        steps: dict[str, Any] = {"by": by, "step": how.step, "first_step": how.nearest, "per_decade": how.per_decade}
+        steps: dict[str, Any] = {"by": by, "step": how.step}
+        if how.nearest is not None:
+            steps |= {"first_step": how.nearest, "per_decade": how.per_decade}
         for packing in compress(onset, to, pressure_tolerance=parameters.tolerances.step_error, **steps, **effort):
             packings.append(packing)
         if how.confluence is not None:
