@@ -206,7 +206,7 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     assert [line.stored for line in campaign.plan()] == [int("DEFINITION" in constant)]
     assert not len(campaign.table("states"))
     monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
-    monkeypatch.setattr(workers, "measure", measured := Counted(workers.measure))
+    monkeypatch.setattr(workers, "numbers_of", measured := Counted(workers.numbers_of))
     assert [outcome.state for outcome in run_here(campaign)] == ["finished"] * 2
     assert [words[2] for words in counted.calls] == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
     assert len(measured.calls) == 2  # of the old packings too
