@@ -165,9 +165,10 @@ def print_packings(
             "converged -: unknown, the file does not state it; G and B are meaningful only at an energy "
             "minimum (see max force)"
         )
-    reasons = (why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g)
+    moduli = zip(packings, measured["g"], measured["g_x"], strict=True)
+    reasons = (("not stable: " if x != x else "") + why_no_modulus(p) for p, g, x in moduli if g != g)
     for reason in dict.fromkeys(reasons):
-        print_note(f"not stable: {reason}")
+        print_note(reason)
     if out is not None:
         print_note(f"wrote {out}")
 

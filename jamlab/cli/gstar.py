@@ -135,10 +135,8 @@ def print_spectra(law: "Damping", spectra: "Spectra") -> None:
     lines = [[f"{value:.4g}" for value in row] for row in table.to_numpy()]
     print_table(title, [_HEADINGS[str(name)] for name in table], lines)
     mean = each[["g0", "g", "eta0", "eta_inf"]].mean()
-    print_note(
-        f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*; G = {mean['g']:.5g}: static, mean over "
-        "directions"
-    )
+    over = f"; G = {mean['g']:.5g}: static, mean over directions" if mean["g"] == mean["g"] else ""  # none: walls
+    print_note(f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*{over}")
     print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
 
 

@@ -41,18 +41,17 @@ def admits(packing: Packing, generators: Array) -> bool:
 
 
 def undefined(what: str) -> str:
-    """Say why something is not defined between walls, and what is."""
-    return (
-        f"{what} is not defined between walls, which take simple shear along x and compression along y alone; use "
-        "direction='simple', shear_modulus(p) (g_x) and bulk_modulus(p) (b), or remove the walls with "
-        "packing.with_state(walls=False, fixed=None)"
-    )
+    """Say why something is not defined."""
+    return f"{what} is not defined between walls, which take simple shear along x and compression along y alone"
 
 
 def check_admitted(packing: Packing, generators: Array | Sequence[Array], what: str) -> None:
     """Refuse strains that the boundary conditions do not define. `what` needs them."""
     if not admits(packing, np.asarray(generators)):
-        raise InputError(undefined(what))
+        raise InputError(
+            f"{undefined(what)}: use direction='simple', shear_modulus(p) (g_x) and bulk_modulus(p) (b), or remove the "
+            "walls with packing.with_state(walls=False, fixed=None)"
+        )
 
 
 @per_packing
