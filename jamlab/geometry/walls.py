@@ -49,8 +49,13 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
         >>> w.walls, bool(0 < w.fixed.sum() < w.n), w.converged
         (True, True, True)
     """
-    size, height = mean_size(packing), float(packing.box[1, 1])
-    check_number("thickness", thickness, 10.0 if flat else height / size / 3, packing.kind.sizes(packing).max() / size)
+    size, height, largest = mean_size(packing), float(packing.box[1, 1]), float(packing.kind.sizes(packing).max())
+    if not flat and height < 3 * largest:
+        raise InputError(
+            f"the box is {height / largest:.3g} largest particles high: two rough walls and a slab need 3; use more "
+            "particles, or flat=True"
+        )
+    check_number("thickness", thickness, 10.0 if flat else height / size / 3, largest / size)
     if flat:
         return _with_flat_walls(packing, thickness * size)
     y = packing.centroids[:, 1] % height

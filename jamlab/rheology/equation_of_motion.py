@@ -174,9 +174,9 @@ def equation_of_motion(
 ) -> EquationOfMotion:
     """Set up the equation of motion of a packing at an energy minimum, without rattlers; see `dynamical_matrices`."""
     packing = network.packing
-    if packing.n == 1:
+    if len(packing.positions) == 1:
         raise InputError(
-            "a single particle has no degrees of freedom besides the box, so G* does not relax; use "
+            "a single disk has no degrees of freedom besides the box, so G* does not relax; use "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
     refuse_slip(packing, damping)

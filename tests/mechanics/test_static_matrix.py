@@ -73,6 +73,13 @@ def _lattice(*rows, params, diameter=1.0):
     return jamlab.Packing("sp", list(rows), [[0.2, 0.3]], params, next(iter(params)), [diameter])
 
 
+def _one_droplet():
+    """One droplet of 17 vertices that six images of itself press on, in a leaning box."""
+    one = _droplets().select(np.arange(8) == 7)
+    box = np.sqrt(one.phi * one.area / 0.97 / 0.75**0.5) * np.array([[1, 0], [2.5, 0.75**0.5]])
+    return jamlab.relax(one.with_state(box=box, ensemble="fixed-box"), 1e-12)
+
+
 def _walled_droplets():
     return jamlab.relax(jamlab.with_walls(jamlab.read(STATES / "compressed_droplets.h5"), 1.18), 1e-12)
 
@@ -112,6 +119,7 @@ FEATURES = {
     "N = 1": lambda: _lattice([0.95, 0], [0.475, 0.95 * 0.75**0.5], params={"k": 1.0}),
     "N = 1, leaning": lambda: _lattice([1.9, 0], [4.75, 1.9 * 0.75**0.5], params={"eps": 2.0}, diameter=2.0),
     "N = 1, sticky": lambda: _lattice([1.01, 0], [0.505, 1.01 * 0.75**0.5], params={"k": 1.0, "stickiness": 0.05}),
+    "N = 1, droplet": lambda: _one_droplet(),
     "N = 2": lambda: jamlab.pack(2, 1e-2, 1),
     "N = 3": lambda: jamlab.pack(3, 1e-2, 1, sizes=[1.0, 1.1, 1.3]),
     "N = 4": lambda: jamlab.pack(4, 1e-2, 1),
@@ -161,7 +169,7 @@ def traits(p):
         "flat": bool(p.flat_walls.any()),
         "droplets": p.model == "dp",
         "sticky": "stickiness" in p.params,
-        "single": p.n == 1,
+        "single": len(p.positions) == 1,
     }
 
 

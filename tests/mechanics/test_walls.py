@@ -416,6 +416,7 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.with_walls(p, np.nan), "nan"),
         (lambda p, w: jamlab.with_walls(p, 4.0), "4"),
         (lambda p, w: jamlab.with_walls(p, 1.0), "1.0"),  # thinner than the largest disk
+        (lambda p, w: jamlab.with_walls(jamlab.pack(4, 1e-2)), "flat=True"),  # too low a box
         (lambda p, w: jamlab.with_walls(w, flat=True), "fixed"),
         (lambda p, w: jamlab.droplets_from_disks(jamlab.with_walls(p, flat=True)), "flat=True"),
         (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameters[0]"),

@@ -119,12 +119,14 @@ def droplet_terms(p):
     to_point, to_line = [], []
     for v in edge:
         for m in range(p.n):
-            if m == owner[v] or p.offsets[m + 1] - p.offsets[m] == 1:
+            if p.offsets[m + 1] - p.offsets[m] == 1:
                 continue
             a = np.arange(p.offsets[m], p.offsets[m + 1])
             b = after[a]
             centre = x[a].mean(axis=0)
             vectors = nearest((centre - x[v])[None], box) + images(box, 1)
+            if m == owner[v]:
+                vectors = vectors[np.hypot(*vectors.T) > 0.1 * box[0, 0]]  # its images alone
             for s in vectors:
                 tail, along = x[a] + s, x[b] - x[a]
                 t = np.clip(((x[v] - tail) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
