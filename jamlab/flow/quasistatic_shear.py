@@ -361,7 +361,8 @@ def quasistatic_shear(
             compression along y. `stress` is conjugate to the strain.
         walls: see `shear`.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
-            enthalpy over the area too, and meets the pressure to 1e-9. Default: constant area.
+            enthalpy over the area too, and meets the pressure to 1e-9 of itself or 3e-15 of the stiffness of a contact.
+            Repulsive particles that unjam are compressed until they jam, and come down again. Default: constant area.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.

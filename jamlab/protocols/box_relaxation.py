@@ -15,7 +15,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, linear_response
 from jamlab.mechanics.factors import PositiveSolver
@@ -24,6 +24,7 @@ from jamlab.packing.deformation import (
     PURE_SHEARS,
     SHEARS,
     BoxStrains,
+    at_phi,
     compression,
     deformed,
     shear_gradient,
@@ -33,7 +34,7 @@ from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import LONGEST_STRAIN, Model, descend_with_box, stress_noise
 from jamlab.protocols.newton import REACH
-from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax
+from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax, settle
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
 _NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
@@ -45,7 +46,13 @@ _LEAVE = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of
 _BALANCED = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
 _AREAS = 40  # of a box at a pressure that are tried at most, behind all this
 _WIDEST = 0.02  # change of the area in one step
+_NARROWEST = 1e-9  # the same where outlines cross in wider steps: given up
 _HELD = 1e-9  # error of a pressure over the load of the packing, at the end
+# A packing that unjams is compressed until it jams above the pressure, at most so often, each time above so many times
+# the pressure before; by steps that begin at this part of the area or more and double, so many at most
+_RETURNS, _ABOVE, _LEAST_RISE, _RISES = 4, 10.0, 1e-8, 40
+_FALL = 0.5  # of the pressure of particles that only push, in one step of the area
+_LOST = 0.1  # pressure over the pressure that is held, below which a packing counts as unjammed on the way
 _MET = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
 # of the shear of the box around droplets
 _STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure at the end
@@ -195,7 +202,8 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
     """Minimise the enthalpy U + p A over sites and the area of the box, see `compression`.
 
     Disks first go by `relax_disks_and_box`. What is left, and all of droplets, goes by Newton steps in the area with
-    the bulk modulus of linear response; the sites follow by it and are relaxed at each area.
+    the bulk modulus of linear response; the sites follow by it and are relaxed at each area. A packing that unjams on
+    the way is compressed until it jams above the pressure, and comes down from there.
 
     Args:
         session: near a minimum at best; is left in the state reached.
@@ -203,17 +211,32 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
         tolerance: on the largest force.
 
     Returns:
-        The state reached; `converged` also means that the pressure is met to 1e-9 of its load.
+        The state reached; `converged` also means that the pressure is met to 1e-9 of its load, or to rounding.
     """
-    if session.law.kernel_arguments() is not None and session.packing().fixed is None:
-        relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=True)
-    found = relax(session, tolerance, near=True)
+    quick = session.law.kernel_arguments() is not None and session.packing().fixed is None
+    pushes = pressure > 0 and not session.law.range
+    for attempt in range(_RETURNS + 1):
+        if quick:
+            relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=not attempt)
+        found = _meet_by_area(session, pressure, tolerance, least=_LOST * pressure if pushes else -np.inf)
+        if found.converged or not pushes or attempt == _RETURNS:
+            break
+        if not _jam_above(session, _ABOVE**attempt * pressure):
+            break
+    return found
+
+
+def _meet_by_area(session: Session, pressure: float, tolerance: float, least: float) -> Relaxed:
+    """Newton steps in the area, each relaxed; given up below a pressure, where contacts are lost."""
+    found, widest = relax(session, tolerance, near=True), _WIDEST
     before: tuple[float, float] | None = None
     for _ in range(_AREAS):
         state, packing = found.evaluation, session.packing()
         excess = state.pressure - pressure
-        if abs(excess) <= _HELD * load(packing, state):
+        if abs(excess) <= max(_HELD * load(packing, state), _BALANCED * stress_noise(packing, state)):
             return found
+        if state.pressure < least or widest < _NARROWEST:
+            break
         try:
             session.tally.update(("factorisations", "Newton steps of the area"))
             modulus = compression(packing).modulus(linear_response(packing).relaxed, state.stress)
@@ -221,11 +244,35 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
             modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)
         if not modulus > 0:
             modulus = stiffness_scale(packing)
-        wider = np.clip(excess / modulus, -_WIDEST, _WIDEST)
-        before = packing.area, state.pressure
-        session.load(follow(packing, packing.phi * np.exp(-wider)))
-        found = relax(session, tolerance, near=True)
+        fall = excess if least < 0 else min(excess, _FALL * state.pressure)  # moduli fall near onset
+        wider = np.clip(fall / modulus, -widest, widest)
+        try:
+            session.load(follow(packing, packing.phi * np.exp(-wider)))
+            found = relax(session, tolerance, near=True)
+        except (EngineError, InputError):  # vertices run together, or outlines cross
+            session.load(packing, anew=True)
+            widest = 0.25 * abs(wider)
+            continue
+        before, widest = (packing.area, state.pressure), min(_WIDEST, 2 * widest)
     return Relaxed(found.evaluation, tolerance, False)
+
+
+def _jam_above(session: Session, pressure: float) -> bool:
+    """Compress a packing by growing steps until it jams above a pressure; False where it does not."""
+    rise = max(_LEAST_RISE, pressure / stiffness_scale(session.packing()))
+    floor = _JAMMED * pressure
+    for _ in range(_RISES):
+        packing = session.packing()
+        try:
+            session.load(at_phi(packing, packing.phi * (1 + rise)))
+            state = settle(session, floor)
+            if state.pressure >= pressure and not contacts(session.packing()).unjammed:
+                return True
+            rise = min(2 * rise, _WIDEST)
+        except (EngineError, InputError):  # as in `_meet_by_area`
+            session.load(packing, anew=True)
+            rise *= 0.25
+    return False
 
 
 def _softest_shear(packing: Packing, pressure: float) -> tuple[float, Array] | None:

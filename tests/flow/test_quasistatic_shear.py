@@ -218,6 +218,30 @@ def test_pressure_is_held_through_events(packing):
     assert found.summary["dilation"] == found.dilation[-1] == found.packing.area / found.frames[0].area - 1
 
 
+@pytest.mark.parametrize(
+    ("pressure", "seed"),
+    [(1e-6, 1), *(pytest.param(10.0**-k, s, marks=pytest.mark.slow) for k in (5, 6, 8) for s in (1, 2, 3))],
+)
+def test_packings_that_unjam_at_constant_pressure_are_brought_back(pressure, seed):
+    """Near onset strain steps take contacts away; pressure by LAMMPS, to rounding."""
+    start = jamlab.pack(n=32, pressure=pressure, seed=seed)
+    found = quasistatic_shear(start, strain=-0.01, step=2e-3, direction="pure", pressure="constant", every=2e-3)
+    assert found.converged.all() and np.ptp(found.area) > 0
+    for frame in found.frames:
+        state = jamlab.evaluate(frame)
+        assert state.pressure == pytest.approx(found.held_pressure, rel=1e-9, abs=3e-15)
+        assert state.max_force < 1e-11 and not jamlab.contacts(frame).unjammed
+
+
+def test_droplets_come_down_to_a_pressure_far_below_their_own():
+    """Not in one step, in which contacts are lost, and outlines cross when they are sought again."""
+    *_, dense = jamlab.compress(jamlab.jam(8, "dp", seed=5), to=0.92, step=0.03)
+    assert jamlab.evaluate(dense).pressure == pytest.approx(0.174, abs=1e-3)
+    for pressure in (1e-2, 2e-3, 1e-4):
+        found = quasistatic_shear(dense, strain=1e-4, step=1e-4, pressure=pressure)
+        assert found.converged.all() and jamlab.evaluate(found.packing).pressure == pytest.approx(pressure, rel=2e-9)
+
+
 @pytest.mark.parametrize("pressure", ["Constant", "", "0.01", np.nan, np.inf, -1e-2, 0.0, 1.5, 1e300, 2**70])
 def test_what_is_no_pressure_is_refused(packing, pressure):
     with pytest.raises(jamlab.InputError) as caught:
