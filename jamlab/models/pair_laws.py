@@ -114,11 +114,15 @@ class StickyLaw(PairLaw):
 
     Of the overlap x = s - r of two disks, and a shell of width a, the force is k x down to x = -a, and -k (x + 2 a)
     from there to x = -2 a, where it ends. U = (k/2)(x^2 - 2 a^2), then -(k/2)(x + 2 a)^2. Strength eps: k = eps/s^2.
-    The parameter `stickiness` is a over the mean diameter.
+    The parameter `stickiness` is a over the mean diameter. Of equal disks the integral of U over the plane is negative
+    from 0.23 of the diameter on: the more of them lie upon each other, the lower is their energy (Ruelle, Statistical
+    Mechanics, 1969, sec. 3.2). Packings of two sizes collapse from 0.25 of the mean diameter on.
     """
 
     parameters: ClassVar[Mapping[str, Parameter]] = {
-        "stickiness": Parameter(default=0.0, least=1e-9, largest=0.5, may_vanish=True, over_size=True)
+        "stickiness": Parameter(
+            default=0.0, least=1e-9, largest=0.2, may_vanish=True, over_size=True, beyond="disks that attract collapse"
+        )
     }
     floppy: ClassVar[float] = 1e-12  # networks have as many floppy modes as particles, and rounding grows with them
     least_contacts: ClassVar[int] = 2  # bonds hold a disk on both sides of their line

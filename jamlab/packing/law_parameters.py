@@ -84,6 +84,7 @@ class Parameter:
     choices: tuple[str, ...] = ()  # of a parameter that is a name; files of LAMMPS hold its place here
     each: bool = False  # one number for each particle
     over_size: bool = False  # a length over the mean size of the particles
+    beyond: str = ""  # what happens beyond the largest value, in words
 
     def check(self, name: str, value: Any) -> None:
         """Refuse a value that is no number in range, or no name among the choices."""
@@ -91,9 +92,11 @@ class Parameter:
             check_choice(f"{name} form", value, self.choices)
         elif not self.each and not (self.may_vanish and is_number(value) and value == 0):
             if not (is_number(value) and self.least <= float(value) <= self.largest):  # 1e50 is no float32
+                units = "choose other units where it is beyond" if self.energy or self.length else ""
+                more = "; ".join(filter(None, [f"beyond, {self.beyond}" if self.beyond else "", units]))
                 raise InputError(
-                    f"params[{name!r}] is {value!r}: must be a number from {self.least:g} to {self.largest:g}; choose "
-                    "other units where it is beyond"
+                    f"params[{name!r}] is {value!r}: must be a number from {self.least:g} to {self.largest:g}"
+                    + (f"; {more}" if more else "")
                 )
 
 

@@ -37,6 +37,9 @@ from jamlab.storage.verified_file import versions
 
 PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
+# highest pressure of sticky disks: less this times the stickiness. At 0.1, 0.15, 0.2 up to 0.3, 0.2, 0.1: phi = 1.28,
+# 1.22, 1.19 (n = 32); at 0.3 with 0.15 and 0.2 disks lie upon each other, phi = 1.48 and 2.05
+_STICKY_PRESSURE, _STICKY_FALL = 0.5, 2.0
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
 _ANOTHER = "start from a packing at a lower pressure, or from another seed"
@@ -79,7 +82,8 @@ def pack(
 
     Args:
         n: number of disks; must be even for the default sizes.
-        pressure: target pressure, units of k, 1e-8 to 0.3 (sticky disks: -0.3 to 0.3). Give `pressure` or `phi`.
+        pressure: target pressure, units of k, 1e-8 to 0.3 (sticky disks: from -0.3; above a stickiness of 0.1 up to
+            0.5 less twice the stickiness). Give `pressure` or `phi`.
         seed: seed of the random start.
         phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
@@ -171,7 +175,8 @@ def _from_random(
             _walk(session, pressure, search, progress)
         found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force)
         packing = session.packing()
-    _check_met(packing, found, pressure, f"try another seed, or come down from a higher pressure: {_DECOMPRESS}")
+    lower = "a pressure nearer to 0" if given.law.range else f"come down from a higher pressure: {_DECOMPRESS}"
+    _check_met(packing, found, pressure, f"try another seed, or {lower}")
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
     entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
@@ -290,10 +295,11 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: float) 
     """
     law = PowerLaw.of(disk_params("k", **parameters))
     if not isinstance(law, PowerLaw):
-        if not (is_number(pressure) and abs(pressure) <= HIGHEST_PRESSURE):
+        highest = min(HIGHEST_PRESSURE, round(_STICKY_PRESSURE - _STICKY_FALL * parameters["stickiness"], 12))
+        if not (is_number(pressure) and -HIGHEST_PRESSURE <= pressure <= highest):
             raise InputError(
-                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {HIGHEST_PRESSURE} for "
-                "sticky disks"
+                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {highest:.4g} for sticky disks "
+                f"of stickiness {parameters['stickiness']:g}; beyond, disks pass through each other"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
         return force_tolerance("sp") if tolerance is None else tolerance, law

@@ -8,6 +8,7 @@ from deck_runs import number, run
 
 import jamlab
 from jamlab.mechanics.stiffness import forces, hessian
+from jamlab.models.pair_laws import StickyLaw
 from jamlab.protocols.target_pressure import decompress
 
 
@@ -124,6 +125,8 @@ REFUSED = {
     "negative": lambda: jamlab.pack(16, 1e-3, 1, stickiness=-0.02),
     "nan": lambda: jamlab.pack(16, 1e-3, 1, stickiness=np.nan),
     "too wide": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.7),
+    "collapse": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.21),
+    "through each other": lambda: jamlab.pack(16, 0.11, 1, stickiness=0.2),
     "text": lambda: jamlab.pack(16, 1e-3, 1, stickiness="weak"),
     "tension": lambda: jamlab.pack(16, -0.5, 1, stickiness=0.02),
     "repulsion under tension": lambda: jamlab.pack(16, -1e-3, 1),
@@ -133,6 +136,7 @@ REFUSED = {
 }
 VALUES = {"exponent": "2.5", "negative": "-0.02", "too wide": "0.7", "text": "weak", "tension": "-0.5"}
 VALUES |= {"repulsion under tension": "-0.001", "no fraction": "-0.8", "both": "0.8", "decompress": "0.02"}
+VALUES |= {"collapse": "from 1e-09 to 0.2; beyond, disks", "through each other": "from -0.3 to 0.1 for"}
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -158,3 +162,28 @@ def test_decks_know_the_law(tmp_path):
     said = run("in.sp.contacts", tmp_path, data="sp.minimum.data", least=2)
     assert number("z", said) == pytest.approx(jamlab.contacts(reached).z, rel=1e-12)
     run("in.sp.jam", tmp_path, code=1, law=False, stickiness=0.1)
+
+
+def test_disks_side_by_side_have_the_least_energy_up_to_the_largest_stickiness():
+    """The integral of the pair energy over the plane is positive there, and negative beyond 0.23: packings collapse."""
+    r = np.linspace(0, 2, 20_001)
+    integrals = {}
+    for stickiness in (0.2, 0.23, 0.24):
+        energy, _, _ = StickyLaw("k", 1.0, stickiness, stickiness)(np.ones_like(r), r)
+        integrals[stickiness] = np.trapezoid(np.where(r < 1 + 2 * stickiness, energy, 0.0) * r, r)
+    assert integrals[0.2] > 0.01 > integrals[0.23] > 0 > integrals[0.24]
+    assert StickyLaw.parameters["stickiness"].largest == 0.2
+
+
+@pytest.mark.parametrize("pressure", [0.1, 1e-2, -1e-2])
+def test_the_stickiest_disks_can_be_packed(pressure):
+    """Of all signs of pressure, and disks do not lie upon each other."""
+    packed = jamlab.pack(32, pressure, 1, stickiness=0.2)
+    assert packed.converged and jamlab.evaluate(packed).pressure == pytest.approx(pressure, rel=1e-6)
+    assert packed.phi < 1.2 and jamlab.contacts(packed).forces.gap.min() > -0.5
+
+
+def test_a_pressure_that_is_not_reached_names_what_helps_sticky_disks():
+    with pytest.raises(jamlab.ConvergenceError) as caught:
+        jamlab.pack(16, -0.3, 1, stickiness=0.2)
+    assert "nearer to 0" in str(caught.value) and "decompress" not in str(caught.value)
