@@ -71,7 +71,7 @@ def file_image(
 
     with _memory_file() as file:
         _write_header(file)
-        series = {"onset": onsets, "provenance": histories, "state": states}
+        series: dict[str, Sequence[Any]] = {"onset": onsets, "provenance": histories, "state": states}
         _write_parameters(file.create_group("parameters"), frames[0], series)
         particles = file.create_group("particles/all")
         _write_particles(particles, frames)

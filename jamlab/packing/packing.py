@@ -446,14 +446,14 @@ class Packing:
                 return f"params[{name!r}]"
         return None
 
-    def write(self, path: Any, *, contacts: bool = False) -> None:
+    def write(self, path: Any, *, contacts: bool = False) -> tuple[str, ...] | None:
         """Write the packing, see `jamlab.write`, or its contact network as bonds, see `jamlab.write_contacts`."""
         import jamlab
 
         if contacts:
             jamlab.write_contacts(path, self)
-        else:
-            jamlab.write(path, [self])
+            return None
+        return jamlab.write(path, [self])
 
     @drawn("PolyCollection, such as alpha=1", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

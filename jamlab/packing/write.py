@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -61,6 +62,8 @@ def write(
     frames: list[Packing] = []
     try:
         for packing in packings:
+            if not isinstance(packing, Packing):
+                raise InputError(f"{reprlib.repr(packing)} is no packing: give packings, as `compress` makes them")
             frames.append(packing)
     except BaseException as error:  # an interrupt too
         with suppress(JamlabError):

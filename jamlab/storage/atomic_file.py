@@ -68,7 +68,8 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _MODE if mode is None else mode & _MODE))
             yield temporary
             if mode is not None:
-                temporary.chmod(mode)
+                with suppress(PermissionError):  # some file systems have no permissions
+                    temporary.chmod(mode)
             _flush(temporary)
             os.replace(temporary, target)
         except BaseException:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError, JamlabError, StorageError, warn
 from jamlab.packing.facts import rounding_of
-from jamlab.storage.atomic_file import system_said
+from jamlab.storage.atomic_file import system_error, system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
 
@@ -34,8 +34,10 @@ _SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one 
 _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d+$)")  # 1.0D+00
 # what Python, numpy, h5py, gsd and the packers of text raise on files that are not what they should be, beside errors
 # of the system
-_NOT_UNDERSTOOD = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
-_NOT_UNDERSTOOD = (*_NOT_UNDERSTOOD, SystemError, SyntaxError, TokenError)
+_NOT_UNDERSTOOD = (
+    *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError, SystemError),
+    *(SyntaxError, TokenError),
+)
 
 
 class DamageError(ValueError):
@@ -64,9 +66,10 @@ def damage_named(path: FilePath) -> Iterator[None]:
         yield
     except JamlabError as error:
         raise type(error)(f"{path}: {error}") from error
-    except OSError as error:
-        raise StorageError(f"cannot read {path}: {system_said(error, 'check the name and its permissions')}") from error
-    except _DAMAGE as error:
+    except (OSError, *_DAMAGE) as error:  # packers of text raise an OSError for a checksum
+        if system_error(error) is not None:
+            said = system_said(error, "check the name and its permissions")
+            raise StorageError(f"cannot read {path}: {said}") from error
         raise StorageError(f"{path} is damaged or cut off ({_said(error)}): copy it or write it again") from error
     except UnicodeDecodeError as error:
         raise StorageError(f"{path} is no text ({_said(error)}): check that its ending tells its format") from error
@@ -200,12 +203,23 @@ class Columns:
 
     def by_id(self, name: str = "id") -> Columns:
         """The same in the order of a column that names the particles."""
-        ids, counts = np.unique(self.whole(name), return_counts=True)
+        named = self.whole(name)
+        ids, counts = np.unique(named, return_counts=True)
         if (counts > 1).any():
             raise InputError(
                 f"{name} {ids[counts > 1][0]} stands on {counts.max()} rows of one frame: it must be unique"
             )
-        return self.taken(np.argsort(self.whole(name)))
+        return self.taken(np.argsort(named))
+
+    def common(self, name: str) -> float:
+        """The number that all rows have in a column."""
+        if isinstance(column := self._columns[name], list) and len(set(column)) == 1:
+            return float(Columns({name: column[:1]}).numbers(name)[0])
+        values = self.numbers(name)
+        if len(other := np.flatnonzero(values != values[0])):
+            said = f"{column[0]} on one atom and {column[other[0]]} on another"
+            raise InputError(f"{name} is {said}: they must be equal")
+        return float(values[0])
 
     def types(self) -> NDArray[np.str_]:
         """(n,) names of types; "1" where none are given."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.errors import InputError, warn
-from jamlab.packing.facts import STATE, fact_of_word
+from jamlab.packing.facts import STATE, fact_of_word, rounding_of
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import (
     DISK_AREA,
@@ -25,7 +25,6 @@ from jamlab.trajectories.columns import (
     damage_named,
     number,
     rounding,
-    rounding_of,
     text_of,
     whole_frames,
 )
@@ -214,7 +213,7 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
     entries = {name: fact_of_word(name, keys[name]) for name in known & keys.keys()}
     error = 0.0 if box is None else rounding(lattice, box, chosen=True, stated=own)
     atoms = Columns.of_rows(rows, places, at, own)
-    atoms = atoms if (name := _particles(atoms)) is None else atoms.by_id(name)
+    atoms = atoms if (named := _particles(atoms)) is None else atoms.by_id(named)
     more: dict[str, Any] = {"fixed": atoms.numbers("fixed") > 0} if own and "fixed" in atoms else {}
     if entries.get("model") == "dp":
         more["rings"] = rings_of_molecules(atoms.whole("mol"))
@@ -239,29 +238,38 @@ def read_gsd(path: FilePath) -> Iterator[Sites]:
         import gsd.hoomd
     except ImportError as error:
         raise InputError(f"{path}: it needs the package gsd: pip install gsd") from error
-    with damage_named(path), gsd.hoomd.open(str(path), "r") as file:
-        for k, frame in enumerate(file):
-            particles, bonds, (lx, ly, _, xy, *lean) = frame.particles, frame.bonds, frame.configuration.box
-            if any(lean):
-                raise InputError(f"frame {k} has tilt factors xz, yz = {lean}: it leans out of the plane")
-            box = np.array([[lx, 0.0], [float(xy) * ly, ly]], dtype=np.float64)
-            columns = dict(zip("xyz", particles.position.T, strict=True))
-            kinds, typeid = np.array(particles.types), particles.typeid
-            if len(wrong := np.flatnonzero(typeid >= len(kinds))):
-                said = f"the typeid {typeid[wrong[0]]}, but there are {len(kinds)} types"
-                raise InputError(f"particle {wrong[0]} of frame {k} has {said}")
-            columns["type"] = kinds[typeid]
-            # in a frame, or in the first one for all; without them gsd gives every particle the diameter 1
-            if bonds.N:
-                pass
-            elif any(file.file.chunk_exists(each, "particles/diameter") for each in (0, k)):
-                columns["diameter"] = particles.diameter
-            elif shapes := [_diameter(shape) for shape in particles.type_shapes or []]:
-                if len(shapes) == len(kinds) and None not in shapes:
-                    columns["diameter"] = np.array(shapes, dtype=np.float64)[typeid]
-            found = Columns(columns).disks(box, 2 * rounding_of(np.dtype("f4"), box))
-            rings = rings_of_bonds(bonds.group.astype(np.int64), particles.N) if bonds.N else None
-            yield replace(found, rings=rings, wrapped=True)
+    with damage_named(path):
+        try:
+            file = gsd.hoomd.open(str(path), "r")
+        except RuntimeError as error:
+            raise DamageError(str(error)) from error
+        with file:
+            yield from _gsd_frames(file)
+
+
+def _gsd_frames(file: Any) -> Iterator[Sites]:
+    for k, frame in enumerate(file):
+        particles, bonds, (lx, ly, _, xy, *lean) = frame.particles, frame.bonds, frame.configuration.box
+        if any(lean):
+            raise InputError(f"frame {k} has tilt factors xz, yz = {lean}: it leans out of the plane")
+        box = np.array([[lx, 0.0], [float(xy) * ly, ly]], dtype=np.float64)
+        columns = dict(zip("xyz", particles.position.T, strict=True))
+        kinds, typeid = np.array(particles.types), particles.typeid
+        if len(wrong := np.flatnonzero(typeid >= len(kinds))):
+            said = f"the typeid {typeid[wrong[0]]}, but there are {len(kinds)} types"
+            raise InputError(f"particle {wrong[0]} of frame {k} has {said}")
+        columns["type"] = kinds[typeid]
+        # in a frame, or in the first one for all; without them gsd gives every particle the diameter 1
+        if bonds.N:
+            pass
+        elif any(file.file.chunk_exists(each, "particles/diameter") for each in (0, k)):
+            columns["diameter"] = particles.diameter
+        elif shapes := [_diameter(shape) for shape in particles.type_shapes or []]:
+            if len(shapes) == len(kinds) and None not in shapes:
+                columns["diameter"] = np.array(shapes, dtype=np.float64)[typeid]
+        found = Columns(columns).disks(box, 2 * rounding_of(np.dtype("f4"), box))
+        rings = rings_of_bonds(bonds.group.astype(np.int64), particles.N) if bonds.N else None
+        yield replace(found, rings=rings, wrapped=True)
 
 
 def _diameter(shape: dict[str, Any]) -> float | None:

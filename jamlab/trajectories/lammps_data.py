@@ -339,13 +339,8 @@ def _heights(atoms: Columns, box: Array) -> tuple[Array, float]:
 
 def _entries(atoms: Columns) -> dict[str, Any]:
     """Read the columns of `jamlab.write` that are the same for all atoms."""
-    found: dict[str, Any] = {}
-    for name in (name for name in (*LAW_NAMES, *STATE) if name in atoms):
-        values = atoms.numbers(name)
-        if len(other := np.flatnonzero(values != values[0])):
-            words = atoms.words(name)
-            raise InputError(f"{name} is {words[0]} on one atom and {words[other[0]]} on another: they must be equal")
-        found[name] = fact_of_column(name, float(values[0]))
+    names = (name for name in (*LAW_NAMES, *STATE) if name in atoms)
+    found = {name: fact_of_column(name, atoms.common(name)) for name in names}
     if "fixed" in atoms:
         found["walls"] = bool((atoms.numbers("fixed") > 1).any())
     return {name: value for name, value in found.items() if value is not None}

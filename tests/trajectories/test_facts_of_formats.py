@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import call
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_packings import packings
@@ -12,6 +13,7 @@ from wandering_packings import disks, polygons
 
 import jamlab
 from jamlab.packing.facts import FACTS, FORMATS, LOST, OF_DIGITS, REFUSED, STATE, facts_table, lost_names
+from jamlab.packing.hdf5 import read_observables
 from jamlab.trajectories.convert import convert
 
 ENDINGS = {"packings": "h5", "data": "data", "dump": "dump", "xyz": "xyz"}
@@ -256,8 +258,8 @@ def test_converting_keeps_observables_and_records_or_names_them(tmp_path):
     ):
         assert convert(tmp_path / "run.h5", tmp_path / target).lost == lost
     assert convert(tmp_path / "run.h5", tmp_path / "last.h5", frame=-1).lost == ("record of a flow",)
-    from jamlab.packing.hdf5 import read_observables
-
+    done = call(tmp_path, "convert", "run.h5", "b.dump")
+    assert "does not hold: provenance, observables flow_strain, flow_time, record of a flow" in done.stdout
     every, last = (read_observables(tmp_path / name) for name in ("run.h5", "last.h5"))
     assert {name: values[-1:].tolist() for name, values in every.items()} == {n: v.tolist() for n, v in last.items()}
 

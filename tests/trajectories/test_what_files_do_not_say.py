@@ -164,6 +164,7 @@ def noticed(path, **given):
         warnings.simplefilter("always")
         read = jamlab.read_all(path, **given)
     said = [each for each in seen if issubclass(each.category, JamlabWarning)]
+    assert all(each.filename == __file__ for each in said)
     return read, said
 
 
