@@ -206,9 +206,8 @@ class Columns:
         named = self.whole(name)
         ids, counts = np.unique(named, return_counts=True)
         if (counts > 1).any():
-            raise InputError(
-                f"{name} {ids[counts > 1][0]} stands on {counts.max()} rows of one frame: it must be unique"
-            )
+            twice = ids[counts > 1][0]
+            raise InputError(f"{name} {twice} stands on {counts.max()} rows of one frame: it must be unique")
         return self.taken(np.argsort(named))
 
     def common(self, name: str) -> float:

@@ -9,6 +9,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -34,7 +35,8 @@ _NAMES = {  # of columns of tables, by what programs call them
     **{"r": "radius", "rad": "radius", "d": "diameter", "diam": "diameter", "species": "type", "area": DISK_AREA},
     **{"position_x": "x", "position_y": "y", "position_z": "z"},  # TrackMate
 }
-_FRAMES = ("frame", "step", "time")  # columns that number the states of one table
+# columns that number the states of one table
+_FRAMES = ("frame", "slice", "step", "timestep", "time", "position_t", "imagenumber")
 _PARTICLES = ("particle", "track_id", "id")  # columns that name a particle in all states, the surest first
 _UNIT = re.compile(r"\s*[\[(/].*")  # behind the name of a column
 _KEYS = re.compile(r'([^\s="]+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
@@ -122,7 +124,11 @@ def _states(columns: Columns) -> Iterator[Columns]:
         numbered = "t"
     clock = np.zeros(len(columns)) if numbered is None else columns.numbers(numbered)
     for value in dict.fromkeys(clock.tolist()):
-        yield columns.taken(clock == value)
+        state = columns.taken(clock == value)
+        for other in (name for name in _FRAMES if name in columns and name != numbered):
+            if _is_number(state.words(other)) and np.ptp(state.numbers(other)):
+                raise InputError(f"rows of {numbered} {value:g} differ in {other}: keep one column that numbers states")
+        yield state
 
 
 def _is_time(columns: Columns) -> bool:
@@ -260,15 +266,13 @@ def _gsd_frames(file: Any) -> Iterator[Sites]:
             raise InputError(f"particle {wrong[0]} of frame {k} has {said}")
         columns["type"] = kinds[typeid]
         # in a frame, or in the first one for all; without them gsd gives every particle the diameter 1
-        if bonds.N:
-            pass
-        elif any(file.file.chunk_exists(each, "particles/diameter") for each in (0, k)):
+        if any(file.file.chunk_exists(each, "particles/diameter") for each in (0, k)):
             columns["diameter"] = particles.diameter
         elif shapes := [_diameter(shape) for shape in particles.type_shapes or []]:
             if len(shapes) == len(kinds) and None not in shapes:
                 columns["diameter"] = np.array(shapes, dtype=np.float64)[typeid]
         found = Columns(columns).disks(box, 2 * rounding_of(np.dtype("f4"), box))
-        rings = rings_of_bonds(bonds.group.astype(np.int64), particles.N) if bonds.N else None
+        rings = partial(rings_of_bonds, bonds.group.astype(np.int64), particles.N) if bonds.N else None
         yield replace(found, rings=rings, wrapped=True)
 
 

@@ -68,7 +68,7 @@ def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
             box=box,
             positions=positions - low,
             types=atoms.types(),
-            rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds and entries.get("model") != "sp" else None,
+            rings=partial(rings_of_bonds, np.array(bonds), len(rows)) if bonds else None,
             wrapped=not imaged,
             radius=radius,
             a0=Columns({"a0": by_atom["d_a0"]}).numbers("a0") if "d_a0" in by_atom else None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -154,7 +154,7 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
     if len(odd) or (ends[:, 0] == ends[:, 1]).any():
         k = odd[0] if len(odd) else ends[ends[:, 0] == ends[:, 1]][0, 0]
         raise InputError(
-            f"point {k} has {degree[k]} bonds: vertices of droplets must have exactly 2; for disks, remove the bonds"
+            f"point {k} has {degree[k]} bonds: vertices of droplets must have exactly 2; for disks give model='sp'"
         )
     i, j = np.concatenate([ends, ends[:, ::-1]]).T
     ring = connected_components(coo_array((np.ones(len(i)), (i, j)), (count, count)))[1]
@@ -184,7 +184,8 @@ class Sites:
     box: Array | None  # (2, 2), as in `Packing.box`; None: the source has none
     positions: Array  # (n_atoms, 2)
     types: NDArray[np.str_]  # (n_atoms,) names of the atom types
-    rings: Rings | None = None  # which atoms are vertices of one droplet; None: every atom is a disk
+    # which atoms are vertices of one droplet, or what finds that out; None: every atom is a disk
+    rings: Rings | Callable[[], Rings] | None = None
     guessed: bool = False  # whether rings follow from molecules alone, which disks may have too
     wrapped: bool = False  # whether the box may cut droplets, see `Rings.polygons`
     radius: Array | None = None  # (n_atoms,) of the disks, or of the rims of vertices, if the source has radii
@@ -204,8 +205,8 @@ class Sites:
     ) -> Packing:
         """Make a packing of these atoms; arguments as in `jamlab.read`."""
         model = self._model(model, units, params)
-        entries, rings = dict(self.entries), self.rings if model == "dp" else None
-        if rings is not None and self.radius is not None:
+        entries, rings = dict(self.entries), self._rings() if model == "dp" else None
+        if rings is not None and self.radius is not None and self.guessed:
             if np.ptp(self.radius):
                 least, most = self.radius.min(), self.radius.max()
                 raise InputError(f"vertices have rim radii of {least:g} to {most:g}: all must have the same")
@@ -228,6 +229,9 @@ class Sites:
             common |= {"positions": vertices, "offsets": rings.offsets}
         history = {**entries.get("provenance", {}), **self.provenance, **({"assumed": assumed} if assumed else {})}
         return Packing(params=law, provenance=history, **common)
+
+    def _rings(self) -> Rings | None:
+        return self.rings() if callable(self.rings) else self.rings
 
     def _model(self, model: str | None, units: str | None, params: Mapping[str, Any] | None) -> str:
         """The model that is asked for, that the source names, or that has the parameters of the force law."""

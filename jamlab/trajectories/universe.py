@@ -176,7 +176,7 @@ class UniverseFrames:
         self._relaxed = relaxed
         self._types = _types(self.group, radii)
         bonds = _bonds(self.group)
-        self._rings = rings_of_bonds(bonds, len(self.group)) if len(bonds) else None
+        self._rings = rings_of_bonds(bonds, len(self.group)) if len(bonds) and model != "sp" else None
         residues = _attribute(self.group.residues, "rest_areas", None)
         self._a0 = None if residues is None else self.group.rest_areas
         self._lines = _lines(self.group)
@@ -184,7 +184,7 @@ class UniverseFrames:
         self._perimeters = _attribute(self.group, "perimeters", None)
         own = _attribute(self.group, "radii", None)
         self._own_radius = None if own is None else np.asarray(own, dtype=np.float64)
-        self._radius = self._own_radius if radii is None and self._rings is None else None
+        self._radius = self._own_radius if radii is None else None
         if self.trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
             raise InputError(
                 f"{_source(self.trajectory)} is a GSD file: give jamlab.universe(path), or jamlab.read_all"

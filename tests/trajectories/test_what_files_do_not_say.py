@@ -246,6 +246,11 @@ def test_tables_of_trackmate_imagej_fortran_and_with_notes(tmp_path):
     same(jamlab.read(table(path, '"x","y","r","a, b"', x, y, r, ['"1, 2"'] * 8), **box))
     fortran = [[f"{v:.16E}".replace("E", "D") for v in column] for column in (x, y, r)]
     same(jamlab.read(table(path, "x,y,r", *fortran), **box))
+    twice = [*x, *x], [*y, *y], [*r, *r], [1] * 8 + [2] * 8
+    for name in ("Slice", "FRAME", "ImageNumber", "POSITION_T [sec]"):
+        same(jamlab.read(table(path, f"X,Y,r,{name}", *twice, order=range(16)), **box))
+    with pytest.raises(InputError, match="differ in slice"):
+        jamlab.read(table(path, "x,y,r,slice,frame", *twice, [0] * 16, order=range(16)), **box)
     path.write_text("x,y,r\n1,2,0.5\n1,b,0.5\n")
     with pytest.raises(StorageError, match="y of row 2: 'b' is no number"):
         jamlab.read(path, box=[4, 4])
@@ -351,6 +356,12 @@ def test_sizes_of_hoomd_may_stand_in_its_shapes(tmp_path):
     with hoomd.open(tmp_path / "p.gsd", "w") as file:
         file.append(made)
     assert jamlab.read(tmp_path / "p.gsd").diameters == pytest.approx(2 * R, rel=1e-6)
+    made.bonds.N, made.bonds.types, made.bonds.typeid, made.bonds.group = 1, ["b"], [0], [(0, 1)]
+    with hoomd.open(tmp_path / "p.gsd", "w") as file:
+        file.append(made)
+    with pytest.raises(InputError, match="model='sp'"):
+        jamlab.read(tmp_path / "p.gsd")
+    assert jamlab.read(tmp_path / "p.gsd", model="sp").diameters == pytest.approx(2 * R, rel=1e-6)
     made.particles.typeid = T + 1
     with hoomd.open(tmp_path / "p.gsd", "w") as file:
         file.append(made)
