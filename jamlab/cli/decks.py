@@ -11,6 +11,7 @@ import typer
 from rich.text import Text
 
 from jamlab.cli.console import out_console, print_json
+from jamlab.cli.given import check_apart
 from jamlab.cli.options import Json
 from jamlab.errors import EngineError, InputError
 from jamlab.storage.atomic_file import check_target
@@ -83,9 +84,10 @@ def deck(
     for setting, text in given.items():
         check_setting(path, setting, text)
     law = _law_of_data(known | given, given)
-    data = [value for name, value in (known | given).items() if name == "data"]
+    data = [Path(value) for name, value in (known | given).items() if name == "data"]
     for file in (_LOG, *sorted(written(path, known | given))):
-        check_target(file, *data)
+        check_apart(file, [*data, path], "it is also the input")
+        check_target(file)
     line = lammps_line(path, {**law, **given, "table": "/dev/stdout"}, ranks, *f"-screen none -log {_LOG}".split())
     code = _run(line)
     if code < 0:

