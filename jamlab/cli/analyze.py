@@ -17,6 +17,7 @@ from jamlab.cli.console import (
 from jamlab.cli.given import is_picture
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
+from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
@@ -31,7 +32,7 @@ Source = Annotated[
     ),
 ]
 Pixel = Annotated[
-    float | None, typer.Option(help="Picture: size of a pixel, in any unit of length (default: lengths in pixels).")
+    float | None, typer.Option(help="Picture: size of a pixel (default: the one that a TIFF file states, or pixels).")
 ]
 Film = Annotated[
     float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels (default: estimated).")
@@ -39,7 +40,12 @@ Film = Annotated[
 Contrast = Annotated[
     str, typer.Option(metavar="{auto,dark,bright}", help="Picture: dark or bright droplets; auto: detected.")
 ]
-Labels = Annotated[Path | None, typer.Option(help="Label image or mask to measure.")]
+Labels = Annotated[
+    Path | None, typer.Option(help="Label image or mask to measure; of several pages, droplets are tracked.")
+]
+Memory = Annotated[
+    int | None, typer.Option(help="Series: frames in which a droplet may be missing and keep its number (default: 0).")
+]
 Overlay = Annotated[
     Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png"))
 ]
@@ -64,6 +70,7 @@ def analyze(
     channel: Annotated[
         str, typer.Option(metavar="{grey,red,green,blue}", help="Picture in colours: channel to measure.")
     ] = "grey",
+    memory: Memory = None,
     overlay: Overlay = None,
     packing: OfDroplets = None,
     model: Annotated[str, typer.Option(metavar="{dp,sp}", help="Model of the packing of --packing.")] = "dp",
@@ -73,9 +80,10 @@ def analyze(
     *,
     reading: dict[str, Any],
 ) -> None:
-    """Measure the packings of a file, or a picture of droplets.
+    """Measure the packings of a file, or a picture or a series of pictures of droplets.
 
-    Packings: rho, z, pressure, moduli, shape factor. Pictures: area, shape, contacts and voids of droplets.
+    Packings: rho, z, pressure, moduli, shape factor. Pictures: area, shape, contacts and voids of droplets. A file of
+    several pages: droplets are tracked through them.
     """
     source = file or labels
     if source is None:
@@ -87,9 +95,14 @@ def analyze(
             check_target(path, replace=force)
             expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
-    if is_picture({"file": file}):
+    if is_picture({"file": file}) and is_series(file, labels):
+        refuse_for_series({"--overlay": overlay, "--packing": packing})
+        analyze_series(source.name, file, labels, memory or 0, how, csv, as_json)
+    elif is_picture({"file": file}):
         from jamlab.micrographs.micrograph import micrograph
 
+        if memory is not None:
+            raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
         found = micrograph(file, labels=labels, **how)
         if overlay is not None:
             found.draw(overlay)
@@ -133,7 +146,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     facts: dict[str, Any] = {
         "cut": found.cut,  # by the edge, and not counted
         "rattlers": int(found.rattlers.sum()),
-        "unit": "pixels" if found.pixel is None else "of --pixel",
+        "unit": found.unit or "of --pixel",
         **{key: getattr(found, key) for key in ("z_all", "film", "pixel", "contrast", "light", "noise", "blur")},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "label_notes": list(found.label_notes),
@@ -144,12 +157,12 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         means = {key: number for key, number in numbers.items() if number.count}
         facts |= {key: [facts[key]] for key in ("cut", "rattlers")} | {key: [n.value] for key, n in numbers.items()}
         facts["standard_error"] = {key: mean.error for key, mean in means.items()}
-        facts["interval_95"] = {key: mean.interval for key, mean in means.items()}
+        facts["interval_95"] = {key: n.interval for key, n in numbers.items()}
         facts["numbers"] = {key: {"value": n.value, "quality": n.quality} for key, n in numbers.items()}
         print_json(facts)
         return
-    rows = [[key, _text(n.value), _text(n.error), "?" if n.reasons else ""] for key, n in numbers.items()]
-    print_table(f"droplets of {name}", ["", "value", "± over droplets", ""], rows)
+    rows = [[key, _text(n.value), _text(n.uncertainty), "?" if n.reasons else ""] for key, n in numbers.items()]
+    print_table(f"droplets of {name}", ["", "value", "± (95 %)", ""], rows)
     for key, value in facts.items():
         if text := _text(value):
             print_note(f"{key.replace('_', ' ')}: {text}")

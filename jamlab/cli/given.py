@@ -54,7 +54,7 @@ USES = (
     Use("jam pack", "ratio large", "without --sizes", lambda v: v["sizes"] is None),
     Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _deform(v)),
     Use("jam", "ranks", "for disks", lambda v: not _deform(v)),
-    Use("analyze", "pixel film contrast channel labels overlay packing model", "for pictures", is_picture),
+    Use("analyze", "pixel film contrast channel labels memory overlay packing model", "for pictures", is_picture),
     Use("analyze", "units box radii law", "for files of packings", lambda v: not is_picture(v)),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),
     Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),

@@ -10,6 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
+from jamlab.packing.result import Result
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.droplets_from_disks import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
@@ -26,7 +27,7 @@ FONT = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is 
 
 
 @dataclass(frozen=True)
-class Micrograph:
+class Micrograph(Result):
     """Droplets that a picture shows whole; lengths in units of `pixel`, in pixels if that is None.
 
     Attributes:
@@ -53,6 +54,7 @@ class Micrograph:
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
+        unit: unit of lengths: "pixels", the one that a TIFF file states, as "um", or "" for that of a given `pixel`.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.
@@ -86,6 +88,7 @@ class Micrograph:
     reasons: tuple[str, ...]
     label_notes: tuple[str, ...]
     pixel: float | None
+    unit: str
     picture: Array = field(repr=False)
     outlines: tuple[Array, ...] = field(repr=False)
     cut_outlines: tuple[Array, ...] = field(repr=False)
@@ -122,10 +125,11 @@ class Micrograph:
         return float(self.neighbours.mean())
 
     def table(self) -> pd.DataFrame:
-        """A row per droplet: its number in the overlay, place, area, shape, contacts, rattler, cell, quality."""
+        """A row per droplet: its number in the overlay, place, area, shape, contacts, rattler, cell, and quality, which
+        is its own verdict. `.attrs` has the unit of length."""
         import pandas as pd
 
-        return pd.DataFrame(
+        table = pd.DataFrame(
             {
                 "droplet": np.arange(1, self.count + 1),
                 "x": self.centres[:, 0],
@@ -140,6 +144,12 @@ class Micrograph:
                 "quality": np.where(self.doubtful, "doubtful", "good"),
             }
         )
+        table.attrs = {"unit": self.unit, "quality": self.quality}
+        return table
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The same as `table`."""
+        return self.table()
 
     def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.

@@ -28,8 +28,9 @@ from jamlab.micrographs.illumination import remove_background
 from jamlab.micrographs.label_doubts import ROUGH
 from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
-from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
+from jamlab.micrographs.picture_files import CHANNELS, NoDropletsError, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, share_of
+from jamlab.micrographs.pixel_size import common_size
 from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import Droplets, shape_factor
@@ -55,18 +56,18 @@ def micrograph(
 
     Args:
         picture: image file, (h, w) grey values or (h, w, 3 or 4) colours; optional with `labels`.
-        pixel: pixel size in the unit of length of the results. None: lengths in pixels.
+        pixel: pixel size in the unit of length of the results; 1 for pixels. None: the size that a TIFF file states
+            (OME, ImageJ, tags of resolution), else lengths in pixels.
         film: largest gap that counts as a contact, in pixels. None: estimated from the picture.
         contrast: "bright" (droplets on dark background), "dark", or "auto" (the one that gives the roundest droplets).
         labels: droplets found by another program: (h, w) integers, 0 for the background, or a file of them. Only the
             size of the picture is then used. In a mask (True in droplets) each piece is a droplet; touching droplets
-            are split at their necks. Specks are removed and holes filled; `label_notes` counts them, and many of them
-            make numbers doubtful.
+            are split at their necks. Specks are removed and holes filled; `label_notes` counts them.
         channel: "grey", "red", "green" or "blue", for pictures in colours.
 
     Raises:
-        InputError: scikit-image or edt is missing, the file is not a picture, the picture looks like labels, arguments
-            are invalid, or no whole droplet is found.
+        InputError: scikit-image or edt is missing, the file is not a picture, has several pages or pixels that are not
+            square, the picture looks like labels, arguments are invalid, or no whole droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -92,6 +93,11 @@ def micrograph(
     check_choice("channel", channel, CHANNELS)
     if picture is None and labels is None:
         raise InputError("give a picture, or labels, or both")
+    unit = ""
+    if pixel is None:
+        files = [Path(each) if isinstance(each, str | Path) else None for each in (picture, labels)]
+        if stated := common_size(*files):
+            pixel, unit = stated.width, stated.unit
     if isinstance(picture, str | Path):
         picture = read_values(Path(picture))
     grey = None if picture is None else read_grey(picture, channel)
@@ -100,7 +106,7 @@ def micrograph(
             raise InputError("`contrast` does not apply to labels: leave it out")
         named, notes = read_labels(labels, None if grey is None else grey.shape)
         droplets = Droplets("labels", *labelled_picture(named), film, tuple(notes))
-        return _measured((named > 0).astype(np.float64) if grey is None else grey, droplets, pixel)
+        return _measured((named > 0).astype(np.float64) if grey is None else grey, droplets, pixel, unit)
     assert grey is not None and picture is not None
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
@@ -110,8 +116,9 @@ def micrograph(
     darkness = remove_background(grey if contrast == "bright" else 1 - grey)
     segments = None if darkness is None else find_droplets(darkness.smooth, darkness.noise)
     if darkness is None or segments is None:
-        raise InputError(f"no droplet stands out from light and noise: check `contrast` ({contrast}) and the picture")
-    return _measured(grey, Droplets(contrast, darkness, segments, film), pixel)
+        text = f"no droplet stands out from light and noise: check `contrast` ({contrast}) and the picture"
+        raise NoDropletsError(text)
+    return _measured(grey, Droplets(contrast, darkness, segments, film), pixel, unit)
 
 
 def find_contrast(grey: Array) -> str:
@@ -152,14 +159,13 @@ def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     )
 
 
-def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograph:
+def _measured(grey: Array, droplets: Droplets, pixel: float | None, unit: str) -> Micrograph:
     """Numbers of the droplets that are whole, each with why it may be wrong."""
     walls, darkness, cells, n = droplets.walls, droplets.darkness, droplets.segments.cells, droplets.segments.count
     whole = droplets.whole
     if not whole.any():
-        raise InputError(
-            f"all {n} droplets are cut by the edge; check `contrast` ({droplets.contrast}) and the size of the picture"
-        )
+        check = "the labels" if droplets.labelled else f"`contrast` ({droplets.contrast})"
+        raise NoDropletsError(f"all {n} droplets are cut by the edge: check {check} and the size of the picture")
     kept, cut, scale = np.flatnonzero(whole), np.flatnonzero(~whole & (droplets.size > 0)), float(pixel or 1.0)
     owned = np.bincount(cells.ravel(), minlength=n)[kept].astype(np.float64) * scale**2
     areas = droplets.areas[kept] * scale**2
@@ -170,6 +176,7 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograp
     numbers = {"count": Number(float(len(kept))), "area": mean_of(areas), "rho": share_of(areas, owned, checks.rho)}
     numbers |= {"z": z, "shape_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
     doubts, bounds = find_doubts(droplets, checks) + doubt_few(numbers), find_bounds(droplets, checks)
+    bounds["area"] *= scale**2
     names = np.full(n, -1)
     names[kept] = np.arange(1, len(kept) + 1)
     centres, touching = droplets.centres[:, ::-1], walls.pairs[walls.touching]
@@ -197,6 +204,7 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None) -> Micrograp
         reasons=tuple(text for text, _ in doubts),
         label_notes=tuple(note.text for note in droplets.notes),
         pixel=pixel,
+        unit=unit if pixel is not None else "pixels",
         picture=grey,
         outlines=tuple(droplets.outlines[k] for k in kept),
         cut_outlines=tuple(droplets.outlines[k] for k in cut),

@@ -100,6 +100,12 @@ def read_pages(path: Path, numbers: bool = False) -> list[NDArray[Any]]:
         raise InputError(f"{path} cannot be read as a picture: {lines[0]}") from None
 
 
+def count_pages(path: Path) -> int:
+    """Number of pages of an image file; 1 of one that is not there, or that has no more."""
+    ending = path.suffix.lower()
+    return len(read_pages(path, numbers=True)) if ending in (".tif", ".tiff", ".npy") and path.is_file() else 1
+
+
 def _of_pillow(path: Path, numbers: bool) -> list[NDArray[Any]]:
     plain = ("1", "L", "RGB", "RGBA", "F", "I", "I;16", "I;16B", *(("P",) if numbers else ()))
     with Image.open(path) as image:  # reads the size only

@@ -9,6 +9,7 @@ Source: H. W. Kuhn, Nav. Res. Logist. Q. 2, 83 (1955), for the matching.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,30 +19,45 @@ from scipy.spatial import KDTree
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
+from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
+from jamlab.micrographs.picture_files import NoDropletsError
+from jamlab.micrographs.series import Frame, read_series
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FARTHEST = 0.5  # of the spacing, that a droplet may move from one picture to the next
+NAMED = 5  # frames without droplets that a warning names
 
 
 @checked
-def track_droplets(source: Sequence[Any], *, memory: int = 0, **how: Any) -> pd.DataFrame:
-    """Track droplets through a series of pictures.
+def track_droplets(
+    source: str | Path | Sequence[Any] | None = None,
+    *,
+    memory: int = 0,
+    labels: str | Path | Sequence[Any] | None = None,
+    **how: Any,
+) -> pd.DataFrame:
+    """Track droplets through a series of pictures or of labels.
+
+    A frame without droplets, such as a dark one, is passed over with a warning.
 
     Args:
-        source: pictures in the order of time, as for `jamlab.micrograph`.
+        source: frames in the order of time: pictures as for `jamlab.micrograph`, arrays of labels or masks (True in
+            droplets), files, or `Micrograph`s; an array (t, h, w); or one TIFF or NPY file of several pages.
         memory: number of successive pictures in which a droplet may be missing and keep its number.
+        labels: labels of the frames, in the same forms; with them `source` may be left out.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Returns:
         Table with a row per droplet and picture: the columns of `Micrograph.table`, frame and particle, as trackpy
-        names them.
+        names them. `.attrs` has the unit of length.
 
     Raises:
-        InputError: fewer than two pictures, a negative memory, or an error of `jamlab.micrograph`.
+        InputError: fewer than two pictures, none with droplets, pictures of unlike size or unit, a negative memory, or
+            an error of `jamlab.micrograph`, with the number of the frame.
 
     Example:
         >>> p = jamlab.jam(model="dp", n=16, seed=1)
@@ -49,34 +65,85 @@ def track_droplets(source: Sequence[Any], *, memory: int = 0, **how: Any) -> pd.
         >>> tracks = jamlab.track_droplets(pictures, contrast="bright")
         >>> tracks.groupby("particle").size().tolist()  # pictures in which each one is seen
         [3, 3, 3, 3, 3, 3, 3, 3, 3]
+        >>> y, x = np.indices((90, 120))
+        >>> masks = [np.hypot(x % 30 - 15, (y - k) % 30 - 15) < 13 for k in range(3)]
+        >>> jamlab.track_droplets(masks).groupby("particle")["y"].max().head(2).tolist()
+        [47.0, 47.0]
     """
+    return link_frames(measure_frames(source, labels, how), memory)
+
+
+def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFrame:
+    """Tracks through frames that are measured, as `track_droplets` returns them."""
     if memory < 0:
         raise InputError(f"memory is {memory}: must be a number of pictures, 0 or more")
-    if len(source) < 2:
-        raise InputError(f"{len(source)} pictures: tracking needs two or more")
-    tracks: pd.DataFrame = _link([micrograph(picture, **how).table() for picture in source], memory)
+    tracks: pd.DataFrame = _link([found.table() if found is not None else None for found in frames], memory)
     return tracks
 
 
+def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Micrograph | None]:
+    """What each frame of a series shows, None for one without droplets; arguments as of `track_droplets`."""
+    frames, found, empty = read_series(source, labels, how), [], {}
+    for number, frame in enumerate(frames):
+        try:
+            found.append(_measured(frame, how))
+        except NoDropletsError as error:
+            found.append(None)
+            empty[number] = str(error)
+        except InputError as error:
+            raise type(error)(f"frame {number}: {error}") from None
+    seen = {number: each for number, each in enumerate(found) if each is not None}
+    if not seen:
+        raise InputError(f"no frame of {len(found)} has droplets: frame 0: {empty[0]}")
+    (first, one), *rest = seen.items()
+    for number, other in rest:
+        for what, own, there in (("size", one.picture.shape, other.picture.shape), ("unit", one.unit, other.unit)):
+            if own != there:
+                raise InputError(f"frame {number} has the {what} {there}, frame {first} {own}: must be the same")
+        if one.pixel != other.pixel and abs((one.pixel or 1.0) / (other.pixel or 1.0) - 1) > 1e-6:
+            raise InputError(f"frame {number} has pixels of {other.pixel}, frame {first} of {one.pixel}: give pixel=")
+    if empty:
+        names = ", ".join(map(str, [*empty][:NAMED])) + (
+            f" and {len(empty) - NAMED} more" if len(empty) > NAMED else ""
+        )
+        several = "s" if len(empty) > 1 else ""
+        warn(f"frame{several} {names} of {len(found)} without droplets: {next(iter(empty.values()))}")
+    return found
+
+
+def _measured(frame: Frame, how: dict[str, Any]) -> Micrograph:
+    if isinstance(frame.picture, Micrograph):
+        return frame.picture
+    pixel = {"pixel": frame.pixel} if "pixel" not in how and frame.pixel is not None else {}
+    found: Micrograph = micrograph(frame.picture, labels=frame.labels, **how, **pixel)
+    return frame.named(found)
+
+
 def _link(tables: list[Any], memory: int = 0) -> Any:
-    """One table of all pictures; the same droplet has the same `particle`, also if it was missed `memory` times."""
+    """One table of all pictures; the same droplet has the same `particle`, also if it was missed `memory` times. None
+    is a picture without droplets."""
     import pandas as pd
 
     lost = pd.DataFrame()  # droplets seen before, with their last place
     count, linked = 0, []
     for frame, now in enumerate(tables):
-        names = np.full(len(now), -1)
+        if now is not None and len(now):
+            names = np.full(len(now), -1)
+            if len(lost):
+                last = lost.loc[lost["frame"] == lost["frame"].max(), "cell"]
+                reach = FARTHEST * float(np.sqrt(last.median()))
+                rows, columns = _match(lost[["x", "y"]].to_numpy(), now[["x", "y"]].to_numpy(), reach)
+                names[columns] = lost["particle"].to_numpy()[rows]
+            fresh = names < 0
+            names[fresh] = count + np.arange(fresh.sum())
+            count += int(fresh.sum())
+            linked.append(now.assign(frame=frame, particle=names))
+            lost = pd.concat([lost, linked[-1]]).drop_duplicates("particle", keep="last")
         if len(lost):
-            reach = FARTHEST * float(np.sqrt(lost.loc[lost["frame"] == frame - 1, "cell"].median()))
-            rows, columns = _match(lost[["x", "y"]].to_numpy(), now[["x", "y"]].to_numpy(), reach)
-            names[columns] = lost["particle"].to_numpy()[rows]
-        fresh = names < 0
-        names[fresh] = count + np.arange(fresh.sum())
-        count += int(fresh.sum())
-        linked.append(now.assign(frame=frame, particle=names))
-        lost = pd.concat([lost, linked[-1]]).drop_duplicates("particle", keep="last")
-        lost = lost[lost["frame"] >= frame - memory]
-    return pd.concat(linked, ignore_index=True)
+            lost = lost[lost["frame"] >= frame - memory]
+    table = pd.concat(linked, ignore_index=True)
+    table.attrs = {key: value for key, value in linked[0].attrs.items() if key == "unit"}
+    return table
 
 
 def _match(old: Array, new: Array, reach: float) -> tuple[Indices, Indices]:

@@ -17,10 +17,9 @@ import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.labels import Note
-from jamlab.micrographs.picture_files import distance_inside, scikit_image
+from jamlab.micrographs.picture_files import NoDropletsError, distance_inside, scikit_image
 from jamlab.micrographs.segmentation import Segments, edge_of, meetings
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
@@ -72,7 +71,7 @@ def find_walls(
     """
     wall, pair = _wall_pixels(cells)
     if not wall.any():
-        raise InputError("one droplet alone is found: a picture needs several, whose walls are measured")
+        raise NoDropletsError("one droplet alone is found: a picture needs several, whose walls are measured")
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
     names, short, count = np.unique(pair[wall], return_inverse=True, return_counts=True)
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE)
