@@ -184,10 +184,13 @@ class Micrograph(Result):
         """
         from matplotlib.figure import Figure
 
+        from jamlab.plotting.axes import show_whole
+
         check_ending(path, "png")
         check_target(path)
-        figure = Figure(figsize=self._inches, layout="constrained")
-        self.plot(figure.subplots())
+        figure = Figure(figsize=self._inches, layout="constrained", dpi=DPI)
+        self._draw(figure.subplots())
+        show_whole(figure)
         with atomic_file(path) as temporary:
             figure.savefig(temporary, format="png", dpi=DPI)
 
@@ -199,10 +202,12 @@ class Micrograph(Result):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the same on matplotlib Axes (default: a new figure)."""
-        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.axes import axes_for, fit_title
 
         with axes_for(ax, {}, self._inches) as axes:
             self._draw(axes)
+            if ax is not None:
+                fit_title(axes)
         return axes
 
     def _draw(self, axes: Any) -> None:
@@ -210,9 +215,12 @@ class Micrograph(Result):
         from matplotlib.lines import Line2D
         from matplotlib.patheffects import withStroke
 
+        from jamlab.plotting.axes import legend_below
+
         (height, width), pixel, sides = self.picture.shape, self.pixel or 1.0, self.voids.sides.tolist()
         radius = float(np.sqrt(np.median(self.areas) / np.pi)) / pixel
-        points = 72 * axes.figure.get_size_inches().min() * radius / min(height, width)  # radius of a droplet as drawn
+        room = axes.get_window_extent()
+        points = 72 / axes.figure.dpi * radius * min(room.width / width, room.height / height)  # of a droplet as drawn
         extent = (-0.5, width - 0.5, height - 0.5, -0.5)
         axes.imshow(self.picture, cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
         for rings, colours, line in (
@@ -241,6 +249,4 @@ class Micrograph(Result):
         for colour, name in side_names(sides).items():
             label = f"void, {name}{' sides' * name.isdigit()}"
             handles.append(Line2D([], [], color=colour, label=label, **look))
-        axes.legend(
-            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False
-        )
+        legend_below(axes, handles, frameon=False)

@@ -2,12 +2,18 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import product
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cbook import normalize_kwargs
+from matplotlib.figure import Figure
 
 from jamlab.errors import InputError, JamlabError
+
+PAD = 0.04  # inches around all that is drawn
+LEAST_FONT = 5.0  # points
 
 
 @contextmanager
@@ -23,6 +29,8 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> It
         raise InputError(f"ax = {ax!r:.80} ({type(ax).__name__}): give matplotlib Axes, plain, or None for new ones")
     try:
         yield ax
+        if figure is not None:
+            show_whole(figure)
     except Exception as error:
         if figure is not None:
             pyplot.close(figure)
@@ -30,6 +38,36 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> It
             given = ", ".join(f"{name} = {value!r:.40}" for name, value in style.items())
             raise InputError(f"matplotlib refuses the style {given}: {error}") from error
         raise
+
+
+def show_whole(figure: Figure) -> None:
+    """Make a figure as much larger as titles, legends and labels stick out of it, so that a saved file shows all.
+
+    The layout of matplotlib leaves too little room around axes of equal scales: it measures before it shrinks them.
+    """
+    figure.draw_without_rendering()
+    size = figure.get_size_inches()
+    drawn = figure.get_tightbbox().padded(PAD)
+    low, high = np.maximum(-drawn.min, 0.0), np.maximum(drawn.max - size, 0.0)
+    if not (low.any() or high.any()):
+        return
+    boxes = [axes.get_position().extents.reshape(2, 2) * size + low for axes in figure.axes]
+    figure.set_layout_engine("none")
+    size = size + low + high
+    figure.set_size_inches(size)
+    for axes, box in zip(figure.axes, boxes, strict=True):
+        (left, bottom), (right, top) = box / size
+        axes.set_position((left, bottom, right - left, top - bottom))
+
+
+def fit_title(axes: Axes) -> None:
+    """Make a title smaller until it is as wide as its axes and ends below the edge of the figure."""
+    room, title = axes.get_window_extent(), axes.title
+    while title.get_fontsize() > LEAST_FONT:
+        box = title.get_window_extent()
+        if box.width <= room.width and box.height <= axes.figure.bbox.y1 - room.y1:
+            break
+        title.set_fontsize(title.get_fontsize() - 0.5)
 
 
 def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:
@@ -42,8 +80,12 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
     return {**defaults, **own}
 
 
-def legend_below(axes: Axes, handles: list[Any], title: str = "") -> None:
-    """Put a legend below the axes, where a picture that fills them leaves room for none."""
-    axes.legend(
-        handles=handles, title=title or None, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=6, fontsize=9
-    )
+def legend_below(axes: Axes, handles: list[Any], title: str = "", **style: Any) -> None:
+    """Put a legend below the axes, where a picture that fills them leaves room for none, as large as fits there."""
+    place: dict[str, Any] = {"handles": handles, "loc": "upper center", "bbox_to_anchor": (0.5, -0.01)}
+    place |= {"title": title or None} | style
+    wide = axes.get_window_extent().width
+    for size, columns in product((9, 7, LEAST_FONT), range(min(len(handles), 6), 0, -1)):
+        box = axes.legend(ncols=columns, fontsize=size, **place).get_window_extent()
+        if box.width <= wide and box.y0 >= 0:
+            break

@@ -92,6 +92,65 @@ def debris(labels: Indices, rng: Any, count: int = 12, ratio: float = 4.0) -> In
     return found
 
 
+def in_rows(labels: Indices) -> Indices:
+    """Labels numbered row by row, as segmenters do."""
+    kinds, first = np.unique(labels, return_index=True)
+    names = np.zeros(labels.max() + 1, dtype=int)
+    names[kinds[np.argsort(first)]] = np.arange(len(kinds))
+    return names[labels] - names[0] * (labels > 0) if names[0] == 0 else np.where(labels > 0, names[labels] + 1, 0)
+
+
+def clipped(labels: Indices, bits: int = 8, share: float = 0.5) -> Indices:
+    """Numbers of a share of the labels beyond the range of a file become its largest number."""
+    last, rows = 2**bits - 1, in_rows(labels)
+    return np.where(rows > 0, np.minimum(rows + last - int((1 - share) * rows.max()), last), 0).astype(f"uint{bits}")
+
+
+def modulo(labels: Indices) -> Indices:
+    """Numbers beyond 255 begin again at 0."""
+    rows = in_rows(labels)
+    return ((rows + 256 - rows.max() // 2) % 256 * (rows > 0)).astype(np.uint8)
+
+
+def joined(labels: Indices, where: Callable[[Any, Any], Any], closed: int = 0) -> Indices:
+    """One label for all whose middle lies where a condition of x and y, of the picture, holds; `closed`: pixels over
+    which the ground between them joins too."""
+    names = np.setdiff1d(np.unique(labels), [0])
+    middle = np.array(ndimage.center_of_mass(labels > 0, labels, names)) / labels.shape
+    chosen = names[where(middle[:, 1], middle[:, 0])]
+    region = np.isin(labels, chosen)
+    if closed:
+        region |= ndimage.binary_closing(region, iterations=closed)
+    return np.where(region, labels.max() + 1, labels)
+
+
+def covered(labels: Indices, where: Callable[[Any, Any], Any]) -> Indices:
+    """A label laid over all pixels where a condition of x and y, of the picture, holds."""
+    y, x = (np.indices(labels.shape).transpose(1, 2, 0) / labels.shape).transpose(2, 0, 1)
+    return np.where(where(x, y), labels.max() + 1, labels)
+
+
+def joined_with_cut(labels: Indices) -> Indices:
+    """Every label that the edge cuts has the number of a whole one beside it."""
+    found, whole = labels.copy(), inner(labels)
+    edge = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
+    for name in np.setdiff1d(edge, [0]):
+        beside = np.intersect1d(np.unique(labels[ndimage.binary_dilation(labels == name, iterations=2)]), whole)
+        if len(beside):
+            found[found == beside[0]] = name
+    return found
+
+
+def motes(labels: Indices, rng: Any, count: int = 40, size: int = 2) -> Indices:
+    """Square labels of `size` pixels on the ground."""
+    found, new = labels.copy(), labels.max() + 1
+    free = np.argwhere(ndimage.binary_erosion(labels == 0, np.ones((size, size))))
+    for k in range(count):
+        row, column = free[rng.integers(len(free))]
+        found[row : row + size, column : column + size] = new + k
+    return found
+
+
 def judge(source: Any, truth: dict[str, float], **how: Any) -> dict[str, tuple[float, str]]:
     """Error and quality of every number whose truth is known; all "refused" where the image is refused."""
     try:

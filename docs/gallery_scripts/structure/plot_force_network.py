@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import jamlab
 
-figure, axes = plt.subplots(1, 2, figsize=(9, 4.8), layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(9, 5.2), layout="constrained")
 for ax, pressure in zip(axes, (1e-2, 1e-4), strict=True):
     p = jamlab.pack(n=128, pressure=pressure, seed=1)
     network = jamlab.contacts(p)
