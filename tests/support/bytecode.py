@@ -1,0 +1,13 @@
+"""Keep the bytecode of what tests import where the environment keeps none: each of a hundred processes that tests start
+would compile NumPy, SciPy and pandas again, 1 to 3 s of CPU time. Imported first by `tests/conftest.py`."""
+
+import os
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[2] / ".pytest_cache" / "bytecode"
+
+if sys.dont_write_bytecode:
+    sys.dont_write_bytecode, sys.pycache_prefix = False, str(FOLDER)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = str(FOLDER)
