@@ -155,7 +155,7 @@ ODD = "my ä b' $x#&中"  # a folder: every letter may stand in one, but for the
 def test_decks_run_in_a_folder_of_any_name(tmp_path, deck):
     """By `jamlab deck` in that folder, and by plain lmp from outside, which looks for parts and molecules there."""
     folder = copy_decks(tmp_path / ODD)
-    short = {"n": 4, "to": 0.9, "above": 0.1, "phi_start": 0.1}
+    short = {"n": 2, "to": 0.9, "above": 0.1, "phi_start": 0.3}
     settings = [word for name, value in short.items() for word in (f"--{name.replace('_', '-')}", value)]
     done = call(folder, "deck", deck, *settings)
     assert done.exit_code == 0, done.stderr
