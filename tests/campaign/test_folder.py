@@ -14,6 +14,7 @@ from campaigns import FULL, run_here, written
 
 import jamlab
 from jamlab.campaign import states as sweep_states
+from jamlab.campaign import workers
 from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
@@ -152,6 +153,14 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(tmp_path, monke
     assert outcome[0] == "full"
     assert os.strerror(number) in outcome[1]
     assert not list((campaign.folder.path / "tasks").iterdir())  # nothing half-written
+    monkeypatch.undo()
+
+    def no_room(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(workers, "make_states", no_room)  # for a temporary file, such as of LAMMPS
+    outcome = run_task(place, task)
+    assert outcome.state == "full" and os.strerror(number) in outcome.line and "make room" in outcome.line
     assert not campaign.folder.failed()
     monkeypatch.undo()
     assert run_task(place, task)[0] == "finished"

@@ -56,6 +56,19 @@ def test_the_way_down_keeps_disks_and_ensemble_and_says_where_it_began(ensemble)
         assert found.box[1, 0] == 0 and found.box[0, 0] == found.box[1, 1] and np.abs(shear).max() > 1e-8
 
 
+def test_only_the_last_step_down_is_minimised_in_full(monkeypatch):
+    """On the way a part in ten thousand of the pressure will do."""
+    noises, relax = [], target_pressure.relax_disks_and_box
+
+    def noted(session, strains, noise, **how):
+        noises.append(noise / strains.pressure)
+        return relax(session, strains, noise, **how)
+
+    monkeypatch.setattr(target_pressure, "relax_disks_and_box", noted)
+    decompress(crystal(0.95), 1e-3, tolerance=1e-12)
+    assert len(noises) > 2 and set(noises[:-1]) == {1e-4} and noises[-1] == pytest.approx(1e-9)
+
+
 def test_what_a_compression_says_of_itself_is_gone():
     """Its target, whether it was met, and the onset that it began at."""
     *_, start = jamlab.compress(jamlab.jam(n=16, seed=1), to=0.9, step=0.05)
