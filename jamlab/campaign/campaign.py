@@ -246,7 +246,10 @@ class Campaign:
         frame = self.table(table, sweep)
         if table == "states":
             frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
-        if converged and "converged" in frame:
+        if converged:
+            if "converged" not in frame:  # its rows converged as far as their states did
+                states = self.table("states", sweep)[["task", "state", "converged"]]
+                frame = frame.merge(states, "left", ["task", "state"])
             frame = frame[frame["converged"].astype(bool)]
         self._check_sizes(set(frame["task"]))
         return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)

@@ -142,7 +142,7 @@ def run(
             print_line(f"Reasons: jamlab campaign status {file}")
     else:
         print_note(f"nothing left to run: {_describe(campaign, only)}")
-    if ran.left and not pilot and not as_json:
+    if ran.left and not as_json:
         print_line(f"{ran.left} tasks are left to other shares")
     raise typer.Exit(1 if ran.failed else 0)
 

@@ -83,12 +83,14 @@ def test_spectra_hold_what_jamlab_computes(full):
 
 def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
     monkeypatch.setattr(states, "jam", lambda *a, **how: jamlab.jam(*a, **how).with_state(converged=False))
-    alone = {"seeds": 1, "n": 8, "compress": None, "onset": True}
+    alone = {"seeds": 1, "n": 8, "compress": None, "onset": True, "observables": ["voids"]}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **alone))
     assert run_here(campaign)[0][0] == "finished"
     assert campaign.table("states")["converged"].tolist() == [False]
     assert campaign.table("onset")["converged"].tolist() == [False]
     assert campaign.aggregate(["rho"]).empty
+    assert len(campaign.table("voids")) and campaign.aggregate(["sides"], table="voids").empty
+    assert campaign.aggregate(["sides"], table="voids", converged=False)["packings"].tolist() == [1]
 
 
 def test_packings_are_drawn_not_rows():
