@@ -8,7 +8,6 @@ import sys
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Holds
 from jamlab.errors import InputError
+from jamlab.hints import instead_of, meant, misspelt
 from jamlab.old_names import today
 from jamlab.processes.progress import ProgressLine
 
@@ -31,14 +31,16 @@ class _Kind(NamedTuple):
 
     holds: Callable[[Any], bool]  # whether a value is that
     text: str  # the same for a message
+    classes: tuple[str, ...] = ()  # names of the classes among it
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Refuse arguments whose types differ from the annotations of a function; for public functions and methods.
 
-    Whole numbers and numbers include numpy scalars but no truth values; 2.0 is no whole number, text is no sequence,
-    and an int beyond 64 bits is no number, since numpy makes an object of it. Nothing is converted. A call takes 1.5 to
-    3 us longer. `checked_class` does the same for what a class is made from.
+    Whole numbers and numbers include numpy scalars and arrays without dimensions, which are handed on as numbers of
+    Python, but no truth values; 2.0 is no whole number, text is no sequence, and an int beyond 64 bits is no number,
+    since numpy makes an object of it. Nothing else is converted. A call takes 1.5 to 3 us longer. `checked_class` does
+    the same for what a class is made from.
     """
 
     @functools.wraps(function)
@@ -47,7 +49,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         if kwargs.get("progress") is True:
             kwargs["progress"] = ProgressLine()
         if not kwargs.keys() <= known.kinds.keys():
-            kwargs = today(_name(function), kwargs, known.kinds, known.others is not None)  # type: ignore[assignment]  # P names none
+            others = known.others is not None and known.needed <= {*known.places[: len(args)], *kwargs}
+            kwargs = today(_name(function), kwargs, known.kinds, others)  # type: ignore[assignment]  # P names none
+        args = tuple(map(as_plain, args))  # type: ignore[assignment]  # P names none
+        kwargs = {name: as_plain(value) for name, value in kwargs.items()}  # type: ignore[assignment]  # as above
         for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:
             kind = known.kinds.get(name, known.others or _ANYTHING)
             if not kind.holds(value):
@@ -58,6 +63,17 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return function(*args, **kwargs)  # which refuses too few and too many
 
     return call
+
+
+def as_plain(value: Any) -> Any:
+    """The number of Python that a numpy scalar is, or an array without dimensions; anything else as it is. A float32
+    is compared with limits beyond its range, or loses digits of what it is combined with."""
+    if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 and value.dtype.kind in _NUMBERS:
+        return _NUMBERS[value.dtype.kind](value)
+    return value
+
+
+_NUMBERS: dict[str, Callable[[Any], Any]] = {"b": bool, "i": int, "u": int, "f": float, "c": complex}
 
 
 def checked_class(cls: type[T]) -> type[T]:
@@ -76,6 +92,7 @@ def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object
     remedy = "; fill masked entries, or leave them out" if np.ma.is_masked(value) else ""
     if _is_whole(value) and not _is_real(value):
         remedy = "; write a number beyond 64 bits with an exponent, as 1e30"
+    remedy = remedy or instead_of(where, kind.classes, value)
     return InputError(f"{where}: {name} = {given}: must be {kind.text}{remedy}")
 
 
@@ -87,6 +104,7 @@ class _Arguments(NamedTuple):
     rest: str | None  # name of all further ones by position
     further: _Kind  # what those must be
     others: _Kind | None  # of all further ones by name
+    needed: frozenset[str]  # names of those without a default
 
 
 @functools.cache
@@ -98,7 +116,8 @@ def _arguments(function: Callable[..., Any]) -> _Arguments:
     others = kinds.pop(forms.get(inspect.Parameter.VAR_KEYWORD, ""), None)
     further = kinds.pop(forms.get(inspect.Parameter.VAR_POSITIONAL, ""), _ANYTHING)
     places = tuple(name for name, each in parameters.items() if each.kind in by_place)
-    return _Arguments(kinds, places, forms.get(inspect.Parameter.VAR_POSITIONAL), further, others)
+    needed = frozenset(name for name in kinds if parameters[name].default is inspect.Parameter.empty)
+    return _Arguments(kinds, places, forms.get(inspect.Parameter.VAR_POSITIONAL), further, others, needed)
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
@@ -127,7 +146,7 @@ def _class(cls: type) -> _Kind:
         isinstance(None, cls)
     except TypeError:  # a protocol that cannot be asked at run time
         return _ANYTHING
-    return _Kind(lambda value: isinstance(value, cls), f"a {cls.__name__}")
+    return _Kind(lambda value: isinstance(value, cls), f"a {cls.__name__}", (cls.__name__,))
 
 
 def _of_parts(origin: Any, parts: tuple[Any, ...]) -> _Kind:
@@ -159,7 +178,8 @@ def _union(parts: tuple[Any, ...]) -> _Kind:
         return _ANYTHING
     inner = sorted(parts, key=lambda part: (part is type(None), not hasattr(part, "__metadata__"), kinds[part].text))
     text = " or ".join(kinds[part].text for part in inner)
-    return _Kind(lambda value: any(kind.holds(value) for kind in kinds.values()), text)
+    classes = tuple(name for kind in kinds.values() for name in kind.classes)
+    return _Kind(lambda value: any(kind.holds(value) for kind in kinds.values()), text, classes)
 
 
 def _items(origin: type, item: _Kind) -> _Kind:
@@ -170,7 +190,7 @@ def _items(origin: type, item: _Kind) -> _Kind:
             return False
         return not isinstance(value, list | tuple) or all(map(item.holds, value))  # an iterator can be read once only
 
-    return _Kind(holds, f"a sequence, each {item.text}")
+    return _Kind(holds, f"a sequence, each {item.text}", item.classes)
 
 
 def _row(kinds: list[_Kind]) -> _Kind:
@@ -216,17 +236,19 @@ _PLAIN: dict[type, _Kind] = {
 }
 
 
-def name_meant(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = 0.6) -> str:
-    """The known name that looks most like one that is not known, as a question; `otherwise` where none does."""
-    near = get_close_matches(name, list(known), 1, cutoff)
-    return f"did you mean {near[0]}?" if near else otherwise
+def name_meant(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """The known name that one which is not known misspells, as a question; `otherwise` where none is."""
+    near = misspelt(name, known)
+    return f"did you mean {near}?" if near else otherwise
 
 
 def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
     """Refuse a name that is not among the choices."""
     known = tuple(choices)
     if not isinstance(value, str) or value not in known:
-        raise InputError(f"unknown {name} {value!r}: use one of {', '.join(known)}")
+        use = meant(value, [name], known, argument=True) if isinstance(value, str) else ""
+        told = f"use {use}, or another of" if use else "use one of"
+        raise InputError(f"unknown {name} {value!r}: {told} {', '.join(known)}")
 
 
 def check_number(name: str, value: Any, highest: float, least: float = 0.0) -> None:
@@ -272,7 +294,7 @@ def is_number(value: object) -> bool:
     """Whether a value is a finite real number; a truth value is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return False
-    size: Any = abs(float(value) if isinstance(value, np.floating) else value)  # the limit is no float32
+    size: Any = abs(as_plain(value))  # a float32 knows no number so large
     return bool(size <= sys.float_info.max)  # False too for an int that no float can hold
 
 

@@ -1,5 +1,6 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
+import pickle
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, checked
+from jamlab.checks import as_plain, check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -34,12 +35,15 @@ _TRIAL = 0.5  # s after which `measure` looks at the time that a state takes
 _START = 2.0  # s that new processes take to start and to load what measures
 
 
+_Own = Callable[[Packing], Any]  # of the user, which returns a number
+
+
 @overload
-def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict[str, float]: ...
+def measure(packing: Packing, quantities: str | _Own | Iterable[str | _Own] = COLUMNS) -> dict[str, float]: ...
 @overload
 def measure(
     packing: Sequence[Packing],
-    quantities: str | Iterable[str] = COLUMNS,
+    quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
     processes: int | None = None,
     progress: Progress | None = None,
@@ -47,7 +51,7 @@ def measure(
 @checked
 def measure(
     packing: Packing | Sequence[Packing],
-    quantities: str | Iterable[str] = COLUMNS,
+    quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
     processes: int | None = None,
     progress: Progress | None = None,
@@ -56,21 +60,24 @@ def measure(
 
     Args:
         packing: one SP or DP packing, or several, such as a sweep.
-        quantities: one or more of `QUANTITIES`. Default: `COLUMNS`.
-        processes: largest number of parallel processes for several packings. Default: all cores.
+        quantities: one or more of `QUANTITIES`, or functions of your own that take a packing and return a number.
+            Default: `COLUMNS`.
+        processes: largest number of parallel processes for several packings. Default: all cores. A function of the
+            script that runs, or without a name, is called in this process.
         progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:
-        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; for several packings arrays (len(packing),). g,
-        g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g between walls, where shear
-        along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and rattlers are nan if rounded
-        positions do not decide whether a contact is open.
+        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`, or that of the function; for several packings
+        arrays (len(packing),). g, g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g
+        between walls, where shear along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and
+        rattlers are nan if rounded positions do not decide whether a contact is open.
 
     Warns:
         JamlabWarning: g, g_x or b of a packing is negative; once for each packing.
 
     Raises:
-        InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
+        InputError: a quantity that is not among `QUANTITIES`, two of one name, a function that returns no number, or
+            `processes` below 1.
         EngineError: a process was killed.
         JamlabError: errors of the analysis; for several packings the message names the state, counted from 0.
 
@@ -79,6 +86,10 @@ def measure(
         >>> found = jamlab.measure(p, ["rho", "z", "g", "b"])
         >>> {name: round(value, 3) for name, value in found.items()}
         {'rho': 0.853, 'z': 4.452, 'g': 0.029, 'b': 0.486}
+        >>> def strongest(packing):
+        ...     return jamlab.contacts(packing).forces.size.max()
+        >>> round(jamlab.measure(p, ["pressure", strongest])["strongest"], 3)
+        X
         >>> onset = jamlab.jam(n=16, seed=1)
         >>> measured = jamlab.measure([onset, *jamlab.compress(onset, to=0.9, step=0.02)], ["rho", "z"])
         >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
@@ -94,33 +105,54 @@ def measure(
 
 def numbers_of(
     packing: Packing | Sequence[Packing],
-    quantities: str | Iterable[str] = COLUMNS,
+    quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
     processes: int | None = None,
     progress: Progress | None = None,
 ) -> Any:
     """`measure` without its warning, for those who look at the moduli themselves."""
-    names = _check_names(quantities)
+    wanted = _by_name(quantities)
     if isinstance(packing, Packing):
-        return _measure_one(packing, names)
-    return _measure_several(packing, names, processes, progress)
+        return _measure_one(packing, wanted)
+    return _measure_several(packing, wanted, processes, progress)
 
 
-def _measure_one(packing: Packing, names: tuple[str, ...]) -> dict[str, float]:
+_Wanted = dict[str, _Own | None]  # name -> function of the user; None: of jamlab
+
+
+def _measure_one(packing: Packing, wanted: _Wanted) -> dict[str, float]:
     found: dict[str, float] = {}
-    for name in names:
-        if name in _ALONE:
+    for name, own in wanted.items():
+        if own is not None:
+            found[name] = _number(name, own(packing))
+        elif name in _ALONE:
             found[name] = _ALONE[name](packing)
         elif name not in found:
             found |= _OBSERVED[name](packing)
-    return {name: found[name] for name in names}
+    return {name: found[name] for name in wanted}
 
 
-def _check_names(quantities: str | Iterable[str]) -> tuple[str, ...]:
-    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    for name in names:
-        check_choice("quantity", name, QUANTITIES)
-    return names
+def _by_name(quantities: str | _Own | Iterable[str | _Own]) -> _Wanted:
+    """What is wanted by name; names of jamlab may be given twice, those of functions not."""
+    wanted: _Wanted = {}
+    for each in [quantities] if isinstance(quantities, str) or callable(quantities) else quantities:
+        name = each if isinstance(each, str) else str(getattr(each, "__name__", type(each).__name__))
+        if isinstance(each, str):
+            check_choice("quantity", name, QUANTITIES)
+        if wanted.get(name, each) is not each and not (isinstance(each, str) and wanted[name] is None):
+            raise InputError(f"two quantities are called {name}: give the function another name")
+        if not isinstance(each, str) and name in QUANTITIES:
+            raise InputError(f"{name} is a quantity of jamlab: give the function another name")
+        wanted[name] = None if isinstance(each, str) else each
+    return wanted
+
+
+def _number(name: str, value: Any) -> float:
+    """What a function of the user returned, as a number."""
+    plain = as_plain(value)
+    if isinstance(plain, bool | int | float):
+        return float(plain)
+    raise InputError(f"{name} returned {value!r:.60} ({type(value).__name__}): it must return one number")
 
 
 def why_no_modulus(packing: Packing) -> str:
@@ -143,7 +175,7 @@ def why_no_modulus(packing: Packing) -> str:
 
 
 def _measure_several(
-    packings: Sequence[Packing], names: tuple[str, ...], processes: int | None, progress: Progress | None
+    packings: Sequence[Packing], wanted: _Wanted, processes: int | None, progress: Progress | None
 ) -> dict[str, Array]:
     if processes is not None and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
@@ -154,27 +186,39 @@ def _measure_several(
         tell(done / total, f"{done} of {total} states")
 
     states = list(enumerate(packings))
-    one = partial(_measure_state, names=names)
+    one = partial(_measure_state, wanted=wanted)
+    most = processes if all(map(_may_travel, wanted.values())) else 1
     rows, began = [], time.perf_counter()
     with threadpool_limits(1):
         for state in states:
             rows.append(one(state))
             show(len(rows))
             spent = time.perf_counter() - began
-            if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), processes) > 1:
+            if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), most) > 1:
                 break
     if rest := states[len(rows) :]:
-        count, first = _count_processes(len(rest), spent / len(rows), processes), len(rows)
+        count, first = _count_processes(len(rest), spent / len(rows), most), len(rows)
         rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done))
-    return {name: np.array([row[name] for row in rows]) for name in names}
+    return {name: np.array([row[name] for row in rows]) for name in wanted}
+
+
+def _may_travel(own: _Own | None) -> bool:
+    """Whether another process can call a function: not one of the script that runs, or without a name."""
+    if getattr(own, "__module__", "") == "__main__":
+        return False
+    try:
+        pickle.dumps(own)
+    except (pickle.PicklingError, AttributeError, TypeError):  # as which it is depends on what stands in the way
+        return False
+    return True
 
 
 def _measure_state(
-    state: tuple[int, Packing], report: Callable[..., None] = lambda *step: None, *, names: tuple[str, ...]
+    state: tuple[int, Packing], report: Callable[..., None] = lambda *step: None, *, wanted: _Wanted
 ) -> dict[str, float]:
     index, packing = state
     try:
-        return _measure_one(packing, names)
+        return _measure_one(packing, wanted)
     except JamlabError as error:
         raise type(error)(f"state {index}: {error}") from error
 

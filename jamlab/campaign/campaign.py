@@ -25,6 +25,7 @@ from jamlab.campaign.tasks import Batch, batches, states_name, task_names, tasks
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, drive
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.hints import Hinted
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
@@ -55,7 +56,7 @@ class CampaignRun:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Campaign(Hinted):
     r"""A campaign: its file and the folder of its tasks. Made by `open_campaign`.
 
     Attributes:

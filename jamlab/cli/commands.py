@@ -12,9 +12,11 @@ from typer.exceptions import TyperException
 
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
-from jamlab.cli.habits import command_meant, option_meant
 from jamlab.cli.interruption import last_line, stopping_signal
 from jamlab.errors import JamlabError
+from jamlab.habits import AGAIN, LIMITS, SHELL
+from jamlab.habits import COMMANDS as HABITS
+from jamlab.hints import meant, misspelt
 
 
 class Hinting(TyperGroup):
@@ -25,8 +27,13 @@ class Hinting(TyperGroup):
         try:
             return super().resolve_command(ctx, args)
         except TyperException as error:
-            known = self.list_commands(ctx)
-            error.message = f"No such command {args[0]!r}: {command_meant(args[0], known)}"
+            known, group = self.list_commands(ctx), f"{ctx.info_name} " * (ctx.parent is not None)
+            near, use = misspelt(args[0], known), HABITS.get(args[0], "")
+            use = f"{group}{near}" if near else use if use.startswith(group) else ""
+            said = f"use `jamlab {use}`" if use else f"use one of {', '.join(known)}"
+            if not group and args[0] in AGAIN:
+                said = "give the command again that was interrupted: it resumes"
+            error.message = f"No such command {args[0]!r}: {said}"
             raise
 
 
@@ -103,9 +110,16 @@ class OwnCommand(TyperCommand):
                 error.message += f", in {' '.join(given)}"
             if (name := getattr(error, "option_name", None)) and hasattr(error, "possibilities"):
                 error.possibilities = None  # names that look alike, whatever they mean
-                known = [option for each in self.params for option in each.opts if option.startswith("--")]
-                error.message += f"; {option_meant(name, known)}"
+                error.message += f"; {self._option_meant(name)}"
             raise
+
+    def _option_meant(self, name: str) -> str:
+        """What to use instead of an option that the command does not have."""
+        options = {opt.lstrip("-").replace("-", "_"): opt for each in self.params for opt in each.opts if opt[0] == "-"}
+        word = name.lstrip("-").replace("-", "_")
+        use = meant(word, [f"jamlab {self.name}", SHELL], options, argument=True)
+        use = options.get(use.strip("`"), use) or options.get(misspelt(word, options), "")
+        return use if use == LIMITS else f"use {use}" if use else f"it takes {', '.join(options.values())}"
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command, unless it would ignore what was given, or write over what it reads."""

@@ -29,6 +29,7 @@ from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.errors import EngineError, InputError
+from jamlab.hints import Hinted
 from jamlab.packing.deformation import BoxStrains, at_positions, compression
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
@@ -69,6 +70,8 @@ class Evaluation(Result):
         **dict.fromkeys(("stress", "pressure"), STRESS),
     }
 
+    _rows = ("forces",)
+
     energy: float
     contact_energy: float
     forces: Array
@@ -91,7 +94,7 @@ class Descent(NamedTuple):
     crossed: float  # 1 if outlines crossed on the way
 
 
-class Session:
+class Session(Hinted):
     """A LAMMPS instance with one packing.
 
     Args:

@@ -12,6 +12,7 @@ import pandas as pd
 
 from jamlab.errors import Renamed
 from jamlab.packing.packing import Packing
+from jamlab.packing.result import Result
 from jamlab.rheology.damping import Damping
 
 
@@ -39,7 +40,7 @@ def judge(rows: Sequence[dict[str, Any]], cost: str = "", nearest: str = "") -> 
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Choice:
+class Choice(Result):
     """The least model that does, of `choose`, `estimate_cost` or `choose_flow`.
 
     Attributes:
@@ -67,6 +68,8 @@ class Choice:
         ('linear spectrum', 'jamlab.complex_modulus(p, omega=[1.0]')
     """
 
+    _rows = ("options",)
+
     way: Any
     bound: dict[str, float]
     options: pd.DataFrame
@@ -80,6 +83,10 @@ class Choice:
     outside: tuple[str, ...] = ()
 
     error = Renamed("bound")
+
+    def _columns(self) -> dict[str, Any]:
+        """The options."""
+        return {str(name): self.options[name].to_numpy() for name in self.options}
 
     @property
     def call(self) -> str:

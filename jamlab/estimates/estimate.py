@@ -200,6 +200,8 @@ class Estimate(Result):
         ['value', 'ci95', 'met', 'packings']
     """
 
+    _rows = ("seeds", "values")
+
     value: float
     ci95: float
     met: bool

@@ -21,7 +21,7 @@ from jamlab.plotting.palette import COLOURS
 from jamlab.rheology.damping import Damping
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 SERIES = (  # arrays of a result, one value a row
     *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
@@ -85,11 +85,8 @@ class FlowResult(Result):
         """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
         return conclude(self)
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """All rows as a pandas DataFrame."""
-        import pandas as pd
-
-        return pd.DataFrame({name: getattr(self, name) for name in self.columns})
+    def _columns(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.columns}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -98,6 +95,7 @@ class FlowRun(FlowResult):
 
     series: ClassVar[tuple[str, ...]] = SERIES
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "z_all", "energy_gap")
+    _apart = ("wall_stress",)
 
     # time, strain: (m,) since the start
     time: Array

@@ -42,6 +42,8 @@ LIMIT = 0.02  # imbalance from which on a result is doubtful, and a step is trie
 class PlasticEvents(Result):
     """Steps in which stress fell or energy was lost, m of them, and from which a step back does not lead back."""
 
+    _rows = ("strain", "stress_drop", "released", "width")
+
     strain: Array  # (m,) at the end of the step
     stress_drop: Array  # (m,) stress before less that after; negative where it rose by more than it fell
     released: Array  # (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy

@@ -29,6 +29,8 @@ class VelocityProfile(Result):
         standard_error: (m,) of it, from the parts of the run between two packings; nan of one part.
     """
 
+    _rows = ("height", "velocity", "standard_error")
+
     height: Array
     velocity: Array
     standard_error: Array

@@ -52,6 +52,7 @@ class ContactForces(Result):
             one with an edge of the other.
         gap: (m,) distance of the surfaces, negative where they overlap. SP: r - (d_i + d_j)/2. DP: d - delta at the
             closest vertex.
+        pairs: (m, 2) int64, as in `Contacts`.
 
     Example:
         >>> f = jamlab.contacts(jamlab.pack(n=32, pressure=1e-2, seed=1)).forces
@@ -59,8 +60,11 @@ class ContactForces(Result):
         (True, True)
     """
 
+    _rows = ("pairs", "size", "gap", "on_j")
+
     on_j: Array
     gap: Array
+    pairs: Indices = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64), repr=False)
 
     @property
     def size(self) -> Array:
@@ -97,6 +101,9 @@ class Contacts(Result):
         >>> c.n_contacts >= c.isostatic, c.forces.size.shape == c.bearing.shape
         (True, True)
     """
+
+    _rows = ("pairs", "r", "shift", "bearing")
+    _apart = ("rattlers",)
 
     pairs: NDArray[np.int64]
     rattlers: NDArray[np.bool_]
@@ -150,7 +157,13 @@ class Contacts(Result):
     def forces(self) -> ContactForces:
         """Force and gap of every contact, by the force law of the packing."""
         forces: ContactForces = self.packing.kind.contact_forces(self.packing)
-        return forces
+        return replace(forces, pairs=self.pairs)
+
+    def _columns(self) -> dict[str, Any]:
+        """Forces, gaps, lengths and directions, from i to j, beside what is stored."""
+        forces, angle = self.forces, np.arctan2(self.r[:, 1], self.r[:, 0])
+        found = {"force": forces.size, "gap": forces.gap, "length": np.hypot(*self.r.T), "angle": angle}
+        return {"pairs": self.pairs} | found | super()._columns()
 
     @drawn("LineCollection, such as color='black'; `linewidth`: width of the mean force, points", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -107,6 +107,8 @@ class ContactLengths(Result):
         True
     """
 
+    _rows = ("pairs", "length")
+
     pairs: NDArray[np.int64]
     length: NDArray[np.float64]
     unit: str = field(default="", repr=False)

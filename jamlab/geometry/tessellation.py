@@ -59,6 +59,9 @@ class Tessellation(Result):
         True
     """
 
+    _rows = ("area", "sides")
+    _apart = ("wall_i", "wall_j", "wall_length", "lines")
+
     area: Array
     wall_i: Indices
     wall_j: Indices
@@ -254,6 +257,8 @@ class HexaticOrder(Result):
         >>> psi.local.shape, psi.global_order < psi.mean_local < 1
         ((32,), True)
     """
+
+    _rows = ("local", "neighbors")
 
     local: NDArray[np.complex128]
     neighbors: Indices

@@ -127,6 +127,8 @@ class Slab(Result):
         voids: (m,) bool, which of `jamlab.voids(packing)` have their centre between `bottom` and `top`.
     """
 
+    _apart = ("voids",)
+
     bottom: float
     top: float
     packing_fraction: float

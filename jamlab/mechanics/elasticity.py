@@ -23,7 +23,7 @@ from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
-from jamlab.packing.deformation import at_phi, compression
+from jamlab.packing.deformation import ISOTROPIC, at_phi, compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -49,6 +49,10 @@ class ElasticTensor(Result):
         displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers. Of sticky disks, whose
             networks have floppy modes, and along flat walls the least one: no mode without stiffness takes part.
         unit: unit of the moduli, for labels.
+        pressure: of the packing, which the bulk modulus depends on.
+
+    `to_dataframe()` has the components c_11 ... c_23 (1 = xx, 2 = yy, 3 = xy), g and b of `jamlab.measure`, and
+    Poisson's ratio nu = (b - g)/(b + g) in two dimensions.
 
     Example:
         >>> t = jamlab.elastic_tensor(jamlab.pack(n=32, pressure=1e-2, seed=1))
@@ -56,10 +60,25 @@ class ElasticTensor(Result):
         ((2, 2, 2, 2), (32, 2, 2, 2), True)
     """
 
+    _rows = ("affine", "relaxed")
+    _apart = ("displacements",)
+
     affine: Array
     relaxed: Array
     displacements: Array
     unit: str = field(default="", repr=False)
+    pressure: float = float("nan")
+
+    def _columns(self) -> dict[str, Any]:
+        """Both tensors in Voigt's notation, 1 = xx, 2 = yy, 3 = xy, as numpy orders them: the response to an extension
+        along an axis or to `direction="simple"`; and what follows of isotropic moduli, means over directions."""
+        tensors = np.array([self.relaxed, self.affine])
+        places = {"1": (0, 0), "2": (1, 1), "3": (0, 1)}
+        found: dict[str, Any] = {"response": ["relaxed", "affine"]}
+        found |= {f"c_{a}{b}": tensors[:, *places[a], *places[b]] for a, b in ("11", "22", "12", "33", "13", "23")}
+        g = np.array([modulus_along(c, AVERAGING_ANGLES).mean() for c in tensors])
+        b = np.array([ISOTROPIC.modulus(c, self.pressure * np.eye(2)) for c in tensors])
+        return found | {"g": g, "g_x": found["c_33"], "b": b, "nu": (b - g) / (b + g)}
 
     @drawn("Line2D, of both curves")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -142,7 +161,8 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
     unit = packing.unit_names.stress
-    return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements, unit)
+    moduli = (k.ee / packing.area, (k.ee - response) / packing.area)
+    return ElasticTensor(*moduli, displacements, unit, compression(packing).pressure(stress(packing)))
 
 
 def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
@@ -222,6 +242,9 @@ class NonaffineResponse(Result):
         >>> bool(np.isclose(s.median_normal, np.median(np.abs(s.normal))))
         True
     """
+
+    _rows = ("normal", "tangential", "nonaffine_tangential")
+    _apart = ("nonaffine",)
 
     normal: Array
     tangential: Array

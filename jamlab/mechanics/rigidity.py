@@ -39,7 +39,7 @@ DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which 
 
 
 @dataclass(frozen=True)
-class MaxwellCount:
+class MaxwellCount(Result):
     """The Maxwell-Calladine count of the particles that bear load.
 
     Attributes:
@@ -122,6 +122,9 @@ class RigidClusters(Result):
         >>> c.sizes.tolist()
         [31]
     """
+
+    _rows = ("sizes",)
+    _apart = ("bonds",)
 
     bonds: NDArray[np.int64]
     sizes: NDArray[np.int64]

@@ -45,9 +45,18 @@ class Modes(Result):
         True
     """
 
+    _rows = ("eigenvalues", "frequencies")
+    _apart = ("vectors",)
+
     eigenvalues: Array
     vectors: Array
     unit: str = field(default="", repr=False)
+
+    @property
+    def frequencies(self) -> Array:
+        """(m,) frequencies omega of vibrations, the roots of the eigenvalues; of an instability minus the root of its
+        size, as codes of phonons write it."""
+        return np.asarray(np.sign(self.eigenvalues) * np.sqrt(np.abs(self.eigenvalues)))
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, **style: Any) -> None:

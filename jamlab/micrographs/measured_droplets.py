@@ -68,6 +68,9 @@ class Micrograph(Result):
         (True, 'doubtful')
     """
 
+    _rows = ("centres", "areas", "cells", "rattlers")
+    _apart = ("labels", "picture", "touching", "neighbours")
+
     labels: Indices
     centres: Array
     areas: Array
@@ -150,6 +153,10 @@ class Micrograph(Result):
     def to_dataframe(self) -> pd.DataFrame:
         """The same as `table`."""
         return self.table()
+
+    def _columns(self) -> dict[str, Any]:
+        table = self.table()
+        return {str(name): table[name].to_numpy() for name in table}
 
     def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.

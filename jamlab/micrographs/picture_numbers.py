@@ -91,6 +91,8 @@ def share_of(areas: Array, cells: Array, value: float) -> Number:
 class PictureVoids(Result):
     """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`."""
 
+    _rows = ("sides", "area", "centroid")
+
     sides: Indices  # (m,) int64, l, droplets around the void
     area: Array  # (m,) area, in the unit of length squared
     centroid: Array  # (m, 2) x to the right and y down

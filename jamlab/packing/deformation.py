@@ -122,13 +122,13 @@ class Compression:
         return float(np.einsum("ij,ijkl,kl->", m, curvature, m)) + beside
 
 
-_ISOTROPIC, _BETWEEN_WALLS = Compression(0.5 * np.eye(2)), Compression(ALONG_Y)
+ISOTROPIC, _BETWEEN_WALLS = Compression(0.5 * np.eye(2)), Compression(ALONG_Y)
 
 
 def compression(packing: Packing) -> Compression:
     """How the area of a packing changes, with the pressure and the bulk modulus that belong to it: isotropic, and
     between walls along y alone, since walls keep their shape."""
-    return _BETWEEN_WALLS if packing.walls else _ISOTROPIC
+    return _BETWEEN_WALLS if packing.walls else ISOTROPIC
 
 
 def shear_gradient(strain: Array) -> Array:

@@ -7,10 +7,10 @@ names. What depends on the model is asked of `Packing.kind`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
-from jamlab.old_names import hint
+from jamlab.hints import Hinted
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import outlines, polygon_areas
+from jamlab.packing.quantities import MEASURED
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
@@ -100,7 +101,7 @@ class Model(Protocol):
 
 @checked_class
 @dataclass(frozen=True, eq=False)
-class Packing:
+class Packing(Hinted):
     """Disks or deformable polygons in a periodic parallelogram.
 
     Arrays, `params` and `provenance` are read-only copies. To change them, give changed copies to `with_state`.
@@ -200,11 +201,8 @@ class Packing:
         self._set("provenance", frozen(self.provenance))
         lock([self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()])
 
-    if not TYPE_CHECKING:  # else every name would be known to type checkers
-
-        def __getattr__(self, name: str) -> Any:
-            """Say which function gives what a packing does not hold."""
-            raise AttributeError(f"a Packing has no attribute {name!r}{hint(name)}", name=name, obj=self)
+    def _measured(self) -> Iterable[str]:
+        return MEASURED
 
     def __eq__(self, other: object) -> bool:
         """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""

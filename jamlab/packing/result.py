@@ -1,24 +1,24 @@
-"""What results have in common: one short line at the prompt, a table in notebooks, a pandas table of their arrays."""
+"""What results have in common: one short line at the prompt, a table in notebooks, a pandas table of what they hold."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from jamlab.old_names import OF_RESULTS, hint
+from jamlab.hints import Hinted
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _LONGEST = 60  # characters of one value
-_MOST_COLUMNS = 4  # of an array (rows, columns) that a table takes in
+_PAIR, _ENDS = ("i", "j"), ("_x", "_y")  # columns of pairs of particles, and of vectors
 _SHOWN = 8  # rows of a table in a notebook
 
 
-class Result:
+class Result(Hinted):
     """Base of all results, which are dataclasses.
 
     Example:
@@ -26,6 +26,9 @@ class Result:
         >>> list(s.to_dataframe().columns)
         ['omega', 'storage', 'loss', 'error_bound']
     """
+
+    _rows: ClassVar[tuple[str, ...]] = ()  # attributes that are columns of its table
+    _apart: ClassVar[tuple[str, ...]] = ()  # arrays that are too large to stand beside a table whose rows they are not
 
     def __init_subclass__(cls) -> None:
         if "__repr__" not in vars(cls):  # else a dataclass would write its own
@@ -37,42 +40,44 @@ class Result:
             f"{type(self).__name__}({', '.join(f'{each.name}={_shorten(getattr(self, each.name))}' for each in shown)})"
         )
 
-    if not TYPE_CHECKING:  # else every name would be an attribute
-
-        def __getattr__(self, name: str) -> Any:
-            if name.startswith("__"):
-                raise AttributeError(name)
-            use = hint(name, [each for each in dir(type(self)) if each[0] != "_"], OF_RESULTS)
-            raise AttributeError(f"a {type(self).__name__} has no attribute {name!r}{use}", name=name)
-
     def _repr_html_(self) -> str:
         table = self.to_dataframe()
         text = repr(self).replace("<", "&lt;").replace(">", "&gt;")
         return f"<p>{text}</p>{table.head(_SHOWN).to_html() if len(table) else ''}"
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Arrays of the result as columns, a row for each entry; numbers beside them are in `.attrs` of the table.
+        """What the result holds one by one, a row each: contacts, frequencies, rates, particles, as its class declares.
 
-        The first array of the result decides the number of rows. An array of another length is left out, and one of
-        shape (rows, k) has a column for each k up to 4. A result without arrays is a table of one row.
+        Columns have the names of attributes; of vectors with `_x` and `_y` behind, of pairs of particles i and j. In
+        `.attrs` of the table are the numbers beside them; arrays with other rows are named there under "not_in_table".
+
+        Returns:
+            pandas DataFrame; one row where a result is one set of numbers.
         """
         import pandas as pd
 
-        values = {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]  # as above
-        arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray) and value.ndim}
-        plain: dict[Any, Any] = {name: value for name, value in values.items() if np.isscalar(value)}
-        if not arrays:
-            return pd.DataFrame([plain])
-        rows = len(next(iter(arrays.values())))
         columns: dict[str, Any] = {}
-        for name, array in arrays.items():
-            if len(array) == rows and array.ndim == 1:
-                columns[name] = array
-            elif len(array) == rows and array.ndim == 2 and array.shape[1] <= _MOST_COLUMNS:
-                columns |= {f"{name}_{k}": array[:, k] for k in range(array.shape[1])}
-        table = pd.DataFrame(columns)
-        table.attrs = plain
+        declared = self._columns()
+        for name, values in declared.items():
+            array = np.asarray(values)
+            if array.ndim == 2:
+                ends = _PAIR if name == "pairs" else [f"{name}{end}" for end in _ENDS]
+                columns |= dict(zip(ends, array.T, strict=True))
+            else:
+                columns[name] = values
+        beside = {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]  # as above
+        plain: dict[Any, Any] = {name: value for name, value in beside.items() if np.isscalar(value)}
+        table = pd.DataFrame(columns) if columns else pd.DataFrame([plain])
+        seen = {*self._rows, *declared, *self._apart}
+        lists = {k: v.tolist() for k, v in beside.items() if isinstance(v, np.ndarray) and k not in seen}
+        table.attrs = plain | lists | ({"not_in_table": list(self._apart)} if self._apart else {})
+        if packing := self.__dict__.get("packing"):
+            table.attrs["units"] = packing.unit_names._asdict()
         return table
+
+    def _columns(self) -> dict[str, Any]:
+        """Columns of the table: arrays (rows,), or (rows, 2)."""
+        return {name: getattr(self, name) for name in self._rows}
 
 
 def _shorten(value: Any) -> str:

@@ -30,6 +30,7 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE, compress
+from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, relax
 from jamlab.protocols.saddles import record, relax_off_saddles
@@ -73,6 +74,7 @@ def droplets_from_disks(
         >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
         True
     """
+    check_law_arguments(droplets_from_disks, "dp", parameters)
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if packing.flat_walls.any():

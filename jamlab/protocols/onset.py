@@ -9,22 +9,21 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 
 import time
 from collections.abc import Mapping
-from difflib import get_close_matches
-from inspect import signature
 from typing import Any
 
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
-from jamlab.engine.deck_defaults import defaults, numbers
+from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.old_names import MODEL_NAMES, n_first, unknown_argument, value_today
+from jamlab.old_names import MODEL_NAMES, n_first, value_today
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
+from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.random_start import place_loose
 from jamlab.protocols.relaxation import check_tolerance, descent_of, force_tolerance
@@ -166,17 +165,12 @@ def _onset_above(
     return record(session, packing, onset.found, minimizer=method)
 
 
-_ARGUMENTS = tuple(signature(jam).parameters)
-
-
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
-    for name in parameters.keys() - defaults("dp").keys():
-        if get_close_matches(name, _ARGUMENTS, 1, 0.75):
-            raise unknown_argument("jam", name, _ARGUMENTS)
+    check_law_arguments(jam, model, parameters)
     if search == "incremental" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the incremental search has a fixed box, use search='bisection'")
     if model == "sp" and start != "from-disks":

@@ -21,6 +21,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
+from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import (
     QUENCH_PROTOCOL,
@@ -68,7 +69,7 @@ def pack(
     fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
     progress: Progress | None = None,
-    **parameters: float,
+    **parameters: Any,
 ) -> Packing:
     """Make a packing of disks at a pressure or a packing fraction, in units "k" (stiffness k, mean diameter d).
 
@@ -113,6 +114,7 @@ def pack(
         0.01
     """
     check_choice("ensemble", ensemble, ENSEMBLES)
+    check_law_arguments(pack, "sp", parameters)
     search = numbers("pressure")
     diameters = disk_diameters(n, seed, ratio=size_ratio, large=fraction_large, sizes=sizes)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}

@@ -72,6 +72,8 @@ class ComplexModulus(Result):
         direction: of shear, see `complex_modulus`.
     """
 
+    _rows = ("omega", "storage", "loss", "error_bound")
+
     omega: Array
     storage: Array
     loss: Array

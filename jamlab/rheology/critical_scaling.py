@@ -11,6 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, Renamed, warn
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
@@ -25,7 +26,7 @@ _LEAST_POINTS = 3  # frequencies that make a slope: two have no scatter to show
 
 
 @dataclass(frozen=True)
-class Collapse:
+class Collapse(Result):
     """Fitted exponents with half-widths of their 95 % bootstrap intervals.
 
     Attributes:
@@ -41,6 +42,8 @@ class Collapse:
         storage, loss: (k, m) mean G', G'' at these frequencies.
         unit: unit of stress, for labels.
     """
+
+    _rows = ("pressures", "omega", "storage", "loss")
 
     mu: float
     lambda_: float
@@ -66,6 +69,12 @@ class Collapse:
         """The exponents with their errors, in words."""
         mu, lam = _with_error(self.mu, self.mu_ci95), _with_error(self.lambda_, self.lambda_ci95)
         return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.delta, self.delta_ci95)}"
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each pressure and frequency."""
+        count = len(self.omega)
+        points = {"pressures": np.repeat(self.pressures, count), "omega": np.tile(self.omega, len(self.pressures))}
+        return points | {"storage": self.storage.ravel(), "loss": self.loss.ravel()}
 
     @drawn("Line2D, of all curves")
     def plot(self, axes: Any, /, **style: Any) -> None:

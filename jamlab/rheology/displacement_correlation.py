@@ -42,6 +42,8 @@ class DisplacementCorrelation(Result):
         unit: unit of length, for labels.
     """
 
+    _rows = ("delta", "correlation", "pairs")
+
     delta: Array
     correlation: Array
     pairs: Array

@@ -44,6 +44,8 @@ class ModeCharacter(Result):
         unit: unit of stress, for labels.
     """
 
+    _rows = ("rates", "strengths", "translation", "rotation", "along", "across", "sliding")
+
     rates: Array
     strengths: Array
     translation: Array

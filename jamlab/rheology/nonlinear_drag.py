@@ -40,6 +40,8 @@ class NonlinearModulus(Result):
         unit: unit of stress, for labels.
     """
 
+    _rows = ("omega", "storage", "loss", "tau", "error_bound")
+
     omega: Array
     storage: Array
     loss: Array

@@ -40,6 +40,8 @@ class RelaxationSpectrum(Result):
         unit: unit of stress, for labels.
     """
 
+    _rows = ("rates", "strengths")
+
     g0: float
     eta_inf: float
     rates: Array

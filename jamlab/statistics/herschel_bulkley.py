@@ -11,6 +11,7 @@ from scipy.optimize import curve_fit
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 
 _STEEPEST = 2.0  # exponent
@@ -18,7 +19,7 @@ _EDGE = 1e-3  # of its range, within which it counts as at its end
 
 
 @dataclass(frozen=True)
-class HerschelBulkley:
+class HerschelBulkley(Result):
     """sigma = yield_stress + consistency rate^exponent.
 
     Attributes:
@@ -29,6 +30,8 @@ class HerschelBulkley:
         rates, stress, stress_stderr: (m,) what was fitted.
         unit: unit of stress, for labels.
     """
+
+    _rows = ("rates", "stress", "stress_stderr")
 
     yield_stress: float
     consistency: float
@@ -41,6 +44,10 @@ class HerschelBulkley:
     stress: Array = field(repr=False)
     stress_stderr: Array = field(repr=False)
     unit: str = field(default="", repr=False)
+
+    def _columns(self) -> dict[str, Any]:
+        """The points, and the law at their rates."""
+        return super()._columns() | {"law": self(self.rates)}
 
     def __call__(self, rates: ArrayLike) -> Array:
         """Stress at rates, of their shape."""

@@ -61,6 +61,9 @@ class Voids(Result):
         (True, 3)
     """
 
+    _rows = ("sides", "area", "perimeter", "shape", "centroid", "percolating", "islands")
+    _apart = ("void", "image")
+
     sides: Indices
     area: Array
     perimeter: Array
@@ -278,6 +281,8 @@ class VoidStatistics(Result):
         >>> bool(np.isclose(s.probability.sum(), 1)), s.sides[:2]
         (True, array([3, 4]))
     """
+
+    _rows = ("sides", "number", "probability", "area", "shape", "shape_spread")
 
     sides: Indices
     number: Indices

@@ -1,0 +1,440 @@
+"""What users of other programs type, and what they mean: the table from which hints are made.
+
+See `jamlab.hints`; `tests/test_hints.py` evaluates whatever stands between backticks on real objects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+MODULE = "jamlab"
+SHELL = "shell"  # every command
+LIMITS = "is not in jamlab: docs/explanation/limits.md says where to find it"
+
+
+class Concept(NamedTuple):
+    """One thing that users mean by several words."""
+
+    words: str  # as they are typed
+    has: str = ""  # attributes, arguments or options by which jamlab has it; the first that is there is meant
+    use: str = ""  # what gives it elsewhere; {p} stands for a packing
+    of: Mapping[str, str] = {}  # class, function, or command as "jamlab NAME": what gives it there, before all others
+
+
+# class -> how its packing is written in a hint
+PACKING = {"Micrograph": "m.packing('dp')", "Session": "session.packing()"}
+# what is asked for, or the function; class given -> what to give instead
+INSTEAD = {
+    **{("Packing", kind): f"{way}, a packing" for kind, way in PACKING.items()},
+    **dict.fromkeys(
+        [("Packing", kind) for kind in ("FlowRun", "Contacts", "HexaticOrder", "Tessellation", "Voids")],
+        "its attribute packing",
+    ),
+    ("Packing", "FlowCurve"): "one of its packings",
+    ("write_movie", "str"): "the run first: write_movie(run, path)",
+    **{(name, "Packing"): "the path first" for name in ("write", "write_contacts", "write_page")},
+    ("Packing", "Campaign"): "campaign.packings(task), where task is one of campaign.finished()",
+    ("Packing", "DataFrame"): "packings, such as campaign.packings(task) of each task of a campaign",
+    ("Packing", "list"): "one packing at a time",
+    ("Packing", "tuple"): "one packing at a time",
+    ("Packing", "str"): "jamlab.read(path)",
+    ("Packing", "PosixPath"): "jamlab.read(path)",
+    ("Packing", "ndarray"): "jamlab.Packing(model, box, positions, params)",
+    **dict.fromkeys(
+        [("scaling_collapse", kind) for kind in ("Campaign", "DataFrame", "dict")],
+        "pressures, and for each of them the spectra jamlab.complex_modulus(packing, omega) of packings, such as those "
+        "of campaign.packings(task)",
+    ),
+    **dict.fromkeys(
+        [("ContactDamping", kind) for kind in ("str", "float", "int")],
+        "jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
+    ),
+}
+
+_RUN = {"FlowRun": "`stress / rate`", "FlowCurve": "`stress / rates`", "HerschelBulkley": "`stress / rates`"}
+_NOT_HERE = dict.fromkeys((MODULE, SHELL, "Packing", "pack", "jam", "shear", "compress", "scene"), LIMITS)
+_SPECTRUM = "`jamlab.complex_modulus({p}, omega).%s`"
+_QUASISTATIC = "`jamlab.quasistatic_shear({p}, strain)`"
+_SPECTRA_OF_MODES = "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"
+
+CONCEPTS = (
+    # oscillation
+    Concept("Gp gp gprime g_prime G_prime Gprime G1 storage_modulus storage_mod elastic elastic_part", "storage",
+            _SPECTRUM % "storage"),
+    Concept("Gpp gpp gdoubleprime g_double_prime G_double_prime Gdoubleprime G2 loss_modulus loss_mod viscous "
+            "viscous_part", "loss",
+            _SPECTRUM % "loss"),
+    Concept("gstar Gstar G_star g_star complex complex_shear_modulus dynamic_modulus viscoelastic_modulus G_complex",
+            "", "`jamlab.complex_modulus({p}, omega)`",
+            {**dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`storage + 1j * loss`"),
+             "RelaxationSpectrum": "`modulus(omega)`"}),
+    Concept("abs modulus magnitude", "modulus", "`jamlab.shear_modulus({p})`",
+            {**dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`abs(storage + 1j * loss)`"),
+             "ElasticTensor": "`relaxed`, or `jamlab.shear_modulus(packing)`"}),
+    Concept("tan_delta tandelta loss_tangent loss_factor", "", _SPECTRUM % "loss",
+            dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`loss / storage`")),
+    Concept("phase phase_angle phase_lag delta", "", "",
+            {**dict.fromkeys(("ComplexModulus", "NonlinearModulus"), "`np.arctan2(loss, storage)`"),
+             "Oscillation": "`np.arctan2(loss, storage)`"}),
+    Concept("freq frequency frequencies w angular_frequency omegas freqs", "omega frequencies omega_min", "",
+            {"RelaxationSpectrum": "`rates`"}),
+    Concept("omega eigenfrequencies eigenfrequency", "frequencies", ""),
+    Concept("g0 G0 G_0 plateau_modulus static_modulus g_eq", "g0", "`jamlab.shear_modulus({p})`"),
+    Concept("g_inf Ginf G_inf high_frequency_modulus", "", "",
+            dict.fromkeys(("ComplexModulus", "RelaxationSpectrum"), "`eta_inf`, since G* grows as i omega eta_inf")),
+    Concept("eta viscosity apparent_viscosity dynamic_viscosity eta_star complex_viscosity", "",
+            "`jamlab.flow_curve({p}, rates)`, or `jamlab.complex_modulus({p}, omega).eta0`",
+            {**_RUN, "ComplexModulus": "`eta0`, `eta_inf` or `loss / omega`", "NonlinearModulus": "`loss / omega`",
+             "RelaxationSpectrum": "`eta0`", "Oscillation": "`loss / omega`"}),
+    Concept("eta_0 zero_shear_viscosity", "eta0", _SPECTRUM % "eta0"),
+    Concept("tau relaxation_time relaxation_times taus times_of_relaxation lifetime", "tau_star tau", "",
+            {MODULE: "`jamlab.complex_modulus(packing, omega).tau_star`", "RelaxationSpectrum": "`1 / rates`",
+             "ComplexModulus": "`tau_star`, or `spectrum.rates` of all elements", "ModeCharacter": "`1 / rates`"}),
+    Concept("relaxation_spectrum spectra_of_times", "spectrum", _SPECTRUM % "spectrum"),
+    Concept("weights amplitudes_of_modes moduli", "strengths", ""),
+    Concept("frequency_sweep saos small_amplitude rheology mechanical_spectrum linear_viscoelasticity viscoelasticity "
+            "oscillatory_rheology linear_response spectroscopy", "", "`jamlab.complex_modulus({p}, omega)`"),
+    Concept("amplitude_sweep laos LAOS oscillatory_shear oscillation oscillatory lissajous strain_sweep",
+            "", "`jamlab.oscillate({p}, omega, amplitude)`", {"Oscillation": "`plot()`"}),
+    Concept("harmonic third_harmonic I3 i3", "third_over_first", ""),
+    # errors
+    Concept("error errors err stderr std uncertainty uncertainties sem sigma_stress",
+            "error_bound stress_stderr standard_error yield_stress_stderr ci95",
+            "", {"Choice": "`bound`", "HerschelBulkley": "`yield_stress_stderr`, `consistency_stderr` and "
+             "`exponent_stderr`", "Collapse": "`mu_ci95`, `lambda_ci95` and `delta_ci95`"}),
+    Concept("mu_stderr mu_error mu_err mu_std", "mu_ci95"),
+    Concept("lambda_stderr lambda_error lam_ci95 lam_stderr lam_error lambda_err", "lambda_ci95"),
+    Concept("delta_stderr delta_error delta_err", "delta_ci95"),
+    Concept("chi2 residual residuals cost r2 goodness rmse", "misfit spread"),
+    Concept("params parameters coefficients popt fit fit_params", "params",
+            "", {"HerschelBulkley": "`yield_stress`, `consistency` and `exponent`", "FlowCurve": "`herschel_bulkley()`",
+                 "Collapse": "`exponents`, or `mu`, `lambda_` and `delta`"}),
+    Concept("ci confidence_interval interval", "ci95 mu_ci95"),
+    # scaling
+    Concept("beta exponent_of_pressure", "mu", "", {"Collapse": "`mu` of G_0 ~ p^mu"}),
+    Concept("nu z_exponent", "lambda_", "", {"Collapse": "`lambda_` of tau* ~ p^-lambda", "ElasticTensor":
+            "`to_dataframe()['nu']`"}),
+    Concept("collapse scaling critical_exponents critical_scaling scaling_exponents data_collapse master_curve", "",
+            "`jamlab.scaling_collapse(pressures, spectra)`"),
+    Concept("correlation_length xi", "length", "`jamlab.displacement_correlation({p}, omega).length`"),
+    # flow
+    Concept("sigma tau_xy shear_stress sigma_xy sxy s_xy", "stress", "`jamlab.evaluate({p}).stress`",
+            {"Packing": "`diameters`, or `jamlab.evaluate({p}).stress`"}),
+    Concept("stress stresses stress_tensor virial cauchy_stress normal_stress virial_stress sigma_ij", "stress",
+            "`jamlab.evaluate({p}).stress`"),
+    Concept("gamma strain shear_strain total_strain gamma_max max_strain strains final_strain",
+            "strain strain_asked amplitude"),
+    Concept("gamma0 gamma_0 strain_amplitude amp", "amplitude strain"),
+    Concept("gamma_dot gammadot shear_rate strain_rate shear_rates rate gdot", "rate rates shear_rate"),
+    Concept("t times dt timestep", "time"),
+    Concept("power dissipated_power dissipation_rate", "dissipation"),
+    Concept("N1 n1 first_normal_stress first_normal_stress_difference normal_stress_differences",
+            "normal_stress_difference",
+            "`jamlab.shear({p}, rate).normal_stress_difference`"),
+    Concept("p P pressures pressure press", "pressure pressures", "`jamlab.measure({p}, 'pressure')['pressure']`",
+            {"jam": "`jamlab.pack(n, pressure)`, which makes packings at a pressure", "jamlab jam": "`jamlab pack`",
+             "scene": "`jamlab.pack(n, pressure)`",
+             "ElasticTensor": "`jamlab.evaluate(packing).pressure`"}),
+    Concept("packings snapshots trajectory configurations configs", "frames packings", "",
+            {"FlowRun": "`frames`, or `packing` for the last one"}),
+    Concept("states", "", "", {"Campaign": "`table('states')`"}),
+    Concept("final last final_state last_packing end_state", "packing"),
+    Concept("mean_stress average average_stress steady_state_stress steady_stress mean", "steady value mean_local", "",
+            {"Campaign": "`aggregate(values)`"}),
+    Concept("steady_state steady_shear flow_sweep flowcurve flow flow_curves constitutive", "steady",
+            "`jamlab.flow_curve({p}, rates)`"),
+    Concept("overshoot stress_overshoot maximum max max_stress peak_stress", "peak"),
+    Concept("plateau plateau_stress", "steady"),
+    Concept("movie animate animation video write_movie", "", "`jamlab.write_movie(run, path)`",
+            dict.fromkeys(("Packing", "Contacts"), "`jamlab.write_movie(run, path)` of a flow")),
+    Concept("yield_stress sigma_y tau_y tau0 tau_0 sigma0", "yield_stress",
+            "`jamlab.flow_curve({p}, rates).herschel_bulkley()`",
+            {"FlowCurve": "`herschel_bulkley().yield_stress`", "ShearRun": "`steady()`, or `peak` for the overshoot"}),
+    Concept("yield_strain yielding yield_point", "", _QUASISTATIC + ", where the stress levels off",
+            {"ShearRun": "`peak`"}),
+    Concept("herschel_bulkley hb HB herschel_bulkley_fit fit_herschel_bulkley yield_stress_fit", "herschel_bulkley",
+            "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
+    Concept("n index flow_index power", "exponent", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
+    Concept("k K consistency_index", "consistency"),
+    Concept("startup startup_shear start_up simulate simple_shear lees_edwards steady_shearing bubble_model durian "
+            "couette deform strain_controlled strain_controlled_shear constant_rate", "", "`jamlab.shear({p}, rate)`"),
+    Concept("aqs AQS athermal_quasistatic quasistatic avalanches plastic_events rearrangements shear_quasistatic "
+            "stress_drop T1 t1 t1_events stress_drops", "events plastic_events", _QUASISTATIC),
+    Concept("stress_relaxation relaxation_modulus step_strain relaxation G_of_t", "modulus",
+            "`jamlab.relax_stress({p}, strain, duration)`"),
+    Concept("cessation flow_cessation residual_stress stop arrest flow_arrest", "residual",
+            "`jamlab.stop_flow(flow, duration)`"),
+    Concept("compliance creep_compliance J creep_test constant_stress stress_controlled stress_sweep", "compliance",
+            "`jamlab.creep({p}, stress, duration)`"),
+    Concept("shear_band shear_banding velocity velocity_profile velocities profile", "velocity_profile velocity",
+            "`jamlab.shear({p}, rate).velocity_profile`: packings are at rest"),
+    Concept("drag damping damping_law drag_law viscous_force", "damping",
+            "`jamlab.ContactDamping()` or `jamlab.StokesDrag()`"),
+    Concept("d2min D2min nonaffine nonaffine_displacement nonaffine_displacements non_affine nonaffinity", "nonaffine",
+            "`jamlab.nonaffine_response({p})`",
+            {"Micrograph": "`jamlab.nonaffine_response(m.packing('sp'))`"}),
+    # elasticity
+    Concept("G g shear_modulus G_xy g_xy shear_mod shear_moduli", "g0 g_x g", "`jamlab.shear_modulus({p})`",
+            {"ElasticTensor": "`to_dataframe()['g']`, or `jamlab.shear_modulus(packing)`", "NonlinearModulus":
+             "`storage`"}),
+    Concept("K B k b bulk bulk_mod bulk_modulus bulk_moduli compressibility", "b", "`jamlab.bulk_modulus({p})`",
+            {"ElasticTensor": "`to_dataframe()['b']`, or `jamlab.bulk_modulus(packing)`"}),
+    Concept("young_modulus youngs_modulus young E elasticity stiffness elastic_moduli elastic_constants "
+            "elastic_modulus stiffness_tensor "
+            "stiffness_matrix lame", "", "`jamlab.elastic_tensor({p}).to_dataframe()`",
+            {"ElasticTensor": "`to_dataframe()`"}),
+    Concept("poisson poisson_ratio poissons_ratio", "",
+            "`jamlab.elastic_tensor({p}).to_dataframe()['nu']`", {"ElasticTensor": "`to_dataframe()['nu']`"}),
+    Concept("voigt C c_ijkl cij tensor C_ijkl", "relaxed", "`jamlab.elastic_tensor({p}).relaxed`",
+            {"ElasticTensor": "`relaxed`, or `to_dataframe()` in Voigt's notation"}),
+    Concept("born born_modulus affine_modulus", "affine", "`jamlab.shear_modulus({p}, 'affine')`"),
+    Concept("modes dos vdos density_of_states normal_modes eigenmodes eigenvalues phonons spectrum_of_modes "
+            "vibrational_modes density soft_modes soft_spots quasilocalized quasilocalised low_frequency_modes",
+            "frequencies eigenvalues", _SPECTRA_OF_MODES),
+    Concept("values eigenvals eigs w2 omega2 lowest", "eigenvalues"),
+    Concept("eigenvectors displacement displacements eigvecs mode polarization polarizations mode_shapes",
+            "vectors displacements",
+            "`jamlab.lowest_modes({p}).vectors`"),
+    Concept("participation mode_participation localization localisation participation_ratio participation_ratios "
+            "ipr", "", "`jamlab.lowest_modes({p}).vectors`",
+            {"Modes": "`vectors`, of which it is a mean"}),
+    Concept("hessian dynamical_matrix dynmat stiffness_of_sites force_constants", "",
+            "`jamlab.hessian({p})`, or `jamlab.dynamical_matrices({p})`"),
+    Concept("self_stress self_stresses states_of_self_stress floppy_modes isostatic isostaticity constraint_counting",
+            "self_stress_states isostatic floppy_modes", "`jamlab.maxwell_count({p})`"),
+    Concept("pebble_game rigid_cluster rigidity clusters", "sizes", "`jamlab.rigid_clusters({p})`",
+            {"Micrograph": "`jamlab.rigid_clusters(m.packing('sp'))`"}),
+    # structure
+    Concept("coordination coordination_number contact_number mean_contacts z_mean Z", "z z_all",
+            "`jamlab.contacts({p}).z`"),
+    Concept("z", "z_all", "`jamlab.contacts({p}).z`"),
+    Concept("contacts contact_network contact_list find_contacts neighbor_list neighbour_list bonds",
+            "bonds contacts pairs",
+            "`jamlab.contacts({p})`"),
+    Concept("forces force", "forces on_j", "`jamlab.evaluate({p}).forces`, or `jamlab.contacts({p}).forces`",
+            {"Contacts": "`forces`"}),
+    Concept("fn f_n normal_force normal_forces contact_forces force_distribution force_chains force_network "
+            "magnitude_of_force f overlap overlaps delta_n indentation", "", "`jamlab.contacts({p}).forces`",
+            {"Contacts": "`forces`, with gap and size", "ContactForces": "`size`, `on_j` or `gap`"}),
+    Concept("i j ids indices pair edges adjacency bonds", "pairs", "", {"ContactForces": "`to_dataframe()`"}),
+    Concept("distances distance separation r_ij normals fabric fabric_tensor vectors lengths length angles", "",
+            "`jamlab.contacts({p}).r`",
+            {"Packing": "`box`, or `jamlab.contacts({p}).r` of contacts", "Contacts": "`r`, vectors between centres"}),
+    Concept("rattlers rattler floaters", "rattlers", "`jamlab.contacts({p}).rattlers`"),
+    Concept("jammed unjammed is_jammed stable is_stable", "", "`jamlab.contacts({p}).unjammed`",
+            {"Contacts": "`not unjammed`", "MaxwellCount": "`floppy_modes == 0`"}),
+    Concept("neighbors neighbours n_neighbours n_neighbors nearest_neighbors", "neighbours neighbors pairs",
+            "`jamlab.tessellation({p})`, or `jamlab.contacts({p}).pairs`", {"Tessellation": "`sides`"}),
+    Concept("voronoi voronoi_cells cells delaunay", "cells", "`jamlab.tessellation({p})`"),
+    Concept("rdf g_r gr pair_correlation radial_distribution structure_factor sq S_q to_ase pair_distribution "
+            "to_ovito to_freud ovito freud", "",
+            "`jamlab.universe({p})` for MDAnalysis, or `jamlab.write(path, {p})` for freud and OVITO"),
+    Concept("psi6 psi_6 hexatic bond_order boo steinhardt bond_angles bond_orientational_order hexatic_order "
+            "orientational_order", "local psi_6",
+            "`jamlab.hexatic_order({p})`"),
+    Concept("circularity shape_factor shape_index asphericity deformation anisotropy shape", "shape",
+            "`jamlab.shape_factors({p})`"),
+    Concept("area areas cell_areas polygon_area particle_area", "areas area", "`jamlab.particle_areas({p})`",
+            {"Packing": "`polygon_areas`, or `jamlab.particle_areas({p})`",
+             "FlowRun": "`jamlab.particle_areas(packing)`"}),
+    Concept("perimeter perimeters", "perimeters perimeter", "`jamlab.shape_factors({p})`",
+            {"Micrograph": "`shape`, perimeter squared over 4 pi area"}),
+    Concept("packing_fraction area_fraction phi density rho volume_fraction solid_fraction liquid_fraction "
+            "packing_density",
+            "phi rho packing_fraction to", "`jamlab.packing_fraction({p})`",
+            {"jam": "`jamlab.compress(onset, to=0.9)`, from onset", "Packing": "`phi`, or "
+             "`jamlab.packing_fraction({p})`",
+             "jamlab jam": "`jamlab compress`, from onset", "jamlab pack": "`--pressure`, or `jamlab compress`",
+             "FlowRun": "`jamlab.packing_fraction(packing)`"}),
+    Concept("jamming_point phi_j phi_c phi_J find_jamming onset jamming jamming_onset phi_jam rcp "
+            "random_close_packing", "onset",
+            "`jamlab.jam(n).phi`"),
+    Concept("void pores holes pore_sizes", "voids", "`jamlab.voids({p})`"),
+    # particles
+    Concept("radii radius r_i R sizes_of_particles", "diameters", "`jamlab.particle_areas({p})`",
+            {**dict.fromkeys(("pack", "jam"), "`sizes`, diameters in any unit"),
+             "Packing": "`disk_diameters / 2`", "Micrograph": "`np.sqrt(areas / np.pi)`"}),
+    Concept("diameter diameters equivalent_diameter equivalent_diameters d", "diameters",
+            "`jamlab.particle_areas({p})`", {**dict.fromkeys(("pack", "jam"), "`sizes`"),
+             "Micrograph": "`np.sqrt(4 * areas / np.pi)`"}),
+    Concept("centers centres centroids xy positions coords coordinates pos points get_positions wrap x y",
+            "centres positions centroids centroid"),
+    Concept("coords pos x wrap arrays", "positions"),
+    Concept("polygons vertices contours boundaries outlines edges_of_particles", "outlines", "",
+            {"Packing": "`outlines()`", "pack": "`jamlab.jam(n, 'dp', vertices=16)`, of droplets"}),
+    Concept("N num num_particles n_particles natoms n_atoms particles number size num_droplets n_droplets npart count "
+            "num_contacts n",
+            "n n_contacts count n_particles", "", {"Estimate": "`packings`", "Choice": "`packings`"}),
+    Concept("box_length box_size L", "", "", dict.fromkeys(("pack", "jam"), "`n`: the size of the box follows")),
+    Concept("L cell lattice lx Lx ly Ly box volume boxsize dimensions", "box", "", {"Packing": "`box`, or `area`"}),
+    Concept("remove subset mask without keep filter", "select"),
+    Concept("boundary boundaries_of_box periodic pbc boundary_conditions", "walls"),
+    Concept("n_vertices num_vertices vertices_per_particle", "offsets"),
+    Concept("types type species", "", "", {"Packing": "`diameters`: a particle has a size, no type"}),
+    Concept("masses mass inertia", "", "`jamlab.shear({p}, rate)`: motion is overdamped, without masses"),
+    Concept("images image_flags", "image", "`jamlab.contacts({p}).shift`, of every contact"),
+    Concept("copy replace modify update with_positions add translate scale rotate shift", "with_state", "",
+            {"Packing": "`with_state`: packings never "
+            "change, so none needs a copy"}),
+    Concept("seed metadata history info version_of_jamlab how_made", "provenance seeds", "",
+            {MODULE: "the argument seed of `jamlab.pack` or `jamlab.jam`"}),
+    Concept("set_seed random_seed np_seed", "", "the argument seed of `jamlab.pack` or `jamlab.jam`"),
+    Concept("energy potential_energy energies U total_energy energy_per_particle", "energy",
+            "`jamlab.evaluate({p}).energy`"),
+    Concept("to_numpy as_array", "", "", {"Packing": "`positions`"}),
+    # files and tables
+    Concept("load open from_file read_file load_hdf5 read_hdf5 read_csv from_lammps read_lammps load_packing io", "",
+            "`jamlab.read(path)`"),
+    Concept("read_trajectory trajectory_of_file load_trajectory Trajectory iterread read_frames", "",
+            "`jamlab.read_all(path)`"),
+    Concept("save write export dump to_hdf5 to_lammps to_json to_file savefig to_dict to_csv", "write draw", "",
+            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`write(path)`, or `jamlab.write(path, packings)`",
+             "Result": "`to_dataframe().to_csv(path)`", "Micrograph": "`draw(path)`, or `table().to_csv(path)`",
+             "Campaign": "`table().to_csv(path)`, or the command `jamlab campaign export`",
+             "Session": "`jamlab.write(path, {p})`"}),
+    Concept("to_dataframe df dataframe table results data to_pandas as_dataframe asdict pandas", "to_dataframe table",
+            "`jamlab.measure([{p}])`, a table of observables"),
+    Concept("plot draw show overlay imshow view figure render", "plot", "`{p}.plot()`, or plot() of most results",
+            {"Campaign": "`table()` or `aggregate(values)`: a table with plot()", MODULE: "`packing.plot()`, or "
+             "`jamlab.synthetic_micrograph(packing)`"}),
+    Concept("measure observables compute analyze", "", "`jamlab.measure({p})`"),
+    Concept("path filename fname", "", "", {"Campaign": "`file` or `folder`"}),
+    # making
+    Concept("quench find_minimum minimize minimise fire FIRE relax relaxation_of_energy energy_minimization", "",
+            "`jamlab.relax({p})`"),
+    Concept("compress isotropic_compression compression sweep inflate swell swelling pressure_sweep", "",
+            "`jamlab.compress({p}, to=0.95)`, or `jamlab.pack(n, pressure)` for each pressure"),
+    Concept("unjam unload decompression expand", "", "`jamlab.decompress({p}, pressure)`"),
+    Concept("box_relax box_relaxation npt variable_cell enthalpy_minimization constant_pressure", "",
+            "`jamlab.pack(n, pressure)`, or `jamlab.BoxStrains` in a Session"),
+    Concept("random_packing generate create make_packing make random hertzian hertz make_packings new_packing", "",
+            "`jamlab.pack(n, pressure)`, or `jamlab.jam(n)` at onset"),
+    Concept("emulsion foam soft_disks jammed_packing particles_of_foam", "", "`jamlab.jam(n, model)`, or "
+            "`jamlab.pack(n, pressure)`"),
+    Concept("ensemble campaign Campaign job_array run_campaign", "", "`jamlab.open_campaign(path)`, or "
+            "`jamlab.estimate`"),
+    Concept("run batch parallel", "steps run",
+            "`jamlab.open_campaign(path)`, or `jamlab.track_droplets(pictures)` of a series"),
+    Concept("Simulation simulation Engine lammps", "", "`jamlab.Session({p})`"),
+    Concept("System Box Particles Config Configuration Disks Droplets Snapshot Frame State from_ase", "",
+            "`jamlab.Packing`"),
+    # pictures
+    Concept("track link track_particles tracking linking trajectories tracks", "",
+            "`jamlab.track_droplets(source)`"),
+    Concept("locate segment segmentation detect analyze_image image load_image imread watershed find_droplets "
+            "read_image analyse_image threshold_image force_inference stress_from_image picture regionprops_table",
+            "picture labels", "`jamlab.micrograph(picture)`"),
+    Concept("image frame picture_array raw", "picture"),
+    Concept("render render_packing draw_packing", "", "`jamlab.synthetic_micrograph({p})`, or `{p}.plot()`"),
+    Concept("gap film_thickness", "film"),
+    Concept("n_labels", "count"),
+    Concept("adjacency network", "touching"),
+    Concept("threshold", "contrast"),
+    Concept("summary report confidence errors error", "numbers"),
+    Concept("reliability is_reliable reliable good", "quality"),
+    Concept("extract", "table"),
+    Concept("label mask regions segmentation_mask label_image", "labels"),
+    Concept("regionprops properties props", "", "", {"Micrograph": "`table()`"}),
+    Concept("pixel_size scale microns_per_pixel um_per_px mpp pixelsize pixel_size_um", "pixel"),
+    Concept("snr signal_to_noise", "noise"),
+    Concept("intensity brightness", "contrast"),
+    Concept("units", "unit unit_names", "", {MODULE: "`packing.unit_names`"}),
+    # shell and package
+    Concept("test tests show_versions selftest check_installation doctor", "", "the command `jamlab doctor`"),
+    Concept("version VERSION get_version", "__version__", "", {MODULE: "`jamlab.__version__`"}),
+    Concept("exceptions errors Error exception JamlabException error", "", "", {MODULE: "`jamlab.JamlabError`"}),
+    Concept("types classes", "", "", {MODULE: "`jamlab.results`"}),
+    Concept("msd MSD drift mean_squared_displacement diffusion", "", "", {MODULE: LIMITS}),
+    Concept("velocity_field strain_field piv", "", "", {MODULE: LIMITS}),
+    Concept("eccentricity", "", "", dict.fromkeys((MODULE, "Micrograph", "Packing"), LIMITS)),
+    Concept("cite citation bibtex", "", "", {MODULE: "the file CITATION.cff of the repository"}),
+    Concept("logger logging log set_log_level", "", "", {MODULE: "`logging.getLogger('jamlab')`"}),
+    Concept("bulk_viscosity gpu cuda", "", "", _NOT_HERE),
+    Concept("dim dimension dimensions friction mu_friction gravity temperature kT T activity", "", "", _NOT_HERE),
+    Concept("set_num_threads num_threads", "ranks", "the argument ranks of `jamlab.jam` or `jamlab.pack`"),
+    Concept("lmp lammps_command cmd execute", "command"),
+    Concept("step steps run_steps integrate", "steps"),
+    Concept("extract gather get", "", "", {"Session": "`evaluate()`, `positions()` or `fix_vector`"}),
+    Concept("tasks jobs", "finished", "", {"Campaign": "`finished()`"}),
+    Concept("progress progress_bar", "progress status"),
+    Concept("resume restart continue_run", "", "", {"Campaign": "`run()`, which resumes"}),
+    Concept("summary overview", "summary status"),
+    Concept("time_series history", "to_dataframe"),
+    Concept("lam lmbda", "lambda_"),
+    Concept("slope Delta", "delta"),
+    Concept("crossover crossover_frequency", "tau_star"),
+    Concept("maxwell prony prony_series", "spectrum"),
+    Concept("strong backbone_contacts", "bearing"),
+)  # fmt: skip
+
+# the same for arguments of functions and options of commands, asked before those above
+ARGUMENTS = (
+    Concept("path filename file fname output outfile filepath dest", "path out"),
+    Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"}),
+    Concept("random_state rng seeds seed_number", "seed"),
+    Concept("polydispersity size_distribution sigma_d disp", "sizes", "",
+            dict.fromkeys(("pack", "jam"), "`sizes`, such as sizes='lognormal:0.2'")),
+    Concept("bidispersity ratio bidisperse_ratio d_ratio", "size_ratio ratio"),
+    Concept("large fraction_of_large x_large", "fraction_large"),
+    Concept("verbose show_progress tqdm", "progress as_json"),
+    Concept("tol ftol force_tol etol eps_f force_tolerance rtol precision", "tolerance"),
+    Concept("n_jobs workers nproc num_workers njobs n_workers", "processes workers ranks"),
+    Concept("threads cores omp_num_threads", "ranks processes"),
+    Concept("dt timestep time_step", "tolerance", "", {kind: "`tolerance`: time steps follow from the error that they "
+            "may make" for kind in ("shear", "creep", "oscillate", "relax_stress", "flow_curve", "stop_flow")}),
+    Concept("n_cycles num_cycles periods", "cycles"),
+    Concept("line_tension surface_tension", "gamma"),
+    Concept("solver algorithm", "method"),
+    Concept("parallel", "processes ranks"),
+    Concept("eta viscosity", "damping"),
+    Concept("n_vertices num_vertices nv", "vertices"),
+    Concept("save", "out path"),
+    Concept("duration", "strain"),
+    Concept("f", "omega"),
+    Concept("t_max tmax total_time run_time time_max", "duration"),
+    Concept("save_every dump_every output_every every_n", "snapshot_every every frames"),
+    Concept("target target_phi phi_max phi_target", "to pressure"),
+    Concept("target_pressure p_target", "pressure"),
+    Concept("dphi drho n_steps dgamma increment delta_phi stepsize step_size", "step"),
+    Concept("potential alpha law hertz force_law pair_style interaction", "law exponent", "",
+            dict.fromkeys(("pack", "jam"), "`exponent`, such as exponent=2.5 for Hertzian disks")),
+    Concept("k stiffness spring_constant eps epsilon", "", "", dict.fromkeys(("pack", "jam"),
+            "other units: the strength of contacts and the mean diameter are always 1")),
+    Concept("theta direction_angle phi_angle", "angle direction"),
+    Concept("n fold l symmetry", "k"),
+    Concept("image pic array img", "picture"),
+    Concept("index frame_number i_frame", "frame"),
+    Concept("n_modes num_modes k how_many", "count"),
+    Concept("amplitude", "strain", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
+            "response has no amplitude"}),
+)  # fmt: skip
+
+AGAIN = ("restart", "resume", "continue")  # words for which an interrupted command is given again
+# words of the shell that are no command -> the command, as it is written
+COMMANDS = {
+    **dict.fromkeys(("minimize", "minimise"), "relax"),
+    "decompress": "compress",
+    **dict.fromkeys(
+        ("measure", "info", "analyse", "image", "segment", "track", "micrograph", "stats", "statistics"), "analyze"
+    ),
+    **dict.fromkeys(
+        ("modulus", "moduli", "frequency-sweep", "g-star", "rheology", "spectrum", "saos", "elastic"), "gstar"
+    ),
+    **dict.fromkeys(("quasistatic", "aqs", "startup", "quasistatic-shear", "steady"), "shear"),
+    **dict.fromkeys(("stress-relaxation", "relaxation", "step-strain"), "relax-stress"),
+    **dict.fromkeys(("oscillatory", "laos", "amplitude-sweep"), "oscillate"),
+    **dict.fromkeys(("flow-sweep", "flow", "flowcurve", "viscosity"), "flow-curve"),
+    **dict.fromkeys(("export", "write", "save"), "convert"),
+    **dict.fromkeys(("view", "plot", "movie", "show", "page", "draw", "visualize", "visualise", "html"), "explore"),
+    **dict.fromkeys(("run", "lmp", "lammps", "script"), "deck"),
+    **dict.fromkeys(("check", "test", "install", "selftest"), "doctor"),
+    **dict.fromkeys(("list", "examples"), "decks"),
+    **dict.fromkeys(("generate", "make", "create", "random", "packing", "simulate"), "pack"),
+    **dict.fromkeys(("init", "new"), "campaign new"),
+    **dict.fromkeys(("batch", "ensemble"), "campaign run"),
+    **dict.fromkeys(AGAIN, "campaign resume"),
+    **dict.fromkeys(("sweep", "compression"), "compress"),
+    **dict.fromkeys(("onset", "jamming"), "jam"),
+    "status": "campaign status",
+}

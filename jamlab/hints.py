@@ -1,0 +1,150 @@
+"""Names typed from habit: what each means, and what here gives it; never a name that only looks alike.
+
+A word of a habit belongs to concepts. A concept says by which names classes and functions of jamlab have it, and what
+gives it where none of those names exists. A hint is given only if its target exists on that very class, function or
+module: names are looked up there, and `tests/test_hints.py` evaluates all others on real objects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from jamlab.errors import Renamed
+from jamlab.habits import ARGUMENTS, CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
+
+_MISSPELT = 0.85  # likeness of two spellings of one name
+_MOST_LISTED = 60  # names in a message
+_BEFORE = ("get_", "compute_", "calc_", "calculate_", "find_", "n_", "num_", "mean_", "avg_", "average_")
+
+
+def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = False) -> str:
+    """What a name means that does not exist, as code between backticks; "" where nothing is known.
+
+    Args:
+        name: as typed.
+        kinds: names of the class and its bases, of the function, the command or "jamlab".
+        known: names that are there.
+        argument: whether it is one of a function or an option of a command: what gives it elsewhere is no help.
+    """
+    there, concepts = set(known), _concepts(name, argument)
+    place = "jamlab." * (kinds[0] == MODULE)
+    if not concepts:
+        for own in _forms(name):
+            if own in there:
+                return f"`{place}{own}`"
+    for concept in concepts:
+        for kind in kinds:
+            if kind in concept.of:
+                return _filled(concept.of[kind], kinds)
+        for own in concept.has.split():
+            if own in there:
+                return f"`{place}{own}`"
+    uses = [] if argument else [concept.use for concept in concepts if concept.use]
+    return _filled(uses[0], kinds) if uses else ""
+
+
+def _concepts(name: str, argument: bool) -> list[Concept]:
+    words = _ARGUMENTS if argument else _ATTRIBUTES
+    return next((words[form] for form in (name, *_forms(name)) if form in words), [])
+
+
+def _forms(name: str) -> Iterable[str]:
+    """Other forms of a name with its meaning: in small letters, one or several, without a verb or "number of"."""
+    small = name.lower()
+    stems = [small, *(small.removeprefix(before) for before in _BEFORE if small.startswith(before))]
+    for stem in stems:
+        yield from (stem, f"{stem}s", stem.removesuffix("s"))
+
+
+def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterable[str] = ()) -> str:
+    """What to use for an attribute that does not exist, as the end of a message; else what there is.
+
+    Args:
+        name: as typed.
+        kinds: names of the class and its bases, or "jamlab".
+        known: names that are there.
+        measured: quantities of `jamlab.measure`.
+    """
+    kinds, known = list(kinds), list(known)
+    if use := meant(name, kinds, known):
+        return f" {use}" if use == LIMITS else f": use {use}"
+    if name in measured:
+        return _filled(f": use `jamlab.measure({{p}}, {name!r})`", kinds)
+    if not _concepts(name, False) and (near := misspelt(name, known)):
+        return f": did you mean `{near}`?"
+    if len(known) > _MOST_LISTED:
+        return f"; help(jamlab{'' if kinds[0] == MODULE else '.' + kinds[0]}) lists what there is"
+    return f"; it has {', '.join(known)}"
+
+
+def argument_hint(name: str, function: str, known: Iterable[str]) -> str:
+    """What to use for an argument that a function does not have, as the end of a message."""
+    names = list(known)
+    if use := meant(name, [function], names, argument=True):
+        return f" {use}" if use == LIMITS else f": use {use}"
+    if not _concepts(name, True) and (near := misspelt(name, names)):
+        return f": did you mean `{near}`?"
+    return f"; it takes {', '.join(names)}"
+
+
+def misspelt(name: str, known: Iterable[str]) -> str:
+    """The known name that one misspells, or whose words it has in another order; "" if none is as like. What begins
+    with another letter, such as "unjammed" or "eta_star" beside "tau_star", has another meaning."""
+    parts = sorted(name.split("_"))
+    alike = [each for each in known if each[:1] == name[:1]]
+    turned = [each for each in known if sorted(each.split("_")) == parts]
+    return (turned or get_close_matches(name, alike, 1, _MISSPELT) or [""])[0]
+
+
+def instead_of(function: str, wanted: Iterable[str], value: object) -> str:
+    """What to give in place of an object, as the end of a message: `wanted` are the classes that are asked for."""
+    given = [each.__name__ for each in type(value).__mro__]
+    for what in (function, *wanted):
+        for kind in given:
+            if (what, kind) in INSTEAD:
+                return f"; give {INSTEAD[what, kind]}"
+    return ""
+
+
+@cache
+def attributes(cls: type) -> list[str]:
+    """Public attributes of a class: fields in their order, properties and methods; without its old names."""
+    names = dict.fromkeys([*getattr(cls, "__dataclass_fields__", ()), *dir(cls)])
+    return [name for name in names if name[0] != "_" and not isinstance(getattr(cls, name, None), Renamed)]
+
+
+class Hinted:
+    """A class whose missing attributes are answered by what to use."""
+
+    if not TYPE_CHECKING:  # else every name would be an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            cls = type(self)
+            if name.startswith("_"):
+                raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}", name=name, obj=self)
+            article = "an" if cls.__name__[0] in "AEIOU" else "a"
+            use = hint(name, [each.__name__ for each in cls.__mro__], attributes(cls), self._measured())
+            raise AttributeError(f"{article} {cls.__name__} has no attribute {name!r}{use}", name=name, obj=self)
+
+    def _measured(self) -> Iterable[str]:
+        """Quantities of `jamlab.measure` that are hinted at."""
+        return ()
+
+
+def _filled(text: str, kinds: Iterable[str]) -> str:
+    """Put the expression for a packing into a hint of a class."""
+    return text.replace("{p}", next((PACKING[kind] for kind in kinds if kind in PACKING), "packing"))
+
+
+def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
+    found: dict[str, list[Concept]] = {}
+    for concept in concepts:
+        for word in concept.words.split():
+            found.setdefault(word, []).append(concept)
+    return found
+
+
+_ATTRIBUTES, _ARGUMENTS = _by_word(CONCEPTS), _by_word((*ARGUMENTS, *CONCEPTS))

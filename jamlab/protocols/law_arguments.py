@@ -1,0 +1,43 @@
+"""Force-law parameters that functions take by name: only those that the law declares; any other is no argument."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
+from typing import Any
+
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import InputError
+from jamlab.models.models import MODELS, optional_parameters
+from jamlab.old_names import unknown_argument
+
+_OF_DECK = {"sp": (), "dp": ("nv_small", "nv_large", "vertices")}  # parameters that are no part of the law of a packing
+
+
+def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping[str, Any]) -> None:
+    """Refuse what is neither an argument of a function nor a parameter that the law of its packing has to choose.
+
+    Raises:
+        ArgumentError: no such argument.
+        InputError: a parameter that units fix, or that another model has.
+    """
+    law = law_arguments(model)
+    for name, value in given.items():
+        if name in law:
+            continue
+        where = f"{function.__name__}: {name} = {value!r}"
+        if name in MODELS[model].unit_names:
+            raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
+        for other in MODELS.keys() - {model}:
+            if name in law_arguments(other):
+                raise InputError(f"{where}: it is a parameter of model {other}, and this packing has model {model}")
+        own = [each.name for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+        raise unknown_argument(function.__name__, name, [*own, *law])
+
+
+def law_arguments(model: str) -> list[str]:
+    """Names of the parameters of a model that a packing may be made with."""
+    kind = MODELS[model]
+    declared = {name for units in kind.unit_names for name in kind.parameters(units)}
+    known = [name for name in defaults(model) if name in declared and name not in kind.unit_names]
+    return list(dict.fromkeys([*known, *optional_parameters(model), *_OF_DECK[model]]))

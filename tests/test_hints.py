@@ -1,0 +1,202 @@
+"""Every hint names what exists: each is evaluated on a real object, for all classes, functions, commands and words."""
+
+import inspect
+import logging
+import re
+import types
+
+import numpy as np
+import pytest
+import typer
+from one_of_each import STATES, objects
+
+import jamlab
+from jamlab.cli.main import app
+from jamlab.habits import ARGUMENTS, COMMANDS, CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
+from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
+from jamlab.packing.quantities import MEASURED
+from jamlab.protocols.law_arguments import law_arguments
+
+WORDS = sorted({word for concept in (*CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
+PUBLIC = [*jamlab.__all__, "__version__"]
+FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
+LAW = {"pack": law_arguments("sp"), "jam": law_arguments("dp") + law_arguments("sp")}
+CODE = re.compile("`([^`]*)`")
+
+
+@pytest.fixture(scope="module")
+def things(tmp_path_factory):
+    return objects(tmp_path_factory.mktemp("hints"))
+
+
+@pytest.fixture(scope="module")
+def at_hand(things):
+    return names_at_hand(things)
+
+
+def names_at_hand(things):
+    """Names that hints use; functions that take long only check their arguments and give what is at hand."""
+    packing, run = things["Packing"], things["ShearRun"]
+    droplets = jamlab.read(STATES / "compressed_droplets.h5")
+    made = {"flow_curve": things["FlowCurve"], "shear": run, "oscillate": things["Oscillation"], "pack": packing}
+    made |= {"quasistatic_shear": things["QuasistaticShear"], "creep": things["CreepRun"], "jam": packing}
+    made |= {"relax_stress": things["StressRelaxation"], "compress": [packing], "decompress": packing}
+    made |= {"Session": None, "estimate": things["Estimate"], "scaling_collapse": things["Collapse"]}
+    made |= {"track_droplets": None, "micrograph": things["Micrograph"], "universe": None, "write": None}
+    made |= {"read": packing, "read_all": [packing], "open_campaign": things["Campaign"], "write_movie": None}
+    made |= {"displacement_correlation": things["DisplacementCorrelation"], "synthetic_micrograph": None}
+    made |= {"stop_flow": things["StoppedFlow"], "relax": packing}
+    own = {name: bound(getattr(jamlab, name), found) for name, found in made.items()}
+    spared = types.SimpleNamespace(**{name: getattr(jamlab, name) for name in PUBLIC} | own)
+    names = {"jamlab": spared, "np": np, "packing": packing, "omega": np.ones(1), "rates": [0.1], "strain": 0.1}
+    names |= {
+        "m": types.SimpleNamespace(packing=lambda model: droplets if model == "dp" else packing),
+        "session": types.SimpleNamespace(packing=lambda: packing),
+        "rate": 0.1,
+    }
+    names |= {"n": 4, "pressure": 1e-2, "path": "p.h5", "packings": [packing], "duration": 1.0, "stress": 1e-3}
+    names |= {"model": "dp", "onset": packing, "amplitude": 1e-3, "flow": run, "run": run, "values": ["z"]}
+    names |= {
+        "pressures": [1.0],
+        "spectra": [[]],
+        "picture": None,
+        "pictures": [],
+        "source": [],
+        "logging": logging,
+    }
+    return names
+
+
+def bound(function, found):
+    """A function that only checks which arguments it is given."""
+
+    def call(*args, **kwargs):
+        inspect.signature(function).bind(*args, **kwargs)
+        return found
+
+    return call
+
+
+def wrong(text, thing, at_hand):
+    """What is wrong with the code of a hint; "" where all of it can be evaluated."""
+    try:
+        check(text, thing, at_hand)
+    except Exception as error:  # whatever it is: what was hinted at does not exist
+        return f"{type(thing).__name__}{text}: {type(error).__name__}: {error}"
+    return ""
+
+
+def check(text, thing, at_hand):
+    """Evaluate all code of a hint."""
+    own = {*attributes(type(thing))} - {"packing"} if thing is not None else set()  # it is one of the user in a hint
+    space = {name: value for name, value in at_hand.items() if name not in own}
+    for code in CODE.findall(text):
+        if code.startswith("jamlab ") and not code.startswith("jamlab."):
+            assert code.removeprefix("jamlab ") in COMMANDS_THERE, text
+            continue
+        names = {node for node in compile(code, "hint", "eval").co_names if node not in space and node in own}
+        if code.startswith("plot") or ".plot" in code or "draw(" in code or "write(" in code or "to_csv" in code:
+            code = code.partition("(")[0]  # draws or writes
+        try:
+            eval(code, {}, space | {name: getattr(thing, name) for name in names})
+        except jamlab.InputError as error:  # an attribute of one of the two kinds of packings
+            assert type(thing) is jamlab.Packing and "use one of" in str(error), text
+
+
+def commands(group=None, prefix=""):
+    group = group or typer.main.get_command(app)
+    for name, command in group.commands.items():
+        yield from commands(command, f"{prefix}{name} ") if hasattr(command, "commands") else [(prefix + name, command)]
+
+
+COMMANDS_THERE = dict(commands())
+
+
+def test_every_hint_of_a_class_exists(things, at_hand):
+    asked, found = 0, set()
+    for thing in [*things.values(), None]:
+        cls = type(thing)
+        kinds = [each.__name__ for each in cls.__mro__] if thing is not None else [MODULE]
+        known = attributes(cls) if thing is not None else PUBLIC
+        told = {hint(word, kinds, known, MEASURED) for word in WORDS if word not in known and not hasattr(cls, word)}
+        asked += len(told)
+        found |= {wrong(text, thing, at_hand) for text in told}
+    assert found == {""} and asked > 1000
+
+
+def test_every_hint_of_an_argument_exists(at_hand):
+    found = set()
+    for name in FUNCTIONS:
+        known = [*inspect.signature(getattr(jamlab, name)).parameters, *LAW.get(name, [])]
+        for text in {argument_hint(word, name, known) for word in WORDS if word not in known}:
+            if ": use " in text and (code := CODE.findall(text)) and code[0] not in known:
+                found.add(wrong(text, None, at_hand))
+    assert found == {""}
+
+
+def test_every_hint_of_the_shell_exists():
+    for name, command in COMMANDS_THERE.items():
+        options = [each.opts[0].lstrip("-").replace("-", "_") for each in command.params]
+        for word in WORDS:
+            use = meant(word, [f"jamlab {name}", SHELL], options, argument=True)
+            for code in CODE.findall(use):
+                there = code.removeprefix("jamlab ") in COMMANDS_THERE or code.lstrip("-").split()[0] in options
+                assert there, (name, word, use)
+    assert {use for use in COMMANDS.values()} <= {*COMMANDS_THERE}
+
+
+def test_what_stands_in_place_of_an_object_are_classes(things):
+    classes = {base.__name__ for thing in things.values() for base in type(thing).__mro__}
+    classes |= {"DataFrame", "list", "tuple", "dict", "str", "float", "int", "PosixPath", "ndarray", "Session"}
+    assert {kind for _, kind in INSTEAD} <= classes
+    with pytest.raises(jamlab.InputError, match=r"m\.packing\('dp'\)"):
+        jamlab.contacts(things["Micrograph"])
+    with pytest.raises(jamlab.InputError, match="spectra"):
+        jamlab.scaling_collapse(things["Campaign"], [[]])
+
+
+@pytest.mark.parametrize(
+    ("name", "use"),
+    [("loss_modulus", "complex_modulus"), ("storage_modulus", "complex_modulus"), ("stress_relaxation", "relax_stress"),
+     ("relaxation_modulus", "relax_stress"), ("yield_stress", "flow_curve"), ("poisson_ratio", "elastic_tensor"),
+     ("stress_tensor", "evaluate"), ("pair_correlation", "universe"), ("vdos", "lowest_modes"),
+     ("get_forces", "evaluate"),
+     ("sweep", "compress"), ("version", "__version__"), ("cite", "CITATION"), ("shear_moduls", "shear_modulus"),
+     ("b", "bulk_modulus"), ("void_area", "measure"), ("quasistatics_shear", "quasistatic_shear"),
+     ("flow_stop", "stop_flow"), ("gravity", "limits.md")],
+)  # fmt: skip
+def test_a_name_means_one_thing(name, use):
+    with pytest.raises(AttributeError, match=re.escape(use)):
+        getattr(jamlab, name)
+
+
+def test_names_that_look_alike_are_no_hint(things):
+    """Spelling alone once led from the loss modulus to the bulk modulus."""
+    assert not misspelt("unjammed", ["jammed"]) and not misspelt("eta_star", ["tau_star"])
+    assert misspelt("storag", ["storage", "loss"]) == "storage" and not misspelt("loss_modulus", ["bulk_modulus"])
+    for name in ("no_such_thing", "modullus_of_nothing"):
+        with pytest.raises(AttributeError) as refused:
+            getattr(things["ComplexModulus"], name)
+        assert "did you mean" not in str(refused.value) and "it has omega, storage, loss, g0" in str(refused.value)
+        assert "error," not in str(refused.value)  # an old name is none to use
+    assert LIMITS in argument_hint("friction", "pack", ["n"])
+
+
+def test_only_the_law_may_add_arguments():
+    for call, told in {
+        "pack(32, 1e-3, timeout=1)": "pack has no argument 'timeout'; it takes n, pressure, seed",
+        "pack(32, 1e-3, law='hertz')": "pack has no argument 'law': use `exponent`, such as exponent=2.5",
+        "pack(32, 1e-3, k=2.0)": "are always 1",
+        "pack(32, 1e-3, gamma=0.1)": "of model dp",
+        "pack(N=32, pressure=1e-3)": "pack has no argument 'N': use `n`",
+        "pack(32, 1e-3, verbose=True)": "use `progress`",
+        "jam(8, max_iter=3)": "jam has no argument 'max_iter'",
+        "jam(8, 'dp', exponent=2.5)": "of model sp",
+        "jam(8, phi=0.9)": "use `jamlab.compress(onset, to=0.9)`",
+        "droplets_from_disks(p, step=1)": "droplets_from_disks has no argument 'step'",
+        "scene(0.9, friction=1)": "limits.md",
+    }.items():
+        with pytest.raises(jamlab.InputError) as refused:
+            eval(f"jamlab.{call}", {"jamlab": jamlab, "p": jamlab.pack(8, 1e-2, seed=1)})
+        assert told in str(refused.value)
+    assert jamlab.pack(8, 1e-2, exponent=2.5).params["exponent"] == 2.5
