@@ -406,6 +406,9 @@ ARGUMENTS = (
     Concept("image pic array img", "picture"),
     Concept("index frame_number i_frame", "frame"),
     Concept("n_modes num_modes k how_many", "count"),
+    Concept("show view", "", "", {SHELL: "`jamlab explore`, which writes a page"}),
+    Concept("phi rho packing_fraction density", "phi to", "", {"jamlab jam": "`jamlab pack --phi`, or `jamlab compress "
+            "--to` from onset"}),
     Concept("amplitude", "strain", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
             "response has no amplitude"}),
 )  # fmt: skip

@@ -152,7 +152,8 @@ def _number(name: str, value: Any) -> float:
     plain = as_plain(value)
     if isinstance(plain, bool | int | float):
         return float(plain)
-    raise InputError(f"{name} returned {value!r:.60} ({type(value).__name__}): it must return one number")
+    what = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{value!r:.60}"
+    raise InputError(f"{name} returned {what} ({type(value).__name__}): it must return one number")
 
 
 def why_no_modulus(packing: Packing) -> str:

@@ -109,6 +109,10 @@ def commands(group=None, prefix=""):
         yield from commands(command, f"{prefix}{name} ") if hasattr(command, "commands") else [(prefix + name, command)]
 
 
+def names_of(command):
+    return [name for each in command.params for name in each.opts]
+
+
 COMMANDS_THERE = dict(commands())
 
 
@@ -140,8 +144,9 @@ def test_every_hint_of_the_shell_exists():
         for word in WORDS:
             use = meant(word, [f"jamlab {name}", SHELL], options, argument=True)
             for code in CODE.findall(use):
-                there = code.removeprefix("jamlab ") in COMMANDS_THERE or code.lstrip("-").split()[0] in options
-                assert there, (name, word, use)
+                command, _, option = code.removeprefix("jamlab ").partition(" --")
+                there = command in COMMANDS_THERE or code.lstrip("-").split()[0] in options
+                assert there and (not option or f"--{option}" in names_of(COMMANDS_THERE[command])), (name, word, use)
     assert {use for use in COMMANDS.values()} <= {*COMMANDS_THERE}
 
 

@@ -93,7 +93,7 @@ def test_functions_of_the_user_are_measured(results):
     )
     several = jamlab.measure([p, p], strongest)
     assert several["strongest"].tolist() == [strongest(p)] * 2
-    for wrong, told in {"positions": "returned array", "params": "returned"}.items():
+    for wrong, told in {"positions": "returned an array", "params": "returned"}.items():
         with pytest.raises(jamlab.InputError, match=f"state 0: {wrong} {told}.*one number"):
             jamlab.measure([p], named(wrong))
     with pytest.raises(jamlab.InputError, match="called strongest"):

@@ -68,7 +68,7 @@ class Micrograph(Result):
         (True, 'doubtful')
     """
 
-    _rows = ("centres", "areas", "cells", "rattlers")
+    _rows = ("centres", "areas", "cells", "rattlers", "doubtful")
     _apart = ("labels", "picture", "touching", "neighbours")
 
     labels: Indices
@@ -149,10 +149,6 @@ class Micrograph(Result):
         )
         table.attrs = {"unit": self.unit, "quality": self.quality}
         return table
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """The same as `table`."""
-        return self.table()
 
     def _columns(self) -> dict[str, Any]:
         table = self.table()
