@@ -55,7 +55,7 @@ class Evaluation(Result):
         forces: (len(positions), 2) float64, -dE/dx; 0 on fixed particles.
         stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms. Between
             walls: stress on the upper wall; in r the next lattice plane replaces the height of a fixed particle.
-        pressure: trace of the stress over 2; between walls the normal stress on them, without forces inside them.
+        pressure: -dU/dA, trace of the stress over 2; between walls the normal stress on them, S_yy.
         max_force: largest norm of a force.
 
     Example:

@@ -24,7 +24,8 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
     """Make two walls with a slab between them: of the particles at the bottom and the top of a packing, or flat ones.
 
     Rough walls are made of particles that are fixed. The box stays periodic, so both walls touch each other across its
-    edge. A packing at a minimum remains at a minimum. Simple shear of the box shifts the upper wall as a whole.
+    edge. A packing at a minimum remains at a minimum. Simple shear along x shifts the upper wall as a whole;
+    compression moves it along y, at constant width. No other strain is defined between walls.
 
     Flat walls are lines along x in a taller box, with all particles between them: two more particles of size 0, the
     last of the packing, which disks meet at their distance along y, at half a diameter, and vertices of droplets at

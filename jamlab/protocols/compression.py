@@ -110,7 +110,8 @@ def compress(
 ) -> Iterator[Packing]:
     """Compress or decompress a packing in steps, with an energy minimum after each.
 
-    The ensemble of the packing, fixed box or shear-stabilized, is kept.
+    The ensemble of the packing, fixed box or shear-stabilized, is kept. Between walls the height of the box changes, at
+    constant width; fixed particles move with the box and are not squeezed.
 
     Args:
         packing: initial packing, usually from `jam`.

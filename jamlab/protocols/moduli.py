@@ -47,7 +47,7 @@ def shear_modulus(
     """Shear modulus G of a packing at an energy minimum, in its units of stress.
 
     G is the second derivative of the energy per area with respect to the strain. Small packings are anisotropic; in a
-    fixed box G can be negative near onset.
+    fixed box G can be negative near onset. Between walls shear along x alone is defined.
 
     Args:
         packing: SP or DP.
@@ -66,7 +66,7 @@ def shear_modulus(
         JamlabWarning: G is negative: the packing is unstable to shear at its box shape.
 
     Raises:
-        InputError: invalid method, direction, angle or strain.
+        InputError: invalid method, direction, angle or strain; a direction that walls do not define.
         ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
 
     Example:
@@ -104,6 +104,9 @@ def shear_modulus(
 @checked
 def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
     """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
+
+    p = -dU/dA is the pressure of `jamlab.evaluate`: (S_xx + S_yy)/2 in a box of fixed shape; between walls the normal
+    stress on them, S_yy, at constant width.
 
     Args:
         packing: SP or DP.

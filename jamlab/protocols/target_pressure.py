@@ -196,7 +196,8 @@ def decompress(
 ) -> Packing:
     """Decompress a jammed packing of disks to a lower pressure, in steps.
 
-    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure. Use it for large packings
+    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure; between walls over the
+    height of the box, p being the normal stress on them. Use it for large packings
     near onset, where random starts may not converge. The result depends on the initial pressure.
 
     Args:
