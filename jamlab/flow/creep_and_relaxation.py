@@ -20,6 +20,7 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
+    check_tolerance,
 )
 from jamlab.flow.run import TimedRun
 from jamlab.flow.shear import ShearRun
@@ -45,6 +46,7 @@ class CreepRun(FlowRun):
     """
 
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "compliance", "z_all", "energy_gap")
+    answer: ClassVar[str] = "strain"
 
     applied: float
     residual: float
@@ -111,6 +113,7 @@ def creep(
     largest_strain: float = 10.0,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
+    trajectory_error: bool = False,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CreepRun:
@@ -131,6 +134,7 @@ def creep(
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: strain at which the simulation stops early, default 10.
         tolerance, background_drag: see `oscillate`.
+        trajectory_error: True: repeat the run at a tenth of the tolerance and return the difference, see `shear`.
         path, progress: see `shear`.
 
     Raises:
@@ -145,6 +149,7 @@ def creep(
     scale = natural_scales(packing).stress
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_tolerance(tolerance, trajectory_error)
     check_number("largest_strain", largest_strain, 1e4)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
     with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
@@ -156,6 +161,11 @@ def creep(
         for state in flow.advance_log_spaced(duration):
             if abs(state.strain) > largest_strain:
                 break
+        if trajectory_error:
+            same: dict[str, Any] = {"largest_strain": largest_strain, "background_drag": background_drag}
+            flow.measure_trajectory_error(
+                lambda finer, told: creep(packing, stress, duration, damping, tolerance=finer, progress=told, **same)
+            )
         return flow.finish()
 
 
@@ -261,6 +271,7 @@ def relax_stress(
     step_time: float = STEP_TIME,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
+    trajectory_error: bool = False,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
@@ -280,6 +291,7 @@ def relax_stress(
         damping: see `shear`.
         step_time: duration of the ramp, tau_1.
         tolerance, background_drag: see `oscillate`.
+        trajectory_error: True: repeat the run at a tenth of the tolerance and return the difference, see `shear`.
         path, progress: see `shear`.
 
     Raises:
@@ -288,6 +300,7 @@ def relax_stress(
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
         raise InputError(f"strain = {strain!r}: must be {LEAST_STRAIN:g} to 1 in magnitude; or use stop_flow")
     check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
@@ -299,7 +312,15 @@ def relax_stress(
             flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
             flow.advance()
             flow.begin_again(time=0.5 * step_time)
-        return _wait(flow, duration)
+        _wait(flow, duration)
+        if trajectory_error:
+            same: dict[str, Any] = {"step_time": step_time, "background_drag": background_drag}
+            flow.measure_trajectory_error(
+                lambda finer, told: relax_stress(
+                    packing, strain, duration, damping, tolerance=finer, progress=told, **same
+                )
+            )
+        return flow.finish()
 
 
 @checked
@@ -310,6 +331,7 @@ def stop_flow(
     *,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
+    trajectory_error: bool = False,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StoppedFlow:
@@ -325,24 +347,32 @@ def stop_flow(
         duration: simulated time, tau_1.
         damping: default: the drag law of the flow; for a packing `ContactDamping()`.
         tolerance, background_drag: see `oscillate`.
+        trajectory_error: True: repeat the run at a tenth of the tolerance and return the difference, see `shear`.
         path, progress: see `shear`.
 
     Raises:
         InputError, ConvergenceError, StorageError: see `shear`.
     """
     check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_tolerance(tolerance, trajectory_error)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
     accuracy, task = (tolerance, background_drag), {"strain": 0}
     with TimedRun(StoppedFlow, packing, law, accuracy, task, _end(duration), path, progress) as run:
         if run.before is None:
             run.facts["residual"] = run.session.drive("rate 0", duration).elastic_stress
-        return _wait(run, duration)
+        _wait(run, duration)
+        if trajectory_error:
+            how: dict[str, Any] = {"damping": law, "background_drag": background_drag}
+            run.measure_trajectory_error(
+                lambda finer, told: stop_flow(packing, duration, tolerance=finer, progress=told, **how)
+            )
+        return run.finish()
 
 
 S = TypeVar("S", bound=StoppedFlow)
 
 
-def _wait(flow: TimedRun[S], duration: float) -> S:
+def _wait(flow: TimedRun[S], duration: float) -> None:
     """Hold the strain until the end."""
     flow.facts["duration"] = duration
     if flow.before:
@@ -355,4 +385,3 @@ def _wait(flow: TimedRun[S], duration: float) -> S:
             del flow.rows[0]
     for _ in flow.advance_log_spaced(duration):
         pass
-    return flow.finish()

@@ -42,7 +42,8 @@ _POINTS = (
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class FlowCurve(FlowResult):
-    """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
+    """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors
+    for correlated rows, see `ShearRun.steady`. Errors of the steps come in addition; at other tolerances they differ.
 
     Attributes:
         rates: (m,) shear rates, ascending.
@@ -141,7 +142,7 @@ class FlowCurve(FlowResult):
         say_balance(axes, self)
 
 
-FLOW_DEFINITION = 1  # version, see jamlab.campaign.tasks
+FLOW_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took correlated rows for independent
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
@@ -173,7 +174,9 @@ def flow_curve(
         damping: see `shear`.
         strain: strain of the average, at least 1.
         discard: transient strain that is discarded.
-        tolerance, background_drag: see `shear`.
+        tolerance: relative error of velocities per step, see `shear`. It does not bound the error of the means; a curve
+            at another tolerance shows it.
+        background_drag: see `shear`.
         processes: number of rates run in parallel.
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
         progress: called with (fraction of all strain, text); True: print it.

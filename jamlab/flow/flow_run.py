@@ -94,6 +94,7 @@ class FlowRun(FlowResult):
     """A flow: m rows, in the packing's unit of stress and with times in tau_1."""
 
     series: ClassVar[tuple[str, ...]] = SERIES
+    answer: ClassVar[str] = "stress"  # which of them the packing decides
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "z_all", "energy_gap")
     _apart = ("wall_stress",)
 
@@ -122,6 +123,9 @@ class FlowRun(FlowResult):
     # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
     # closest were taken
     ambiguous_contacts: int = 0
+    # (m,) largest difference so far of the stress, in creep of the strain, from the same run at a tenth of the
+    # tolerance; (0,) where it was not measured
+    trajectory_error: Array = field(default_factory=lambda: np.zeros(0))
     # (m, 2, 2) shear stress and pressure on the lower and on the upper wall; (0, 2, 2) without walls
     wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
@@ -146,8 +150,20 @@ class FlowRun(FlowResult):
         return energy_imbalance(self.energy_gap, self.work, self.dissipated)
 
     @property
+    def relative_trajectory_error(self) -> float:
+        """Last `trajectory_error` over the largest stress, in creep the largest strain; nan if not measured."""
+        scale = float(np.abs(getattr(self, self.answer)).max())
+        return float(self.trajectory_error[-1]) / scale if len(self.trajectory_error) and scale else float("nan")
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """All rows as a pandas DataFrame, with `trajectory_error` if it was measured."""
+        table = super().to_dataframe()
+        return table.assign(trajectory_error=self.trajectory_error) if len(self.trajectory_error) else table
+
+    @property
     def balanced(self) -> bool:
-        """Whether energy is balanced as well as was asked for."""
+        """Whether energy is balanced as well as was asked for: the steps follow the forces. The path may still differ
+        from the exact one, see `trajectory_error`."""
         return self.energy_error <= self.energy_tolerance
 
     def _draw(self, axes: Any, time: Array, values: Array, name: str, label: str, **style: Any) -> None:

@@ -11,7 +11,13 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
+from jamlab.flow.overdamped_session import (
+    LEAST_STRAIN,
+    SMALL_STRAIN_BACKGROUND,
+    SMALL_STRAIN_TOLERANCE,
+    End,
+    check_tolerance,
+)
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
 from jamlab.packing.packing import Packing
@@ -137,6 +143,7 @@ def oscillate(
     points: int = POINTS,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
+    trajectory_error: bool = False,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Oscillation:
@@ -159,9 +166,11 @@ def oscillate(
         cycles: largest number of cycles, at least 2. The run ends when the first harmonic changes by less than the
             tolerance.
         points: rows per cycle, at least 16.
-        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
+        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3. It does not bound the error of
+            stresses where contacts change, see `shear`.
         background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
             `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
+        trajectory_error: True: repeat the run at a tenth of the tolerance and return the difference, see `shear`.
         path, progress: see `shear`.
 
     Raises:
@@ -172,15 +181,18 @@ def oscillate(
     check_number("omega", omega, FASTEST, SLOWEST)
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     check_number("cycles", cycles, MOST_CYCLES, 2)
+    check_tolerance(tolerance, trajectory_error)
     check_number("points", points, MOST_POINTS, 2 * HARMONICS + 2)
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
-    accuracy, end = (tolerance, background_drag), End(4 * np.pi / omega, shorter)
+    period = 2 * np.pi / omega
+    accuracy, end = (tolerance, background_drag), End(2 * period, shorter)
     with TimedRun(Oscillation, packing, damping, accuracy, how, end, path, progress, at_rest=True) as flow:
         found = list(flow.before.cycle_harmonics) if flow.before else []
         flow.facts |= how | _answer(found, tolerance)
-        flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", 2 * np.pi / omega / points)
+        flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", period / points)
         while len(found) < cycles and not flow.facts["finished"]:
+            flow.session.end = end._replace(time=max(2, len(found) + 1) * period)  # one cycle tells nothing
             rows = [flow.advance() for _ in range(points)]
             time, stress = (np.array([getattr(row, name) for row in rows]) for name in ("time", "stress"))
             harmonics = fit_harmonics(time, stress, omega, amplitude)
@@ -189,6 +201,13 @@ def oscillate(
             found.append(harmonics)
             flow.facts |= _answer(found, tolerance)
             flow.report(len(found) / cycles, f"cycle {len(found)}")
+        if trajectory_error:
+            same: dict[str, Any] = {"cycles": cycles, "points": points, "background_drag": background_drag}
+            flow.measure_trajectory_error(
+                lambda finer, told: oscillate(
+                    packing, omega, amplitude, damping, tolerance=finer, progress=told, **same
+                )
+            )
         return flow.finish()
 
 

@@ -18,7 +18,7 @@ from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.flow.flow_run import HELPFUL_BACKGROUND
+from jamlab.flow.flow_run import FINER, HELPFUL_BACKGROUND
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
@@ -81,7 +81,7 @@ _COUNTED = ("time", "strain", "work", "dissipated", "iterations", "ambiguous_con
 
 
 class End(NamedTuple):
-    """Where a flow ends: at a time, or at a strain if that comes first."""
+    """Where a flow ends at the earliest: at a time, or at a strain if that comes first."""
 
     time: float
     shorter: str  # what to give for a shorter one
@@ -90,7 +90,7 @@ class End(NamedTuple):
     def left(self, state: FlowState) -> float:
         """Time that is left at the present rate."""
         strain = max(0.0, self.strain - abs(state.strain))
-        return min(self.time - state.time, strain / abs(state.rate) if state.rate else np.inf)
+        return min(max(0.0, self.time - state.time), strain / abs(state.rate) if state.rate else np.inf)
 
 
 class OverdampedSession:
@@ -115,7 +115,7 @@ class OverdampedSession:
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
-        self._driven, self._end = False, end
+        self._driven, self.end = False, end
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
@@ -229,22 +229,23 @@ class OverdampedSession:
             return
         step = (state.time - self._looked[1]) / taken
         self._looked = self.steps(), state.time
-        left = self._end.left(state) / step if self._end else 0.0
+        left = self.end.left(state) / step if self.end else 0.0
         smooth = min(_CRAWL[0] * self._damping.tau, _CRAWL[1] / abs(state.rate) if state.rate else np.inf)
         crawls = within_row and step < smooth * min(1.0, (self._tolerance / _USUAL) ** 0.5)
         if not crawls and left <= MOST_STEPS:
             return
-        remedies = [self._end.shorter if self._end else "a lower rate"]
+        remedies = [self.end.shorter if self.end else "a lower rate"]
         if crawls and self._damping.at_contacts:
             more = max(HELPFUL_BACKGROUND, 10 * self._background)
             remedies = [
                 f"background_drag = {more:g} (now {self._background:g}) for motion without drag",
                 *remedies,
             ]
+        many = f"at least {left:.1g} more would be needed, and at most {MOST_STEPS:.0g} are allowed"
+        short = f"a flow without sudden changes takes steps of {smooth:.2g}, so this one would hardly advance"
         raise ConvergenceError(
             f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} "
-            f"long: {left:.1g} steps remain, and at most {MOST_STEPS:.0g} are allowed. Use "
-            f"{', or '.join(remedies)}"
+            f"long: {many if left > MOST_STEPS else short}. Use {', or '.join(remedies)}"
         )
 
     def state(self) -> FlowState:
@@ -289,9 +290,14 @@ def _between_walls(packing: Packing) -> Array:
     return np.asarray(total - wall_stress(packing).ravel())
 
 
+def check_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
+    """Refuse tolerances out of range; with `trajectory_error` a run at a finer one follows."""
+    check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE / (FINER if trajectory_error else 1.0))
+
+
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time."""
-    check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE)
+    check_tolerance(tolerance)
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")
     if damping.at_contacts and damping.contrast > LARGEST_BETA:

@@ -30,6 +30,8 @@ def describe(result: Any) -> str:
     words = [] if result.damping is None else [str(result.damping)]
     words += [f"background drag {result.background:g} k τ1"] if result.background else []
     words += [f"tolerance {result.tolerance:g}", describe_balance(result)]
+    trajectory_error = getattr(result, "relative_trajectory_error", float("nan"))
+    words += [f"error of the trajectory {100 * trajectory_error:.2g} %"] if np.isfinite(trajectory_error) else []
     guessed = int(np.sum(result.ambiguous_contacts))
     return ", ".join(words + ([f"{guessed} ambiguous contact changes"] if guessed else []))
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import fields
@@ -22,8 +22,9 @@ from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
-from jamlab.errors import InputError, StorageError
-from jamlab.flow.flow_run import FlowResult, FlowRun
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError, InputError, StorageError, warn
+from jamlab.flow.flow_run import FINER, FlowResult, FlowRun
 from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
 from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
 from jamlab.mechanics.force_network import check_at_rest
@@ -227,6 +228,15 @@ class Run(RunFile[R]):
         return self._kind(**columns | effort | self.facts, frames=(*self.frames, *last))
 
 
+def _differences(run: R, finer: R) -> Array:
+    """(m,) largest difference of two runs of one flow so far; nan beyond the end of the other one."""
+    first = run.time[1] / 2  # rows may lie evenly in the logarithm of time
+    own, other = (np.log(np.maximum(each.time, first)) for each in (run, finer))
+    values = np.interp(own, other, getattr(finer, run.answer))
+    apart = np.maximum.accumulate(np.abs(getattr(run, run.answer) - values))
+    return np.where(run.time <= finer.time[-1] * (1 + 1e-9), apart, np.nan)
+
+
 class TimedRun(Run[R]):
     """A flow in time, by one session of LAMMPS. `accuracy`: tolerance, and drag beside the law's, over k tau_1; `end`:
     of the run, which is given up if it would never come there; `at_rest`: refuse a packing that is not, or in which
@@ -257,7 +267,9 @@ class TimedRun(Run[R]):
         self.facts |= how
         empty = dict.fromkeys(FlowState._fields, 0.0)
         self.rows = [FlowState(**empty | row) for row in self.rows_before()]
-        if self.before:  # of what is counted the file has the sum
+        if self.before:
+            self.facts["trajectory_error"] = self.before.trajectory_error
+            # of what is counted the file has the sum
             self.rows[-1] = self.rows[-1]._replace(
                 iterations=float(self.before.iterations), ambiguous_contacts=float(self.before.ambiguous_contacts)
             )
@@ -302,6 +314,23 @@ class TimedRun(Run[R]):
             state = self.advance(max(1, int(_SPACING * self.steps)))
             self.report(state.time / end, f"time {state.time:.3g}, strain {state.strain:.3g}")
             yield state
+
+    def measure_trajectory_error(self, again: Callable[[float, Progress], R]) -> None:
+        """Run the same flow beside this one, at a tenth of its tolerance. `again`: runs it at a tolerance."""
+        if len(self.facts.get("trajectory_error", ())) == len(self.rows):
+            return
+        self.save()
+        told = self.progress
+        tolerance = FINER * self.facts["tolerance"]
+
+        def progress(share: float, words: str) -> None:
+            if told is not None:
+                told(share, f"beside, at tolerance {tolerance:g}: {words}")
+
+        try:
+            self.facts["trajectory_error"] = _differences(self.result(), again(tolerance, progress))
+        except ConvergenceError as error:
+            warn(f"the error of the path was not measured, since the run at tolerance {tolerance:g} failed: {error}")
 
     def begin_again(self, time: float) -> None:
         """Let the next drive continue from here, and forget the rows so far; the present time is `time` from now on."""

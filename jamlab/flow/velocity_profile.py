@@ -26,7 +26,8 @@ class VelocityProfile(Result):
         height: (m,) mean height of the particles of each layer, over the height of the cell.
         velocity: (m,) mean displacement along x per strain of the cell, over the height of the cell: an affine flow has
             `height`. nan of a layer without particles.
-        standard_error: (m,) of it, from the parts of the run between two packings; nan of one part.
+        standard_error: (m,) of it, from the parts of the run between two packings, which are taken for independent;
+            of few parts a 95 % interval is wider than 1.96 times this, by Student's t. nan of one part.
     """
 
     _rows = ("height", "velocity", "standard_error")

@@ -5,6 +5,7 @@ import pytest
 from disk_flows import Flow
 
 import jamlab
+from jamlab.flow.overdamped_session import OverdampedSession
 
 
 @pytest.fixture(scope="module")
@@ -132,3 +133,26 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
     for name in names:
         assert split[name] == pytest.approx(whole[name], rel=1e-7), name
         assert [row[name] for row in again] == pytest.approx([row[name] for row in first], rel=1e-8), name
+
+
+def test_two_steps_of_half_the_length_end_an_interval(packing):
+    """1.125 steps are left at last: two equal ones, not a whole one and a rest that is nearly nothing."""
+    length, times = 1e-4, [0.0]
+    with OverdampedSession(packing, jamlab.ContactDamping(), 1e-2, 1e-4) as session:
+        session.drive("rate 0.01", 12.1 * length, longest=length)
+        while times[-1] < 12.09 * length:
+            times.append(session.advance(1).time)
+    assert times[-1] == pytest.approx(12.1 * length, rel=1e-9)
+    before, last = np.diff(times)[-2:]
+    assert last == pytest.approx(before, rel=1e-6) and 0.5 * length < last < length
+
+
+def test_disks_that_touch_nothing_stay_with_the_affine_flow(packing):
+    """Also while all that touches drifts: without a background drag the drift of these alone is taken off."""
+    touching = jamlab.contacts(packing)
+    apart = np.setdiff1d(np.arange(packing.n), touching.pairs)
+    assert len(apart)
+    r = jamlab.shear(packing, 1.0, 0.01, n_rows=1, background_drag=0.0)
+    moved = packing.positions[apart] + 0.01 * packing.positions[apart, 1:] * [1.0, 0.0]
+    off = (r.packing.positions[apart] - moved) @ np.linalg.inv(r.packing.box)
+    assert np.abs(off - off.round()).max() < 1e-9

@@ -108,6 +108,20 @@ def test_what_is_loose_comes_apart_and_what_is_followed_keeps_its_contacts():
     assert loose.energy <= DESCENT[2] and loose.phi == pytest.approx(0.6)
 
 
+def test_droplets_that_travel_far_find_new_neighbours():
+    """A row pressed together spreads, until its ends, out of reach of each other before, meet across the box."""
+    nv, params = droplet_params(12, vertices=24)
+    lone = place_droplets(np.zeros((12, 2)), np.array([[36.0, 0.0], [0.0, 4.0]]), nv, params, 1)
+    free = np.hypot(*lone.positions.T).reshape(12, 24).max(axis=1) + params["delta"] / 2
+    apart = free + np.roll(free, -1)
+    places = np.append(0.0, np.cumsum(0.93 * apart[:-1]))
+    box = np.array([[places[-1] + apart[-1] + 0.6, 0.0], [0.0, 4.0]])
+    row = RigidDroplets.of(place_droplets(np.column_stack([places, np.full(12, 2.0)]), box, nv, params, 1))
+    spread = row.relaxed(DESCENT, 2000)
+    assert np.abs(spread.coordinates - row.coordinates)[:, 0].max() > 0.3
+    assert spread.energy == pytest.approx(spread.derivatives()[0], rel=1e-9, abs=1e-15)
+
+
 def test_crossed_outlines_are_refused():
     state = overlapping()
     state.coordinates[1, :2] = state.coordinates[0, :2] + [0.2, 0.1]

@@ -4,10 +4,12 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 from plain_flow import PlainFlow
 
 import jamlab
+from jamlab.flow import shear as shear_module
 from jamlab.flow.run import write_result
 from jamlab.protocols.random_start import random_disks
 
@@ -122,3 +124,49 @@ def test_states_that_were_guessed_are_counted(packing, tmp_path):
     assert repr(guessed) != repr(run)
     write_result(tmp_path / "run.h5", guessed)
     assert jamlab.read_flow(tmp_path / "run.h5").ambiguous_contacts == 3
+
+
+def test_the_error_of_a_trajectory_is_measured_beside_the_run():
+    """Near onset the order of contacts decides: stresses are far off though energy is balanced, and the run beside
+    at a tenth of the tolerance says how far."""
+    p, how = jamlab.pack(32, 1e-3, 12), {"rate": 0.03, "strain": 0.1, "n_rows": 20}
+    run = jamlab.shear(p, **how, trajectory_error=True)
+    exact = jamlab.shear(p, **how, tolerance=1e-6)
+    off = errors(run, exact.stress)
+    assert run.balanced and off.max() > 3 * run.tolerance
+    assert 0.5 * off.max() < run.relative_trajectory_error < 2 * off.max()
+    assert run.trajectory_error[0] < 1e-9 and np.all(np.diff(run.trajectory_error) >= 0)
+    assert run.to_dataframe()["trajectory_error"].equals(pd.Series(run.trajectory_error))
+    assert "error of the trajectory" in repr(run) and "error of the trajectory" not in repr(exact)
+    assert np.isnan(exact.relative_trajectory_error)
+
+
+def test_every_flow_measures_its_trajectory_and_its_file_keeps_that(packing, tmp_path):
+    path = tmp_path / "run.h5"
+    plain = jamlab.shear(packing, 1.0, 0.02, n_rows=4, path=path)
+    run = jamlab.shear(packing, 1.0, 0.02, n_rows=4, path=path, trajectory_error=True)
+    again = jamlab.shear(packing, 1.0, 0.02, n_rows=4, path=path)  # complete: the file says all
+    assert len(plain.trajectory_error) == 0 and len(run.trajectory_error) == 5
+    assert np.array_equal(again.trajectory_error, run.trajectory_error)
+    assert np.array_equal(jamlab.read_flow(path).trajectory_error, run.trajectory_error)
+    other = [
+        jamlab.oscillate(packing, 1.0, 1e-3, cycles=2, trajectory_error=True),
+        jamlab.creep(packing, 1e-5, 2.0, trajectory_error=True),
+        jamlab.relax_stress(packing, 1e-4, 2.0, trajectory_error=True),
+        jamlab.stop_flow(run, 2.0, trajectory_error=True),
+    ]
+    for each in other:
+        assert len(each.trajectory_error) == len(each.time) and each.relative_trajectory_error < 0.05
+    with pytest.raises(jamlab.InputError, match="tolerance = 1e-09"):
+        jamlab.shear(packing, 1.0, 0.02, tolerance=1e-9, trajectory_error=True)
+
+
+def test_a_run_is_kept_if_the_one_beside_it_fails(packing, monkeypatch):
+    def fail(*_, **__):
+        raise jamlab.ConvergenceError("no steps")
+
+    begun = shear_module.TimedRun.measure_trajectory_error
+    monkeypatch.setattr(shear_module.TimedRun, "measure_trajectory_error", lambda flow, _: begun(flow, fail))
+    with pytest.warns(jamlab.JamlabWarning, match="no steps"):
+        run = jamlab.shear(packing, 1.0, 0.02, n_rows=4, trajectory_error=True)
+    assert run.finished and len(run.trajectory_error) == 0

@@ -137,6 +137,18 @@ def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
         assert more in str(refusal.value)
 
 
+def test_steps_that_remain_are_counted_in_every_cycle(disks, monkeypatch):
+    """An oscillation that is given up in its fourth cycle names no negative number of steps."""
+    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
+
+    def give_up(share, _):
+        if share > 0.4:
+            monkeypatch.setattr(overdamped_session, "MOST_STEPS", 1.0)
+
+    with pytest.raises(jamlab.ConvergenceError, match=r": at least \d[.e+\d]* more would be needed"):
+        jamlab.oscillate(disks, 1.0, 0.2, cycles=6, tolerance=1e-8, progress=give_up)
+
+
 def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):
     """Those that rows or a fine tolerance make short; and power laws make few that are long."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 100)
