@@ -27,6 +27,8 @@ def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
         return np.asarray(vectors[:, values <= least])
     raised = least * sparse.eye_array(size, format="csc")
     count = SymmetricFactors(matrix - raised).negative
+    if not count:
+        return np.zeros((size, 0))
     solver, modes = PositiveSolver(), np.random.default_rng(0).standard_normal((size, count))
     solver.factorise(matrix + raised)
     for _ in range(_PASSES):

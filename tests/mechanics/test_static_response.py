@@ -11,7 +11,8 @@ from scipy import sparse
 import jamlab
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
-from jamlab.mechanics.factors import FLOPPY, HIDDEN, UnstableError, static_response
+from jamlab.mechanics.factors import FLOPPY, HIDDEN, UnstableError, response_and_looseness, static_response
+from jamlab.mechanics.floppy_modes import floppy_modes
 from jamlab.mechanics.stiffness import energy_terms
 
 SIZES = (12, 500)  # coordinates: all eigenvalues at once, and a few by iteration
@@ -238,3 +239,17 @@ def test_negative_modes_that_are_nearly_alike_end_in_an_error_of_ours(monkeypatc
         assert mode @ (values * mode) / (mode @ mode) == pytest.approx(-1e-3, rel=1e-4)
     else:
         assert patience == 1
+
+
+@pytest.mark.parametrize(("size", "free"), [(60, 7), (450, 30), (450, 0)])
+def test_floppy_modes_are_a_basis_of_what_costs_nothing(size, free):
+    """Springs that are fewer than coordinates, few coordinates or many: as many modes as are left over."""
+    rng = np.random.default_rng(1)
+    springs = sparse.random_array((size - free, size), density=0.1, rng=rng) + sparse.eye_array(size - free, size)
+    matrix = sparse.csc_array(springs.T @ springs)
+    modes = floppy_modes(matrix, FLOPPY)
+    assert modes.shape == (size, free)
+    assert modes.T @ modes == pytest.approx(np.eye(free), abs=1e-12)
+    assert np.abs(matrix @ modes).max(initial=0.0) < 1e-12 * matrix.diagonal().max()
+    _, loose = response_and_looseness(matrix, matrix @ np.ones((size, 1)))
+    assert loose == bool(free)
