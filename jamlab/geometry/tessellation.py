@@ -297,8 +297,8 @@ class HexaticOrder(Result):
 def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 
-    Neighbours are defined by the Delaunay triangulation. It is not unique in a square lattice: rounding selects
-    the diagonals, which lower psi_4.
+    Neighbours share a side of their Voronoi cells, that is, a bond of the Delaunay triangulation. Diagonals of a
+    square, where four cells meet in a point, are no bonds: sides below 1e-9 of the mean distance are rounding.
 
     Args:
         packing: SP or DP.
@@ -319,7 +319,10 @@ def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")
     centres = packing.centroids
     walls = find_power_walls(centres, np.zeros(packing.n), packing.box)  # sides of Delaunay triangles, from both
-    bonds = np.unique(np.column_stack([walls.i, walls.j, walls.shift]), axis=0)
+    names = np.column_stack([walls.i, walls.j, walls.shift])
+    bonds, which = np.unique(names, axis=0, return_inverse=True)
+    length = np.bincount(which.ravel(), walls.length, len(bonds))
+    bonds = bonds[length > SHORTEST * np.sqrt(packing.area / packing.n)]
     i, j = bonds[:, :2].T
     neighbors = np.bincount(i, minlength=packing.n)
     if not neighbors.all():

@@ -6,7 +6,8 @@ Every contact is one condition on the motions of the two that it joins, a row of
     motions - 2 translations of the whole, if no particle is fixed - conditions that are independent = motions left free
 
 (Calladine 1978, Int. J. Solids Struct. 14, 161). Disks have two motions each, since no contact holds them from turning:
-at onset none is left free, one state of self-stress carries the load, and there are 2N' - 1 contacts. Droplets have
+at onset none is left free, one state of self-stress carries the load (two in few packings), and there are 2N' - 1
+contacts. Droplets have
 three, and meet with vertices on edges: two droplets share one such contact, two where a flat rests on a flat, now and
 then more. So pairs of droplets in contact obey no count of their own, nor do all states of self-stress of a droplet
 packing carry load: a ring of droplets flat on flat has one of couples, which go round it and add up to no force.
@@ -115,7 +116,9 @@ class RigidClusters(Result):
     Attributes:
         bonds: (m,) int64, cluster of each contact, rows as in `Contacts.pairs`.
         sizes: (k,) int64, particles of each cluster, descending.
-        redundant: number of contacts that are not needed for the rigidity of the clusters.
+        redundant: number of contacts that are not needed for the rigidity of the clusters, taken as in the open plane.
+            The periodic box holds a cluster that closes on itself through it from turning, which one of these contacts
+            does: a single such cluster has one state of self-stress less.
 
     Example:
         >>> c = jamlab.rigid_clusters(jamlab.pack(n=32, pressure=1e-2, seed=1))

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_seed, checked
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, warn
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
@@ -62,7 +62,7 @@ def droplets_from_disks(
         unjam; `continuous` is then False.
 
     Raises:
-        InputError: not disks, an unknown parameter, or disks too small for the interaction range delta.
+        InputError: not disks, sticky disks, an unknown parameter, or disks too small for the interaction range delta.
         ConvergenceError: the droplets do not reach the packing fraction of the disks.
 
     Example:
@@ -81,6 +81,13 @@ def droplets_from_disks(
         raise InputError(
             "flat walls: make the droplets of the packing without them, then with_walls(droplets, flat=True)"
         )
+    if packing.law.range:
+        raise InputError(
+            f"stickiness = {packing.params['stickiness']:g}: droplets do not attract each other; give repulsive disks, "
+            'packing.with_state(params={"k": 1.0}), or use the disks'
+        )
+    if not packing.law.springs:
+        warn(f"exponent = {packing.params['exponent']:g} of the disks is not kept: droplets repel by springs")
     began = time.perf_counter()
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)

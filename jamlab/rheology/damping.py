@@ -104,7 +104,7 @@ class ContactDamping(DragLaw):
         if not (is_number(self.alpha) and LEAST_ALPHA <= self.alpha <= 1):
             raise InputError(
                 f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); films with "
-                "mobile surfactants have 1/2, with immobile surfactants 2/3"
+                "mobile surfactants have 2/3, with immobile surfactants 1/2"
             )
         check_choice("lever_arms", self.lever_arms, ARMS)
 

@@ -1,9 +1,9 @@
 """Non-linear drag as an equivalent linear damping, Baumgarten & Tighe eqs 23-29.
 
-Drag grows as the power alpha of the relative velocity (eq 9): 1/2 for mobile surfactants, 2/3 for immobile ones
-(Bretherton). In one cycle of given amplitude and frequency a linear drag with another time tau_alpha dissipates as
-much; that time replaces tau_1 in the linear equation of motion. Not exact: harmonics are left out, and so is that
-contacts move by different amounts.
+Drag grows as the power alpha of the relative velocity (eq 9): 2/3 for mobile surfactants (Bretherton), 1/2 for immobile
+ones (Le Merrer et al., Soft Matter 11, 368 (2015); section 7 of the paper has them exchanged). In one cycle of given
+amplitude and frequency a linear drag with another time tau_alpha dissipates as much; that time replaces tau_1 in the
+linear equation of motion. Not exact: harmonics are left out, and so is that contacts move by different amounts.
 """
 
 from __future__ import annotations

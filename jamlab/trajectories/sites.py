@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components, depth_first_order
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.facts import OF_DIGITS, STATE, law_parameters
 from jamlab.packing.law_parameters import UNITS, check_box
@@ -24,6 +24,7 @@ from jamlab.packing.packing import Packing
 
 LAW_NAMES = {name for name, each in law_parameters().items() if not each.each}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
+_DENSE = 1.5  # phi of disks beyond which radii are possibly diameters, which make it 4 times as large
 _FLAT = 1e-4  # a plane: largest height over the width of the box
 Radii = ArrayLike | Mapping[Any, float] | None
 
@@ -228,7 +229,13 @@ class Sites:
             vertices = rings.polygons(self.positions, cell, self.wrapped)
             common |= {"positions": vertices, "offsets": rings.offsets}
         history = {**entries.get("provenance", {}), **self.provenance, **({"assumed": assumed} if assumed else {})}
-        return Packing(params=law, provenance=history, **common)
+        packing = Packing(params=law, provenance=history, **common)
+        if rings is None and "model" not in self.entries and packing.phi > _DENSE:
+            warn(
+                f"disks cover the box {packing.phi:.3g} times (nominal packing fraction phi): are these diameters? "
+                "`radii` and columns of radii take half of them"
+            )
+        return packing
 
     def _rings(self) -> Rings | None:
         return self.rings() if callable(self.rings) else self.rings

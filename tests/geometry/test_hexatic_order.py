@@ -55,19 +55,35 @@ def test_triangular_lattice(rows, columns):
 
 
 @pytest.mark.parametrize("m", [3, 6, 8])
-def test_square_lattice_has_diagonals(m):
-    """A square has no single triangulation: any of its diagonals may be a bond, with wave -1 for k = 4.
+def test_square_lattice_has_diagonals_only_beyond_rounding(m):
+    """Diagonals of a square are no bonds: four neighbours, psi_4 = 1.
 
-    Four sides count 1, m - 4 diagonals -1: psi_4 = (8 - m)/m, one third on average and not 1, whatever rounding picks.
-    Noise far above rounding makes the choice consistent: then the mean number of neighbours is 6.
+    Noise far above rounding decides which diagonal is one, with wave -1: psi_4 = (8 - m)/m of four sides and m - 4
+    diagonals, and the mean number of neighbours is 6.
     """
     p = lattice(m, m, np.eye(2))
-    noise = 1e-7 * np.random.default_rng(m).normal(size=(m * m, 2))
-    for q in (p, p.with_state(positions=p.positions + noise)):
-        order = hexatic_order(q, 4)
-        assert order.neighbors.min() >= 4 and order.neighbors.max() <= 8
-        assert order.local == pytest.approx((8 - order.neighbors) / order.neighbors, abs=2e-6)
+    order = hexatic_order(p, 4)
+    assert order.neighbors.tolist() == [4] * m**2 and order.local == pytest.approx(np.ones(m**2), abs=1e-12)
+    noise = 1e-5 * np.random.default_rng(m).normal(size=(m * m, 2))
+    order = hexatic_order(p.with_state(positions=p.positions + noise), 4)
+    assert order.local == pytest.approx((8 - order.neighbors) / order.neighbors, abs=2e-4)
     assert order.neighbors.mean() == 6
+
+
+@pytest.mark.parametrize("k", [4, 6])
+@pytest.mark.parametrize("cell", [np.eye(2), np.diag([1.0, 1.7]), np.array([[1.0, 0.0], [1.0, 1.0]])], ids=str)
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 2), (2, 1)])
+def test_lattices_of_one_and_two_particles_do_not_change_with_rounding(rows, columns, cell, k):
+    """Nor with where they lie, nor with the vectors of their box."""
+    p = lattice(rows, columns, cell)
+    expected = hexatic_order(p, k)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        moved = p.positions + rng.uniform(-5, 5, 2) + 1e-15 * rng.normal(size=(p.n, 2))
+        box = p.box + np.outer([0, rng.integers(-3, 4)], p.box[0])
+        order = hexatic_order(p.with_state(positions=moved, box=box), k)
+        assert order.neighbors.tolist() == expected.neighbors.tolist()
+        assert order.local == pytest.approx(expected.local, abs=1e-12)
 
 
 @pytest.mark.parametrize("k", [2, 6])

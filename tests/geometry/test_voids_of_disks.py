@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from packings_by_hand import HEXAGONAL, disks, random_disks
 
+import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, remove_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -154,3 +155,11 @@ def test_isostatic_network_has_its_faces(sp_jammed):
     network, found = contacts(sp_jammed), voids(remove_rattlers(sp_jammed))
     assert len(found.area) == network.n_contacts - network.n_backbone
     assert found.sides.sum() == 2 * network.n_contacts and not found.islands.any()
+
+
+def test_voids_between_flat_walls_add_up_to_the_slab():
+    """Not to the box, which holds the walls as well."""
+    p = jamlab.with_walls(jamlab.pack(24, 1e-2, 1), 1.5, flat=True)
+    slab = p.box[0, 0] * (p.planes[1] - p.planes[0])
+    assert jamlab.voids(p).area.sum() == pytest.approx((1 - jamlab.packing_fraction(p)) * slab, rel=1e-9)
+    assert slab < 0.95 * p.area

@@ -183,3 +183,12 @@ def test_rigidity_percolates_where_the_modulus_sets_in():
     with pytest.raises(jamlab.InputError) as caught:
         jamlab.rigid_clusters(jamlab.jam(6, "dp", 1))
     assert "dp" in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_a_cluster_that_spans_the_box_has_one_redundant_contact_more_than_states_of_self_stress(seed):
+    """The box holds it from turning, which the count in the open plane takes for free; rattlers without contacts."""
+    p = jamlab.remove_rattlers(jamlab.pack(24, 1e-2, seed))
+    clusters = jamlab.rigid_clusters(p)
+    assert clusters.sizes.tolist() == [p.n]
+    assert clusters.redundant == jamlab.maxwell_count(p).self_stress_states + 1

@@ -113,3 +113,12 @@ def test_the_patch_has_the_aspect_of_droplets_with_their_diameters():
     y, x = np.divmod(np.arange(24.0), 8)
     patch = packing_of_picture(np.column_stack([x, y]), np.full(24, np.pi / 4), np.ones(24), 0.8, "sp")
     assert patch.box[0, 0] / patch.box[1, 1] == pytest.approx(8 / 3)
+
+
+def test_attraction_is_refused_and_an_exponent_that_is_lost_is_said():
+    """Droplets repel by springs."""
+    with pytest.raises(jamlab.InputError, match=r"stickiness = 0\.05"):
+        jamlab.droplets_from_disks(jamlab.pack(8, phi=0.8, seed=1, stickiness=0.05))
+    *_, hertz = jamlab.compress(jamlab.jam(8, seed=1, exponent=2.5), to=0.86, step=0.02)
+    with pytest.warns(jamlab.JamlabWarning, match=r"exponent = 2\.5"):
+        assert jamlab.droplets_from_disks(hertz).model == "dp"

@@ -200,3 +200,11 @@ def test_drag_on_the_backbone_is_that_of_the_whole_packing(with_rattlers, method
     if found.spectrum:
         assert found.spectrum.modulus(found.omega) == pytest.approx(wanted, rel=1e-9)
         assert found.spectrum.eta0 == pytest.approx(found.eta0, rel=1e-6)
+
+
+def test_the_message_about_alpha_has_the_films_the_right_way_round():
+    """Bubbles that slip on mobile films F ~ v^(2/3), on rigid ones v^(1/2) (Le Merrer et al. 2015)."""
+    with pytest.raises(jamlab.InputError) as caught:
+        jamlab.ContactDamping(alpha=2)
+    words = str(caught.value)
+    assert "with mobile surfactants have 2/3" in words and "with immobile surfactants 1/2" in words

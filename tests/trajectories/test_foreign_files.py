@@ -3,6 +3,7 @@
 import bz2
 import gzip
 import lzma
+import warnings
 
 import numpy as np
 import pytest
@@ -176,3 +177,19 @@ def test_other_columns_and_sections_of_lammps_files_are_passed_over(tmp_path):
     (tmp_path / "p.data").write_text(text.replace(" 0 0 0 0\n", " 3 0 0 0\n", 1))
     with pytest.raises(InputError):  # an atom above the plane
         jamlab.read(tmp_path / "p.data")
+
+
+def test_diameters_that_are_given_as_radii_are_asked_about(tmp_path):
+    """In any source: disks then cover the box four times as often; a data file of jamlab says what it holds."""
+    p = jamlab.pack(n=16, pressure=1e-2, seed=1)
+    jamlab.pack(n=8, phi=1.6, seed=1).write(tmp_path / "dense.data")
+    for wrong in (False, True):
+        rows = np.column_stack([p.positions, (1.0 if wrong else 0.5) * p.diameters])
+        file = tmp_path / f"{wrong}.csv"
+        file.write_text("x,y,radius\n" + "\n".join(",".join(map(repr, map(float, row))) for row in rows) + "\n")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = jamlab.read(file, box=p.box, units="k")
+            assert jamlab.read(tmp_path / "dense.data").phi == pytest.approx(1.6)
+        assert [w.category for w in caught] == wrong * [jamlab.JamlabWarning]
+        assert not wrong or f"{found.phi:.3g} times" in str(caught[0].message)
