@@ -52,7 +52,7 @@ _BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box 
 _LADDER = ((3e-2, 2.0), (1e-2, 0.5))
 # times the pressure, if a random start does not meet it: one of them is met first, and the packing decompressed
 _ABOVE = (10.0, 100.0, 1000.0)
-LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
+LEAST_NOISE = 1e-4  # force tolerance over p d at most: z and G have few digits else
 
 
 @checked
@@ -89,7 +89,7 @@ def pack(
         phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
         ranks: threads of FIRE; useful above 10 000 disks.
-        tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 times the pressure. Default: 1e-12.
+        tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 p d. Default: 1e-12.
         size_ratio: diameter ratio of large to small disks, 1 to 10 (default: 1.4).
         fraction_large: number fraction of large disks; d stays the mean of the two diameters.
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
@@ -204,7 +204,7 @@ def decompress(
         packing: SP; jammed and relaxed, at a higher pressure.
         pressure: target pressure in the units of the packing, from 1e-8 k.
         ranks: threads of FIRE; useful above 10 000 disks.
-        tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
+        tolerance: largest force at the minimum, as in `compress`; at most 1e-4 p d.
         progress: called after each pressure with (fraction done, text); True: print it.
 
     Returns:
