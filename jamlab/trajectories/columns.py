@@ -31,6 +31,8 @@ _CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that some
 _SAMPLE = 500  # numbers that are looked at
 DISK_AREA = "area of the disk"  # column of a table, from which the radius follows where there is no other size
 _SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
+_FEW_ROWS = 100  # whose last numbers are compared with that of a last row that has no end
+_MANY_DIGITS = 6  # of numbers that a program wrote
 _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d+$)")  # 1.0D+00
 # what Python, numpy, h5py, gsd and the packers of text raise on files that are not what they should be, beside errors
 # of the system
@@ -96,6 +98,15 @@ def whole_frames(path: FilePath, frames: Iterator[T]) -> Iterator[T]:
             raise
         last = f"s 0 to {count - 1} are" if count > 1 else " 0 is"
         warn(f"{path} ends within frame {count} ({_said(error)}): frame{last} read")
+
+
+def check_last_row(rows: Sequence[Sequence[str]], width: int, ended: bool) -> None:
+    """Refuse rows of a file that was cut off within the last one: it has fewer words than `width`, or its last number
+    fewer digits than those above. `ended`: whether its line has an end, as programs write it."""
+    last, above = rows[-1], [row[-1] for row in rows[-_FEW_ROWS:-1] if row]
+    lost = bool(above) and bool(last) and len(last[-1]) < min(map(len, above)) >= _MANY_DIGITS
+    if not ended and (len(last) < width or lost):
+        raise CutOffError(f"its last row is {' '.join(last)!r:.60}; if that is all of it, end it with a new line")
 
 
 def number(word: str) -> float:

@@ -23,6 +23,7 @@ from jamlab.trajectories.columns import (
     Columns,
     CutOffError,
     DamageError,
+    check_last_row,
     damage_named,
     number,
     rounding,
@@ -50,15 +51,18 @@ def read_csv(path: FilePath) -> Iterator[Sites]:
         lines = [line for line in file if line.strip()]
         if not lines:
             raise CutOffError("it is empty")
-        ended = lines[-1].endswith("\n")
         names, rows = _head_and_rows([line.strip("\r\n") for line in lines])
-        cut = rows and not ended and len(rows[-1]) < len(names)
+        try:
+            cut = None
+            check_last_row(rows or [[]], len(names), lines[-1].endswith("\n") or not rows)
+        except CutOffError as error:
+            cut = error
         columns = Columns.of_rows(rows[:-1] if cut else rows, {name: k for k, name in enumerate(names)}, len(names))
         states = list(_states(columns))
         if cut and len(states) < 2:
-            raise CutOffError(f"its last row is {', '.join(rows[-1])!r:.60}")
+            raise cut
         if cut:
-            warn(f"{path} ends within frame {len(states) - 1}: the frames before are read")
+            warn(f"{path} ends within frame {len(states) - 1} ({cut}): the frames before are read")
         yield from (_disks(each) for each in (states[:-1] if cut else states))
 
 
@@ -191,8 +195,9 @@ def _xyz_frames(file: Iterator[str]) -> Iterator[Sites]:
         keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(comment)}
         lines = list(islice(file, n))
         rows = [row.split() for row in lines]
-        if len(rows) != n or (not lines[-1].endswith("\n") and len(rows[-1]) < max(map(len, rows))):
-            raise CutOffError(f"{n} rows are announced, {len(rows)} are there, the last {lines[-1:]!r:.60}")
+        if len(rows) != n:
+            raise CutOffError(f"{n} rows are announced, {len(rows)} are there")
+        check_last_row(rows, max(map(len, rows)), lines[-1].endswith("\n"))
         yield _xyz_frame(keys, rows)
 
 

@@ -14,7 +14,16 @@ from jamlab.errors import InputError
 from jamlab.packing.facts import STATE, fact_of_column, lost_names
 from jamlab.packing.lammps_files import described
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.columns import Columns, CutOffError, DamageError, number, rounding, text_of, whole_frames
+from jamlab.trajectories.columns import (
+    Columns,
+    CutOffError,
+    DamageError,
+    check_last_row,
+    number,
+    rounding,
+    text_of,
+    whole_frames,
+)
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
 
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
@@ -238,15 +247,8 @@ def _rows(item: str, announced: str, file: Iterator[str]) -> tuple[list[str], li
     names, rows = item.split()[1:], list(islice(file, int(announced)))
     if len(rows) < int(announced):
         raise CutOffError(f"it announces {announced} atoms and holds {len(rows)}")
-    if not rows[-1].endswith("\n"):  # a number of the last row may have lost digits
-        last, *others = (row.split() for row in reversed(rows[-_FEW_ROWS:]))
-        shorter = others and len(last[-1:]) and len(last[-1]) < min(len(row[-1]) for row in others if row)
-        if len(last) < len(names) or shorter:
-            raise CutOffError(f"its last row is {rows[-1]!r:.60}")
+    check_last_row([row.split() for row in rows[-100:]], len(names), rows[-1].endswith("\n"))
     return names, rows
-
-
-_FEW_ROWS = 100  # whose last numbers are compared with that of a last row that does not end
 
 
 def _places(columns: list[str]) -> dict[str, int]:

@@ -209,16 +209,20 @@ def test_xyz_and_tables_that_end_within_a_frame(tmp_path):
     lines = "".join(f"A {word(x)} {word(y)} 0 {word(r)}\n" for (x, y), r in zip(X, R, strict=True))
     lattice = " ".join(map(word, [SIDE, 0, 0, 0, SIDE, 0, 0, 0, 1]))
     one = f'8\nLattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1\n{lines}'
-    (tmp_path / "p.xyz").write_text(2 * one + one[:200])
-    read, said = noticed(tmp_path / "p.xyz", **GIVEN)
-    assert (len(read), len(said)) == (2, 1)
+    for third in (one[:200], one[:-9]):  # a number of the last row has lost digits
+        (tmp_path / "p.xyz").write_text(2 * one + third)
+        read, said = noticed(tmp_path / "p.xyz", **GIVEN)
+        assert (len(read), len(said)) == (2, 1)
     table = "frame,x,y,r\n" + "".join(
         f"{k},{word(x)},{word(y)},{word(r)}\n" for k in range(2) for (x, y), r in zip(X, R, strict=True)
     )
-    (tmp_path / "p.csv").write_text(table[:-25])
-    read, said = noticed(tmp_path / "p.csv", box=[SIDE, SIDE], **GIVEN)
-    assert (len(read), len(said)) == (1, 1)
-    same(read[0])
+    for end in (-25, -9):
+        (tmp_path / "p.csv").write_text(table[:end])
+        read, said = noticed(tmp_path / "p.csv", box=[SIDE, SIDE], **GIVEN)
+        assert (len(read), len(said)) == (1, 1)
+        same(read[0])
+    (tmp_path / "p.csv").write_text("x,y,r\n1,2,0.75\n3,4,0.5")  # by hand, without an end
+    assert jamlab.read(tmp_path / "p.csv", box=[6, 6]).diameters.tolist() == [1.5, 1.0]
 
 
 # tables ---------------------------------------------------------------------------------------------------------------
