@@ -212,6 +212,11 @@ class Columns:
         }
         return Columns(chosen, self._stated)
 
+    def renamed(self, old: str, new: str) -> Columns:
+        """The same with another name of one column."""
+        names = {name: new if name == old else name for name in self._columns}
+        return Columns({names[name]: values for name, values in self._columns.items()}, self._stated)
+
     def by_id(self, name: str = "id") -> Columns:
         """The same in the order of a column that names the particles."""
         named = self.whole(name)
@@ -263,4 +268,6 @@ class Columns:
             check_flat(self.numbers("z"), float(np.ptp(places) if box is None else box[0, 0]))
         radius, error = self.radius()
         rounding += self.error("x", "y") + error
+        if DISK_AREA in self and not any(name in self for name in SIZE_NAMES):
+            more.setdefault("provenance", {"sizes": "of disks of the areas in the table"})
         return Sites(box, places, self.types(), radius=radius, rounding=rounding, **more)

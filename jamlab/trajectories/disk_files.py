@@ -124,8 +124,11 @@ def _states(columns: Columns) -> Iterator[Columns]:
     if not len(columns):
         raise CutOffError("it has no rows of numbers")
     numbered = next((name for name in _FRAMES if name in columns), None)
-    if numbered is None and "t" in columns and _is_time(columns):
-        numbered = "t"
+    if numbered is None and "t" in columns:
+        if _is_time(columns):
+            numbered = "t"
+        elif "type" not in columns:
+            columns = columns.renamed("t", "type")
     clock = np.zeros(len(columns)) if numbered is None else columns.numbers(numbered)
     for value in dict.fromkeys(clock.tolist()):
         state = columns.taken(clock == value)

@@ -23,19 +23,19 @@ _KINDS = (
     _Kind(b"\x28\xb5\x2f\xfd", "compressed with zstd", "unpack it first, `zstd -d FILE`"),
     _Kind(b"\x04\x22\x4d\x18", "compressed with lz4", "unpack it first, `lz4 -d FILE`"),
     _Kind(b"\x1f\x8b", "compressed with gzip", "give its name the ending .gz"),
-    _Kind(b"BZh", "compressed with bzip2", "give its name the ending .bz2"),
+    _Kind(b"1AY&SY", "compressed with bzip2", "give its name the ending .bz2", inside=True),
     _Kind(b"\xfd7zXZ", "compressed with xz", "give its name the ending .xz"),
     _Kind(
         b"PK\x03\x04", "a zip archive, such as .npz of numpy or .xlsx", f"of arrays: {_ARRAYS}; of a table: save CSV"
     ),
     _Kind(b"\x93NUMPY", "an array of numpy", _ARRAYS),
-    _Kind(b"CDF", "netCDF", _TEXT),
+    *(_Kind(b"CDF" + version, "netCDF", _TEXT) for version in (b"\x01", b"\x02", b"\x05")),
     _Kind(b"DUMPATOM", "a binary dump of LAMMPS", _TEXT, inside=True),
     _Kind(b"DUMPCUSTOM", "a binary dump of LAMMPS", _TEXT, inside=True),
     _Kind(
         b"LammpS RestartT", "a restart file of LAMMPS", "turn it into a data file: `lmp -restart2data FILE FILE.data`"
     ),
-    _Kind(b"---", "YAML, as of LAMMPS' `dump yaml`", _TEXT),
+    _Kind(b"---\n", "YAML, as of LAMMPS' `dump yaml`", _TEXT),
     _Kind(b"\xff\xfe", "text in UTF-16", "save it as UTF-8"),
     _Kind(b"\xfe\xff", "text in UTF-16", "save it as UTF-8"),
     _Kind(b"%PDF", "a PDF", "give the numbers behind it"),

@@ -241,7 +241,7 @@ class UniverseFrames:
             sizes = 2 * self._own_radius[self._own_radius > 0]
             parameters = law_parameters()
             for name in (name for name in entries if name in parameters and parameters[name].over_size):
-                entries[name] *= mean_size / sizes.mean()  # the length stays
+                entries[name] *= float(mean_size / sizes.mean())  # the length stays
         return entries, lost
 
     def _check_whole(self, sites: Sites) -> None:

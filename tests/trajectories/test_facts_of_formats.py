@@ -1,5 +1,6 @@
 """Every fact of a packing through every format: kept, or named as lost; from the table that writers are made from."""
 
+import pickle
 from dataclasses import fields
 from pathlib import Path
 
@@ -212,7 +213,7 @@ def test_a_part_of_a_universe_has_the_facts_of_its_own_particles():
         assert got.params["stickiness"] == pytest.approx(part.params["stickiness"], rel=1e-15)
     droplets = polygons(5, 0.0)
     droplets = droplets.with_state(fixed=np.arange(5) > 2)
-    u = jamlab.universe(droplets)
+    u = pickle.loads(pickle.dumps(jamlab.universe(droplets)))
     (got,) = jamlab.from_universe(sum(u.residues[k].atoms for k in (3, 0, 2)))
     assert got.fixed.tolist() == [True, False, False]
     assert np.array_equal(got.params["a0"], droplets.params["a0"][[3, 0, 2]])

@@ -1,5 +1,6 @@
 """Files of other programs: what they do not say is never guessed, what they say is read, the rest is named."""
 
+import bz2
 import gzip
 import warnings
 
@@ -245,7 +246,7 @@ def test_tables_of_trackmate_imagej_fortran_and_with_notes(tmp_path):
     more = "LABEL,POSITION_X,POSITION_Y,RADIUS\nLabel,X,Y,Radius\nLabel,X,Y,R\n,(micron),(micron),(micron)"
     same(jamlab.read(table(path, more, "abcdefgh", x, y, r), **box))
     found = jamlab.read(table(path, " ,Area,X,Y,Perim.", range(8), (np.pi * R**2).tolist(), x, y, r), **box)
-    assert found.diameters == pytest.approx(2 * R, rel=1e-14)
+    assert found.diameters == pytest.approx(2 * R, rel=1e-14) and "areas" in found.provenance["sizes"]
     same(jamlab.read(table(path, "# run 7, 12 May\n# x,y,r", x, y, r), **box))
     same(jamlab.read(table(path, '"x","y","r","a, b"', x, y, r, ['"1, 2"'] * 8), **box))
     fortran = [[f"{v:.16E}".replace("E", "D") for v in column] for column in (x, y, r)]
@@ -270,6 +271,8 @@ def test_a_column_t_is_time_only_if_it_means_it(tmp_path):
     assert len(jamlab.read_all(table(path, "x,y,r,t", x, y, r, 0.25 * MOLECULES), **box)) == 2
     assert len(jamlab.read_all(table(path, "x,y,r,t [s]", x, y, r, MOLECULES), **box)) == 2
     assert len(jamlab.read_all(table(path, "x,y,r,t,particle", x, y, r, MOLECULES, np.arange(8) % 4), **box)) == 2
+    sizes = {"radii": {"1": R[0], "2": R[1]}, **box}
+    same(jamlab.read(table(path, "x,y,t,id", x, y, T, range(8)), **sizes))
     with pytest.raises(InputError, match="time or type"):
         jamlab.read(table(path, "x,y,r,t", x, y, [0.5] * 8, T), **box)
     same(jamlab.read(table(path, "x,y,r,t", x, y, r, ["ab"[t - 1] for t in T]), **box))
@@ -336,6 +339,7 @@ KINDS = {
     "dump.yaml": (b"---\ncreator: LAMMPS\n", "YAML"),
     "a.dump": (b"\xff\xfeI\0T\0E\0M\0", "UTF-16"),
     "b.dump": (b"\xf6\xff\xff\xff\xff\xff\xff\xffDUMPCUSTOM\1\0\0\0", "binary dump"),
+    "dump.2": (bz2.compress(b"ITEM: TIMESTEP\n"), "ending .bz2"),
     "a.npz": (b"PK\x03\x04" + bytes(30), "zip archive"),
     "entries.dump": (b"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n1\n", "not of atoms"),
 }
