@@ -7,7 +7,7 @@ so the gap between the three measures the errors of the steps.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
 from jamlab.rheology.damping import Damping
-
-if TYPE_CHECKING:
-    pass
 
 SERIES = (  # arrays of a result, one value a row
     *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
@@ -155,10 +152,9 @@ class FlowRun(FlowResult):
         scale = float(np.abs(getattr(self, self.answer)).max())
         return float(self.trajectory_error[-1]) / scale if len(self.trajectory_error) and scale else float("nan")
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """All rows as a pandas DataFrame, with `trajectory_error` if it was measured."""
-        table = super().to_dataframe()
-        return table.assign(trajectory_error=self.trajectory_error) if len(self.trajectory_error) else table
+    def _columns(self) -> dict[str, Any]:
+        measured = {"trajectory_error": self.trajectory_error} if len(self.trajectory_error) else {}
+        return super()._columns() | measured
 
     @property
     def balanced(self) -> bool:
