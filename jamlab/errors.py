@@ -5,6 +5,9 @@ Each error is a `JamlabError` and also the built-in error it resembles, names th
 
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import FrameType
 from typing import Any
 
@@ -129,6 +132,24 @@ class JamlabWarning(UserWarning):
         ...         print(str(warning).partition(" (")[2])
         n = 16, phi = 0.84610707) is unstable to shear at this box shape. Use the ensemble 'shear-stabilized'
     """
+
+
+_OPTIONS = ContextVar("options", default=False)
+
+
+@contextmanager
+def naming_options() -> Iterator[None]:
+    """Let messages name options of the shell instead of arguments of Python."""
+    before = _OPTIONS.set(True)
+    try:
+        yield
+    finally:
+        _OPTIONS.reset(before)
+
+
+def typed(python: str, shell: str) -> str:
+    """What the reader of a message is to type: in Python, or in the shell if a command runs."""
+    return shell if _OPTIONS.get() else python
 
 
 def warn(message: str, category: type[Warning] = JamlabWarning) -> None:

@@ -73,7 +73,6 @@ def analyze(
     memory: Memory = None,
     overlay: Overlay = None,
     packing: OfDroplets = None,
-    model: Annotated[str, typer.Option(metavar="{dp,sp}", help="Model of the packing of --packing.")] = "dp",
     csv: Csv = None,
     force: Force = False,
     as_json: Json = False,
@@ -109,7 +108,7 @@ def analyze(
         if csv is not None:
             write_table(found.table(), csv)
         if packing is not None:
-            found.packing(model).write(packing)
+            found.packing(reading.get("model", "dp")).write(packing)
         print_micrograph(source.name, found, as_json)
     else:
         from jamlab.trajectories.files import read_all

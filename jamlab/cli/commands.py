@@ -13,7 +13,7 @@ from typer.exceptions import TyperException
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
 from jamlab.cli.interruption import last_line, stopping_signal
-from jamlab.errors import JamlabError
+from jamlab.errors import JamlabError, naming_options
 from jamlab.habits import AGAIN, LIMITS, SHELL
 from jamlab.habits import COMMANDS as HABITS
 from jamlab.hints import meant, misspelt
@@ -52,7 +52,8 @@ class Commands(Hinting):
             logging.basicConfig()
             logging.getLogger("jamlab").setLevel(logging.DEBUG)
         try:
-            return super().main([word for word in words if word != "--debug"], *rest, **options)
+            with naming_options():
+                return super().main([word for word in words if word != "--debug"], *rest, **options)
         except OSError as error:  # of printing the help
             if self.debug:
                 raise
@@ -91,7 +92,7 @@ _OF_TOPICS = {
     "Force law and sizes": "law ratio large sizes",
     "Drag law": "beta alpha tau stokes eta_f background",
     "Accuracy and cores": "tolerance ranks processes workers",
-    "Files of other programs": "units box radii",
+    "Files of other programs": "units box radii style",
     "Output": "out plot csv overlay packing force as_json",
 }
 TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.split()}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from jamlab.errors import InputError
+from jamlab.old_names import MODEL_NAMES
 from jamlab.storage.atomic_file import check_ending
 
 if TYPE_CHECKING:
@@ -102,11 +103,20 @@ Radii = Annotated[
 ]
 
 
-def how_to_read(units: Units = None, box: Box = None, radii: Radii = None, law: Law = None) -> dict[str, Any]:
+Kind = Annotated[
+    str | None, typer.Option(metavar="{sp,dp}", help="Disks (sp) or droplets (dp), if the file does not state it.")
+]
+Style = Annotated[str | None, typer.Option(metavar="STYLE", help="Atom style of a LAMMPS data file without one.")]
+
+
+def how_to_read(
+    units: Units = None, box: Box = None, radii: Radii = None, law: Law = None, model: Kind = None, style: Style = None
+) -> dict[str, Any]:
     """Arguments of `jamlab.read` that say what files of other programs lack."""
     import jamlab
 
-    how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None}
+    how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None, "style": style}
+    how["model"] = None if model is None else MODEL_NAMES.get(model.lower(), model)
     if box is not None:
         sides = [_number("--box", box, text) for text in box.split(",")]
         if len(sides) not in (2, 4):

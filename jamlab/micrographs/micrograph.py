@@ -22,7 +22,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
 from jamlab.micrographs.label_doubts import ROUGH
@@ -87,7 +87,8 @@ def micrograph(
             check_number(name, value, LARGEST, 1 / LARGEST)  # beyond, areas are 0 or infinite
     if contrast == "ring":
         raise InputError(
-            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give labels='
+            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give '
+            + typed("labels=", "--labels")
         )
     check_choice("contrast", contrast, CONTRASTS)
     check_choice("channel", channel, CHANNELS)
@@ -111,7 +112,10 @@ def micrograph(
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
             levels = "the picture looks like labels or a mask"
-            raise InputError(f"{levels}: give it as labels= or --labels; if it is a photograph, give contrast=")
+            raise InputError(
+                f"{levels}: give it as {typed('labels=', '--labels')}; if it is a photograph, give "
+                + typed("contrast=", "--contrast")
+            )
         contrast = find_contrast(grey)
     darkness = remove_background(grey if contrast == "bright" else 1 - grey)
     segments = None if darkness is None else find_droplets(darkness.smooth, darkness.noise)

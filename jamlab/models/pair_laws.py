@@ -188,8 +188,8 @@ def power_law(packing: Packing) -> PowerLaw:
     law = packing.law
     if not isinstance(law, PowerLaw):
         what = f"stickiness = {law.stickiness:g}" if isinstance(law, StickyLaw) else f"model {packing.model}"
-        raise InputError(
-            f"{what}: this protocol needs disks with a repulsive power law; use pack(n, pressure=...), "
-            "pack(n, phi=...), or compress to a lower rho or phi"
-        )
+        remedy = "compress(packing, to) with a lower rho or phi"
+        if packing.model == "sp":
+            remedy = f"pack(n, pressure=...), pack(n, phi=...), or {remedy}"
+        raise InputError(f"{what}: this protocol needs disks with a repulsive power law; use {remedy}")
     return law

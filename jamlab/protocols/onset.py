@@ -14,7 +14,7 @@ from typing import Any
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.models.models import MODELS
 from jamlab.old_names import MODEL_NAMES, n_first, value_today
 from jamlab.packing.law_parameters import ENSEMBLES
@@ -172,7 +172,10 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
     check_choice("start", start, STARTS)
     check_law_arguments(jam, model, parameters)
     if search == "incremental" and ensemble != "fixed-box":
-        raise InputError(f"ensemble = {ensemble!r}: the incremental search has a fixed box, use search='bisection'")
+        raise InputError(
+            f"ensemble = {ensemble!r}: the incremental search has a fixed box, use "
+            + typed("search='bisection'", "--search bisection")
+        )
     if model == "sp" and start != "from-disks":
         raise InputError(f"start = {start!r}: start applies to droplets only; leave it out")
     if model == "dp" and ratio is not None:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, typed
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow
 from jamlab.models.pair_laws import power_law
@@ -101,7 +101,7 @@ class OnsetSearch(Approach[SearchState]):
                 raise ConvergenceError(
                     f"no jamming onset near phi = {packing.phi:.8f}: contact energy per site, {state.energy:.2g}, "
                     f"jumps over {self.protocol['u_contact']:g} .. {self.protocol['u_jammed']:g}; try another seed or "
-                    "search='bisection'"
+                    + typed("search='bisection'", "--search bisection")
                 )
 
     def by_bisection(self, packing: Packing, step: float) -> SearchState:

@@ -259,7 +259,7 @@ def _from_file(path: str) -> Array:
 
 def _checked(n: int, diameters: Array) -> Array:
     if len(diameters) != n:
-        remedy = f"give n = {len(diameters)}" if len(diameters) >= 2 else "give 2 or more"
+        remedy = f"give {n} diameters" + (f", or n = {len(diameters)}" if len(diameters) >= 2 else "")
         raise InputError(f"sizes hold {len(diameters)} diameters for n = {n} disks: {remedy}")
     check_count(n, None)
     check_positive("sizes", diameters)

@@ -213,8 +213,8 @@ def check_frequencies(omega: ArrayLike) -> Array:
     bad = frequencies[(frequencies < _SLOWEST) | (frequencies > _FASTEST)]
     if len(bad) or not len(frequencies):
         raise InputError(
-            f"omega = {bad[0] if len(bad) else frequencies}: give frequencies from {_SLOWEST:g} to {_FASTEST:g}; "
-            "outside, G* equals g0 + i omega eta0 or i omega eta_inf"
+            f"omega = {bad[0] if len(bad) else frequencies}: give frequencies from {_SLOWEST:g} to {_FASTEST:g}"
+            + ("; outside, G* equals g0 + i omega eta0 or i omega eta_inf" if len(bad) and bad[0] > 0 else "")
         )
     return frequencies
 

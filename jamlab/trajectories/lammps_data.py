@@ -10,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.packing.facts import STATE, fact_of_column, lost_names
 from jamlab.packing.lammps_files import described
 from jamlab.storage.verified_file import FilePath
@@ -41,7 +41,10 @@ STYLES = {
     "bpm/sphere": ("id", "mol", "type", "diameter", "density", *_XYZ),
     "dipole": ("id", "type", "q", *_XYZ, "mux", "muy", "muz"),
 }
-_ASK = f"write `Atoms # STYLE`, or give style=, one of {', '.join(STYLES)}"
+
+
+def _ask() -> str:
+    return f"write `Atoms # STYLE`, or give {typed('style=', '--style')}, one of {', '.join(STYLES)}"
 
 
 def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
@@ -170,10 +173,10 @@ def _columns(
             fit = ["molecular"]
         if len(fit) != 1:
             said = f", which may be of style {' or '.join(fit)}" if fit else ""
-            raise InputError(f"the section Atoms has no style and {count} columns{said}: {_ASK}")
+            raise InputError(f"the section Atoms has no style and {count} columns{said}: {_ask()}")
         name = fit[0]
     if name not in STYLES or count not in (len(STYLES[name]), len(STYLES[name]) + 3):
-        raise InputError(f"atoms of style {name!r} with {count} columns: {_ASK}")
+        raise InputError(f"atoms of style {name!r} with {count} columns: {_ask()}")
     return (*STYLES[name], "ix", "iy", "iz")[:count]
 
 

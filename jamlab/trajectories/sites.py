@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components, depth_first_order
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError, warn
+from jamlab.errors import InputError, typed, warn
 from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.facts import OF_DIGITS, STATE, law_parameters
 from jamlab.packing.law_parameters import UNITS, check_box
@@ -277,7 +277,8 @@ class Sites:
         box = None if given is None else plane_box("box", given)
         if box is None and self.box is None:
             raise InputError(
-                "the source has no periodic box (xyz: no Lattice): give box= as two sides or two lattice vectors"
+                "the source has no periodic box (xyz: no Lattice): give "
+                + typed("box= as two sides or two lattice vectors", "--box LX,LY")
             )
         if box is not None and self.box is not None and not np.array_equal(box, self.box):
             raise InputError(f"box = {box.tolist()} was given, but the source has {self.box.tolist()}")
@@ -297,8 +298,9 @@ class Sites:
         known = given if known is None else known
         if known is None:
             raise InputError(
-                "the sizes of the disks are unknown: give radii, a number, one for each disk or {type: radius} "
-                f"for the types {', '.join(sorted(set(self.types.tolist()))[:9])}"
+                "the sizes of the disks are unknown: give "
+                + typed("radii, a number, one for each disk or {type: radius}", "--radii, a number or TYPE=RADIUS,...")
+                + f" for the types {', '.join(sorted(set(self.types.tolist()))[:9])}"
             )
         return 2 * known
 
@@ -312,7 +314,8 @@ class Sites:
             return values
         if known is None:
             raise InputError(
-                "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}, or "
-                "model='sp' if these are disks that have molecules or bonds"
+                "the rest areas of the droplets are unknown: give "
+                + typed("params={'a0': one number or one for each}, or model='sp'", "--law a0=AREA, or --model sp")
+                + " if these are disks that have molecules or bonds"
             )
         return known

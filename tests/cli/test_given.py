@@ -1,6 +1,9 @@
 """Of every option of every command: in each way to run it, it is used, or refused. No command writes what it reads."""
 
+import inspect
 import os
+import re
+from ast import literal_eval
 from itertools import product
 
 import numpy as np
@@ -11,6 +14,7 @@ from commands import call
 import jamlab
 from jamlab.cli.given import INPUTS, OUTPUTS, USES
 from jamlab.cli.main import app
+from jamlab.cli.options import how_to_read
 
 COMMANDS = typer.main.get_command(app).commands
 PLAIN = ("p.h5", "p.xyz --units k")  # ways to read: a file of jamlab, one of another program
@@ -35,7 +39,16 @@ VALUES = {  # of options: another than the default, and than in WAYS
     **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "ratio": "1.3", "large": "0.25"},
     **{"sizes": "uniform:0.1", "search": "incremental", "ensemble": "shear-stabilized", "ranks": "2"},
     **{"tolerance": "1e-9", "pressure": "0.02", "phi": "0.7", "to": "0.97", "step": "0.002", "by": "phi"},
-    **{"nearest": "1e-4", "error": "0.1", "frame": "0", "units": "eps", "box": "9,9", "radii": "0.5", "every": "2"},
+    **{
+        "nearest": "1e-4",
+        "error": "0.1",
+        "frame": "0",
+        "units": "eps",
+        "box": "9,9",
+        "radii": "0.5",
+        "style": "sphere",
+        "every": "2",
+    },
     **{"pixel": "2", "film": "3", "contrast": "dark", "channel": "red", "labels": "c.png", "packing": "e.h5"},
     **{"beta": "2", "alpha": "0.5", "tau": "2", "stokes": "", "eta_f": "2", "background": "0.1", "prestress": None},
     **{"method": "direct", "omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2"},
@@ -87,10 +100,10 @@ def asked(folder, monkeypatch):
 
     names = ("packing", "draw", "table")
     picture = type("Picture", (), {name: staticmethod(record(name)) for name in names})
+    for name in ("jam", "pack"):  # first: they are found in their modules when they are asked for
+        monkeypatch.setattr(jamlab, name, record(name))
     for path in LIBRARY:
         monkeypatch.setattr(f"jamlab.{path}", record(path.rpartition(".")[2]))
-    monkeypatch.setattr(jamlab, "jam", jamlab.protocols.onset.jam)
-    monkeypatch.setattr(jamlab, "pack", jamlab.protocols.target_pressure.pack)
     for module in ("analyze", "jam"):
         monkeypatch.setattr(f"jamlab.cli.{module}.print_packings", lambda *_, **__: None)
     monkeypatch.setattr("jamlab.cli.analyze.print_micrograph", lambda *_: None)
@@ -121,7 +134,7 @@ def test_an_option_is_used_or_refused(asked, name, way):
         flag = option.opts[0]
         if option.name in SAME or not flag.startswith("--") or flag in way.split() or flag == "--help":
             continue
-        value = VALUES[option.name]
+        value = "disks" if (name, flag) == ("analyze", "--model") else VALUES[option.name]
         words = [option.secondary_opts[0]] if value is None else [flag, *([value] if value else [])]
         said, after = asked(name, *way.split(), *words)
         assert after != before or flag in said or option.name in said, (flag, said)
@@ -204,3 +217,60 @@ def test_two_outputs_are_two_files(asked):
 def test_sizes_from_a_file_are_an_input(asked):
     said, log = asked(*"pack --n 8 --pressure 0.1 --sizes from-file:d.h5 --out ./d.h5 --force".split())
     assert "it is also the input" in said and not log
+
+
+def test_the_shell_can_say_all_that_python_can_of_a_file():
+    python = set(inspect.signature(jamlab.read).parameters) - {"path", "frame"}
+    assert {{"law": "params"}.get(name, name) for name in inspect.signature(how_to_read).parameters} == python
+
+
+@pytest.mark.parametrize(
+    ("line", "how"),
+    [
+        ("--box 9,8 --units k", {"box": [9, 8], "units": "k"}),
+        ("--box 9,0,1,8", {"box": [[9, 0], [1, 8]]}),
+        ("--radii 0.5", {"radii": 0.5}),
+        ("--radii 1=0.5,2=0.7 --law k=2", {"radii": {"1": 0.5, "2": 0.7}, "params": {"k": 2}}),
+        ("--model droplets --style bond", {"model": "dp", "style": "bond"}),
+        ("--box 9", "give two sides"),
+        ("--box 9,a", "'a' is no number"),
+        ("--radii 1=0.5,0.7", "one for each type"),
+        ("--radii 1=0.5,1=0.7", "one for each type"),
+        ("--law units=k", "units is no parameter"),
+        ("--law k=2 --law k=3", "k is given twice"),
+    ],
+)
+def test_what_a_file_of_another_program_lacks(asked, line, how):
+    said, log = asked("relax", "p.xyz", *line.split())
+    if isinstance(how, str):
+        assert said.startswith("error: ") and how in said and not log
+    else:
+        assert literal_eval(log[0].partition("-1), ")[2][:-1]) == how
+
+
+@pytest.mark.parametrize("name", ["n", "seed", "progress", "size_ratio", "tolerance"])
+def test_parameters_of_a_force_law_are_no_other_arguments(folder, name):
+    for command in ("jam", "pack --pressure 1e-2"):
+        done = call(folder, *command.split(), "--n", "8", "--law", f"{name}=9", "--out", "law.h5")
+        assert f"--law {name}=9: {name} is no parameter" in done.stderr and not (folder / "law.h5").exists()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "analyze table.csv",
+        "relax table.csv --box 9,9",
+        "jam --n 8 --search incremental --ensemble shear-stabilized",
+        "gstar",
+        "pack --n 8",
+        "pack --n 8 --pressure 1e-2 --phi 0.8",
+        "shear p.h5 --rate 0.1 --within nan",
+        "flow-curve p.h5 --rate 0.1 --processes 0",
+        "analyze labels.npy",
+        "deck in.sp.shear",
+    ],
+)
+def test_messages_of_the_shell_speak_of_options(folder, line):
+    (folder / "table.csv").write_text("x,y\n0.5,0.5\n1.4,0.5\n")
+    said = call(folder, *line.split()).stderr
+    assert "rror" in said and "--" in said and not re.search(r"\w=[^0-9A-Z]|None|\w+\(", said.split("rror", 1)[1]), said
