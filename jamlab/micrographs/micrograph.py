@@ -94,6 +94,8 @@ def micrograph(
     check_choice("channel", channel, CHANNELS)
     if picture is None and labels is None:
         raise InputError("give a picture, or labels, or both")
+    if picture is None and channel != CHANNELS[0]:
+        raise InputError(f"channel = {channel!r}: labels alone have no colours; leave it out, or give the picture too")
     unit = ""
     if pixel is None:
         files = [Path(each) if isinstance(each, str | Path) else None for each in (picture, labels)]

@@ -85,10 +85,15 @@ def shear_modulus(
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
         raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give an angle in radians, or a 1D array")
     if average:
+        if direction != "simple" or asked.any():
+            raise InputError(
+                f"average = True: the mean over all directions has no direction = {direction!r} and angle = {angle!r}; "
+                "leave them out"
+            )
         check_admitted(packing, np.eye(4), "the mean over directions")
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     directions = [shear_direction(packing, direction, each) for each in angles.tolist()]
-    first = _first_strain(packing, strain)
+    first = _first_strain(packing, method, strain)
     if method == "finite-strain":
         moduli = _sheared(packing, directions, first)
     else:
@@ -126,7 +131,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         0.486
     """
     check_choice("method", method, METHODS)
-    first = _first_strain(packing, strain)
+    first = _first_strain(packing, method, strain)
     if method == "finite-strain":
         found = _compressed(packing, first)
     else:
@@ -136,7 +141,9 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     return found
 
 
-def _first_strain(packing: Packing, strain: float | None) -> float:
+def _first_strain(packing: Packing, method: str, strain: float | None) -> float:
+    if strain is not None and method != "finite-strain":
+        raise InputError(f"strain = {strain!r}: method {method!r} has none; leave it out, or give 'finite-strain'")
     if strain is None:
         first = numbers("strain")
         return first.get(f"strain_{packing.model}", first["strain"])

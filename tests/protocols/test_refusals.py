@@ -133,3 +133,22 @@ def test_what_has_no_modulus_is_refused(random_disks, sp_jammed):
         if packing is not square:
             with pytest.raises(jamlab.ConvergenceError):
                 jamlab.bulk_modulus(packing)
+
+
+UNUSED = [  # what a way to call a function does not use
+    ("strain", lambda p: jamlab.shear_modulus(p, strain=1e-6)),
+    ("strain", lambda p: jamlab.bulk_modulus(p, "affine", strain=1e-6)),
+    ("angle", lambda p: jamlab.shear_modulus(p, average=True, angle=0.3)),
+    ("direction", lambda p: jamlab.shear_modulus(p, average=True, direction="pure")),
+    ("per_decade", lambda p: jamlab.compress(p, 0.9, per_decade=3)),
+    ("channel", lambda p: jamlab.micrograph(labels=np.eye(9, dtype=int), channel="red")),
+    ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-4, strain=1e-3)),
+    ("walls", lambda p: jamlab.quasistatic_shear(p, 1e-3, walls=True)),
+    ("strain", lambda p: jamlab.shear(p, [(0.1, 0.01)], strain=0.2)),
+]
+
+
+@pytest.mark.parametrize(("name", "ask"), UNUSED)
+def test_what_is_given_and_not_used_is_refused_by_name(name, ask, disks):
+    with pytest.raises(jamlab.InputError, match=name):
+        ask(disks)
