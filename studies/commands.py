@@ -7,9 +7,9 @@ import typer
 from rich.text import Text
 
 from jamlab.checks import check_choice
+from jamlab.cli.commands import Commands
 from jamlab.cli.console import err_console, out_console, print_json, print_line, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.main import Commands
 from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets

@@ -1,7 +1,9 @@
 """`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +14,10 @@ from jamlab.cli.options import Force, N, Seed
 from jamlab.cli.sweep_file import SweepFile
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
+
+if TYPE_CHECKING:
+    from jamlab.packing.packing import Packing
+    from jamlab.processes.progress import Progress
 
 
 def jam(
@@ -124,7 +130,7 @@ def compress(
     sweep.begin(read(file, frame, **reading))
     how: dict[str, Any] = {"by": by, "first_step": nearest, "pressure_tolerance": error, "tolerance": tolerance}
     with progress_bar("compress") as progress:
-        sweep.make(lambda *states: go_on(*states, to, step, ranks=ranks, progress=progress, **how))
+        sweep.make(lambda last, start, done: go_on(last, start, done, to, step, ranks=ranks, progress=progress, **how))
     print_packings(sweep.states, out, as_json, save=sweep.write)
 
 
@@ -194,7 +200,6 @@ def demo(
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.models.models import MODELS
     from jamlab.packing.hdf5 import read_observables
-    from jamlab.protocols.compression import go_on
     from jamlab.protocols.onset import jam as begin
     from jamlab.storage.atomic_file import make_folder
     from jamlab.storage.verified_file import versions
@@ -219,7 +224,7 @@ def demo(
                 "value"
             )
         with progress_bar(f"{model.particles} compressed") as progress:
-            sweep.make(lambda *states, report=progress: go_on(*states, to, 1e-3, progress=report))
+            sweep.make(partial(_compress_for_demo, to, progress))
         file = sweep.path
         print_packings(packings, file, False, save=sweep.write)
         kept = np.linspace(0, len(packings) - 1, min(len(packings), _SHOWN)).round().astype(int)
@@ -231,6 +236,14 @@ def demo(
     print_note(f"Open {out / 'index.html'}")
 
 
+def _compress_for_demo(
+    to: float, progress: "Progress", last: "Packing", start: "Packing", done: int
+) -> "Iterator[Packing]":
+    from jamlab.protocols.compression import go_on
+
+    return go_on(last, start, done, to, 1e-3, progress=progress)
+
+
 def _describe_demo(out: Path) -> str:
-    found = [path.name for path in sorted(out.glob("[!.]*.h5"))]
+    found = [name for name in ("sp.h5", "dp.h5") if (out / name).exists()]
     return f"kept {' and '.join(found)} in {out}; the same command goes on from there" if found else NOTHING

@@ -149,7 +149,8 @@ def reads_any_file(function: Callable[..., None]) -> Callable[..., None]:
         function(reading=reading, **given)
 
     own = [each for each in signature(function).parameters.values() if each.name != "reading"]
-    return with_parameters(call, function, [*own, *shared.values()])
+    made: Callable[..., None] = with_parameters(call, function, [*own, *shared.values()])
+    return made
 
 
 def with_parameters(call: Callable[..., None], function: Callable[..., None], each: list[Parameter]) -> Any:

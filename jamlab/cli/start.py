@@ -25,12 +25,16 @@ def open_streams() -> None:
     os.close(opened)
     sys.stdout = sys.stdout or open(1, "w")  # Python itself has None for what is closed
     sys.stderr = sys.stderr or open(2, "w")
-    codecs.register_error(
-        "jamlab", lambda error: ("".join(map(plain, error.object[error.start : error.end])), error.end)
-    )
+    codecs.register_error("jamlab", _plain)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="jamlab")
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(plain, error.object[error.start : error.end])), error.end
 
 
 def plain(letter: str) -> str:

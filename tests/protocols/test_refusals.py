@@ -149,6 +149,6 @@ UNUSED = [  # what a way to call a function does not use
 
 
 @pytest.mark.parametrize(("name", "ask"), UNUSED)
-def test_what_is_given_and_not_used_is_refused_by_name(name, ask, disks):
+def test_what_is_given_and_not_used_is_refused_by_name(name, ask, sp_jammed):
     with pytest.raises(jamlab.InputError, match=name):
-        ask(disks)
+        ask(sp_jammed)
