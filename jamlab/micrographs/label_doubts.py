@@ -23,7 +23,7 @@ from jamlab.micrographs.walls import Droplets
 EDGE = 0.3  # pixels, by which the edge of a label is uncertain
 Z, LINE, ODD_Z = 22.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
 ODD_SHAPE = 0.5  # of the shape factor, for a share of odd labels
-VOIDS = 1.0  # voids to a droplet
+VOIDS, VOIDS_Z = 1.0, 0.6  # voids for a droplet, and for a contact of one: half a contact each, and of cut ones more
 LIMIT = 0.1  # of count and mean area, up to which they are good
 LIMIT_VOIDS = 0.5  # of the number of droplets, up to which that of voids is good
 MOST_ODD = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
@@ -100,7 +100,7 @@ def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str
         "rho": float(edge * beside + merged * void) / ground.size if beside else 1.0,
         "z": z,
         "shape_rim": LIMITS["shape"] + ODD_SHAPE * share["shape_rim"],
-        "voids": guessed_contacts(droplets) + near + VOIDS * doubt["voids"] + 0.5 * _touched(droplets) * z,
+        "voids": guessed_contacts(droplets) + near + VOIDS * doubt["voids"] + VOIDS_Z * _touched(droplets) * z,
     }
 
 

@@ -94,10 +94,10 @@ def debris(labels: Indices, rng: Any, count: int = 12, ratio: float = 4.0) -> In
 
 def in_rows(labels: Indices) -> Indices:
     """Labels numbered row by row, as segmenters do."""
-    kinds, first = np.unique(labels, return_index=True)
+    kinds, first = np.unique(labels[labels > 0], return_index=True)
     names = np.zeros(labels.max() + 1, dtype=int)
-    names[kinds[np.argsort(first)]] = np.arange(len(kinds))
-    return names[labels] - names[0] * (labels > 0) if names[0] == 0 else np.where(labels > 0, names[labels] + 1, 0)
+    names[kinds[np.argsort(first)]] = np.arange(1, len(kinds) + 1)
+    return np.asarray(names[labels])
 
 
 def clipped(labels: Indices, bits: int = 8, share: float = 0.5) -> Indices:

@@ -20,4 +20,4 @@ axes[0].set_axis_off()
 m.plot(axes[1])
 rho, z = jamlab.packing_fraction(dense), jamlab.contacts(dense).z
 seen = m.numbers["z"]
-print(f"{m.quality}: rho = {m.rho:.3f}, truth {rho:.3f}; z = {m.z:.2f} ± {seen.error:.2f}, truth {z:.2f}")
+print(f"{m.quality}: rho = {m.rho:.3f}, truth {rho:.3f}; z = {m.z:.2f} ± {seen.uncertainty:.2f}, truth {z:.2f}")
