@@ -91,4 +91,4 @@ def _labelled(frames: list[Any]) -> bool:
             raise InputError(f"frame {number}: {error}") from None
         if values.dtype.kind in "buif" and values.ndim in (2, 3) and values.size and np.ptp(values * 1.0) > 0:
             seen.append(looks_labelled(values))
-    return 2 * sum(seen) > len(seen)
+    return bool(seen) and 2 * sum(seen) >= len(seen)

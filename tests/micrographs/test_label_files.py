@@ -1,4 +1,4 @@
-"""Files of labels: numbers as they are stored, sizes of pixels, stacks; what changes numbers or runs code is refused."""
+"""Files of labels: numbers as stored, sizes of pixels, stacks; what changes numbers or could run code is refused."""
 
 import os
 
@@ -39,7 +39,7 @@ def test_jpeg_is_refused_by_name(tmp_path):
     Image.fromarray(LABELS.astype(np.uint8)).save(tmp_path / "a.jpg")
     Image.fromarray(LABELS.astype(np.uint8)).save(tmp_path / "b.tif", compression="jpeg")
     for name in ("a.jpg", "b.tif"):
-        with pytest.raises(InputError, match="JPEG.* changes numbers"):
+        with pytest.raises(InputError, match=r"JPEG.* changes numbers"):
             jamlab.micrograph(labels=tmp_path / name)
 
 

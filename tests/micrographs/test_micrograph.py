@@ -96,6 +96,30 @@ def test_overlay_is_a_picture_and_whole(touching, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["overlay.png"]
 
 
+def outside(figure):
+    """Inches by which something drawn sticks out of a figure."""
+    figure.draw_without_rendering()
+    box, size = figure.get_tightbbox(), figure.get_size_inches()
+    return max(-box.x0, -box.y0, box.x1 - size[0], box.y1 - size[1])
+
+
+@pytest.mark.parametrize("shape", [(185, 190), (60, 190), (185, 70)])
+def test_titles_and_legends_are_shown_whole(shape, tmp_path):
+    from matplotlib import pyplot
+
+    found = jamlab.micrograph(lattice(1.0, shape=shape), contrast="bright")
+    assert outside(found.plot().figure) <= 0
+    pyplot.close("all")
+    found.draw(tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as image:
+        border = np.array(image.convert("L"))
+    assert (np.concatenate([border[0], border[-1], border[:, 0], border[:, -1]]) == 255).all()
+    figure, axes = pyplot.subplots(figsize=(4, 4))
+    found.plot(axes)
+    assert axes.get_title().count("\n") == 1 and outside(figure) <= 0
+    pyplot.close("all")
+
+
 @pytest.mark.parametrize("depth", [-0.05, 0.05])
 def test_droplets_that_the_edge_cuts_by_a_twentieth_of_their_radius_are_not_whole(depth):
     y, x = np.mgrid[:160, :192] + 0.5
