@@ -194,13 +194,19 @@ def label(axes: Any, x: str, y: str, *, legend: bool = True, **place: Any) -> No
     axes.grid(alpha=0.25)
     if len(axes.figure.axes) > 1:
         axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
+    space_ticks(axes)
+    if legend:
+        axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
+
+
+def space_ticks(axes: Any) -> None:
+    """Label 1, 2 and 5 on short logarithmic axes, where labels of minor ticks overlap or are missing; call it when
+    everything is drawn."""
     for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
-        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap or are missing
+        if axis.get_scale() == "log" and high / low < 50:
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
             axis.set_minor_formatter(NullFormatter())
-    if legend:
-        axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
 
 
 def scale(*axes: Any, x: str = "log", y: str = "log") -> None:

@@ -48,7 +48,7 @@ def stated_size(path: Path | None) -> PixelSize | None:
     try:
         with tifffile.TiffFile(path) as file:
             found = _of_ome(file.ome_metadata) if file.is_ome else None
-            return found or _of_tags(file.pages[0].tags, (file.imagej_metadata or {}) if file.is_imagej else None)
+            return found or _of_tags(file.pages.first.tags, (file.imagej_metadata or {}) if file.is_imagej else None)
     except Exception:  # whatever damaged tags make a library raise: a size of pixels is optional
         return None
 
@@ -79,20 +79,20 @@ def _of_ome(text: str | None) -> PixelSize | None:
     pixels = next((each for each in ElementTree.fromstring(text or "").iter() if each.tag.endswith("}Pixels")), None)
     if pixels is None or "PhysicalSizeX" not in pixels.attrib:
         return None
-    sizes = [float(pixels.attrib.get(f"PhysicalSize{axis}", pixels.attrib["PhysicalSizeX"])) for axis in "XY"]
-    units = [_unit(pixels.attrib.get(f"PhysicalSize{axis}Unit", "um")) for axis in "XY"]
-    if units[0] != units[1]:
-        sizes[1] *= METRES[units[1]] / METRES[units[0]]
-    return _checked(*sizes, units[0])
+    width, height = (float(pixels.attrib.get(f"PhysicalSize{axis}", pixels.attrib["PhysicalSizeX"])) for axis in "XY")
+    unit, other = (_unit(pixels.attrib.get(f"PhysicalSize{axis}Unit", "um")) for axis in "XY")
+    if unit != other:
+        height *= METRES[other] / METRES[unit]
+    return _checked(width, height, unit)
 
 
 def _of_tags(tags: Any, imagej: dict[str, Any] | None) -> PixelSize | None:
     """The size by the tags of resolution, in the unit of ImageJ or that of the tags."""
-    values = [tags[name].value if name in tags else None for name in ("XResolution", "YResolution", "ResolutionUnit")]
-    if values[0] is None or values[1] is None:
+    if "XResolution" not in tags or "YResolution" not in tags:
         return None
-    width, height = (float(1 / Fraction(*value)) for value in values[:2])
-    named = {1: "", 2: "in", 3: "cm"}.get(int(values[2] or 2), "")
+    width, height = (float(1 / Fraction(*tags[name].value)) for name in ("XResolution", "YResolution"))
+    code = int(tags["ResolutionUnit"].value) if "ResolutionUnit" in tags else 2
+    named = {2: "in", 3: "cm"}.get(code, "")
     unit = _unit(str(imagej["unit"])) if imagej is not None and imagej.get("unit") else named
     if unit == "in" and imagej is None and 1 / width <= SCREEN:
         unit = ""

@@ -48,10 +48,10 @@ def show_whole(figure: Figure) -> None:
     figure.draw_without_rendering()
     size = figure.get_size_inches()
     drawn = figure.get_tightbbox().padded(PAD)
-    low, high = np.maximum(-drawn.min, 0.0), np.maximum(drawn.max - size, 0.0)
+    low, high = np.maximum(-np.array(drawn.min), 0.0), np.maximum(np.array(drawn.max) - size, 0.0)
     if not (low.any() or high.any()):
         return
-    boxes = [axes.get_position().extents.reshape(2, 2) * size + low for axes in figure.axes]
+    boxes = [np.reshape(axes.get_position().extents, (2, 2)) * size + low for axes in figure.axes]
     figure.set_layout_engine("none")
     size = size + low + high
     figure.set_size_inches(size)
@@ -63,11 +63,11 @@ def show_whole(figure: Figure) -> None:
 def fit_title(axes: Axes) -> None:
     """Make a title smaller until it is as wide as its axes and ends below the edge of the figure."""
     room, title = axes.get_window_extent(), axes.title
-    while title.get_fontsize() > LEAST_FONT:
+    for size in np.arange(float(title.get_fontsize()), LEAST_FONT, -0.5):
+        title.set_fontsize(size)
         box = title.get_window_extent()
         if box.width <= room.width and box.height <= axes.figure.bbox.y1 - room.y1:
             break
-        title.set_fontsize(title.get_fontsize() - 0.5)
 
 
 def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:

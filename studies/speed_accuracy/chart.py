@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from jamlab.errors import ConvergenceError, EngineError
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
-from studies.panels import Drawing, TextTable
+from studies.panels import Drawing, TextTable, space_ticks
 from studies.study import Study
 from studies.tables import shortest
 
@@ -194,6 +194,7 @@ def _draw_panel(axes: Axes, points: pd.DataFrame, style: Mapping[str, dict[str, 
         axes.set_ylim(bottom=floor / 3)
     axes.set_xlim(*_widened(*axes.get_xlim()))
     axes.set_ylim(*_widened(*axes.get_ylim()))
+    space_ticks(axes)
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

@@ -33,10 +33,11 @@ with TemporaryDirectory() as folder:
     campaign = jamlab.open_campaign(path)
     print(campaign.run(1))
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained")
-    for ax, quantity in zip(axes, ("z", "g"), strict=True):
+    for ax, quantity, label in zip(axes, ("z", "g"), ("contact number $z$", "shear modulus $G/k$"), strict=True):
         means = campaign.aggregate([quantity], along="d_rho", bins=np.geomspace(1e-3, 0.1, 6))
         for n, curve in means.groupby("n"):
             errors = [curve[quantity] - curve[f"{quantity}_low"], curve[f"{quantity}_high"] - curve[quantity]]
             ax.errorbar(curve["d_rho"], curve[quantity], errors, marker="o", capsize=2.5, label=f"N = {n}")
-        ax.set(xscale="log", xlabel=r"distance from onset $\rho - \rho_J$", ylabel=quantity)
+        ax.set(xscale="log", xlabel=r"distance from onset $\rho - \rho_J$", ylabel=label)
+        ax.xaxis.set_minor_formatter("")  # labels of minor ticks would overlap
         ax.legend()
