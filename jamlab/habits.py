@@ -52,7 +52,13 @@ INSTEAD = {
     ),
 }
 
-_RUN = {"FlowRun": "`stress / rate`", "FlowCurve": "`stress / rates`", "HerschelBulkley": "`stress / rates`"}
+_RUN = {
+    "QuasistaticShear": "`jamlab.flow_curve({p}, rates)`",
+    "ShearRun": "`stress / rate`",
+    "CreepRun": "`stress / rate`",
+    "FlowCurve": "`stress / rates`",
+    "HerschelBulkley": "`stress / rates`",
+}
 _NOT_HERE = dict.fromkeys((MODULE, SHELL, "Packing", "pack", "jam", "shear", "compress", "scene"), LIMITS)
 _SPECTRUM = "`jamlab.complex_modulus({p}, omega).%s`"
 _QUASISTATIC = "`jamlab.quasistatic_shear({p}, strain)`"

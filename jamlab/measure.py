@@ -152,8 +152,7 @@ def _number(name: str, value: Any) -> float:
     plain = as_plain(value)
     if isinstance(plain, bool | int | float):
         return float(plain)
-    what = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{value!r:.60}"
-    raise InputError(f"{name} returned {what} ({type(value).__name__}): it must return one number")
+    raise InputError(f"{name} returned a value of type {type(value).__name__}: it must return one number")
 
 
 def why_no_modulus(packing: Packing) -> str:

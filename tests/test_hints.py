@@ -100,7 +100,7 @@ def check(text, thing, at_hand):
         try:
             eval(code, {}, space | {name: getattr(thing, name) for name in names})
         except jamlab.InputError as error:  # an attribute of one of the two kinds of packings
-            assert type(thing) is jamlab.Packing and "use one of" in str(error), text
+            assert isinstance(thing, jamlab.Packing | jamlab.results.ShearRun), (text, error)  # or of longer flows
 
 
 def commands(group=None, prefix=""):

@@ -93,8 +93,8 @@ def test_functions_of_the_user_are_measured(results):
     )
     several = jamlab.measure([p, p], strongest)
     assert several["strongest"].tolist() == [strongest(p)] * 2
-    for wrong, told in {"positions": "returned an array", "params": "returned"}.items():
-        with pytest.raises(jamlab.InputError, match=f"state 0: {wrong} {told}.*one number"):
+    for wrong, told in {"positions": "ndarray", "params": "ReadOnlyDict"}.items():
+        with pytest.raises(jamlab.InputError, match=f"state 0: {wrong} returned a value of type {told}: .*one number"):
             jamlab.measure([p], named(wrong))
     with pytest.raises(jamlab.InputError, match="called strongest"):
         jamlab.measure(p, [strongest, named("n", "strongest")])

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from jamlab.checks import as_plain
 from jamlab.errors import InputError
 
 P = ParamSpec("P")
@@ -48,7 +49,7 @@ def frozen(value: Any) -> Any:
         return value
     if isinstance(value, Mapping):
         return ReadOnlyDict({name: frozen(entry) for name, entry in value.items()})
-    return [frozen(entry) for entry in value] if isinstance(value, list) else value
+    return [frozen(entry) for entry in value] if isinstance(value, list) else as_plain(value)
 
 
 def lock(value: Any) -> None:

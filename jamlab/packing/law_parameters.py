@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, is_number
+from jamlab.checks import as_plain, check_choice, is_number
 from jamlab.errors import InputError
 
 LONGEST = 1e100  # areas, their squares and ratios then stay far from the ends of float64, 1e308 and 1e-308
@@ -91,7 +91,7 @@ class Parameter:
         if self.choices:
             check_choice(f"{name} form", value, self.choices)
         elif not self.each and not (self.may_vanish and is_number(value) and value == 0):
-            if not (is_number(value) and self.least <= float(value) <= self.largest):  # 1e50 is no float32
+            if not (is_number(value) and self.least <= as_plain(value) <= self.largest):
                 units = "choose other units where it is beyond" if self.energy or self.length else ""
                 more = "; ".join(filter(None, [f"beyond, {self.beyond}" if self.beyond else "", units]))
                 raise InputError(
