@@ -181,7 +181,8 @@ CONCEPTS = (
             "`jamlab.nonaffine_response({p})`",
             {"Micrograph": "`jamlab.nonaffine_response(m.packing('sp'))`"}),
     # elasticity
-    Concept("G g shear_modulus G_xy g_xy shear_mod shear_moduli", "g0 g_x g", "`jamlab.shear_modulus({p})`",
+    Concept("G_xy g_xy", "g_x g0", "`jamlab.shear_modulus({p})`"),
+    Concept("G g shear_modulus shear_mod shear_moduli", "g0 g", "`jamlab.shear_modulus({p})`",
             {"ElasticTensor": "`to_dataframe()['g']`, or `jamlab.shear_modulus(packing)`", "NonlinearModulus":
              "`storage`"}),
     Concept("K B k b bulk bulk_mod bulk_modulus bulk_moduli compressibility", "b", "`jamlab.bulk_modulus({p})`",

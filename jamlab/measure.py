@@ -89,7 +89,7 @@ def measure(
         >>> def strongest(packing):
         ...     return jamlab.contacts(packing).forces.size.max()
         >>> round(jamlab.measure(p, ["pressure", strongest])["strongest"], 3)
-        X
+        0.021
         >>> onset = jamlab.jam(n=16, seed=1)
         >>> measured = jamlab.measure([onset, *jamlab.compress(onset, to=0.9, step=0.02)], ["rho", "z"])
         >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)

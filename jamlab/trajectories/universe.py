@@ -126,6 +126,10 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
 
 
 def _frames(source: FilePath | Packing | Iterable[Packing], reading: dict[str, Any]) -> list[Packing]:
+    if reading and (
+        isinstance(source, Packing) or (isinstance(source, Iterable) and not isinstance(source, str | bytes))
+    ):
+        raise InputError(f"{', '.join(reading)}: for a file only; packings know their units and law")
     if isinstance(source, Packing):
         frames = [source]
     elif isinstance(source, Iterable) and not isinstance(source, str | bytes):
