@@ -64,7 +64,7 @@ def names_at_hand(things):
         "source": [],
         "logging": logging,
     }
-    return names
+    return names | {"known": set()}
 
 
 def bound(function, found):
@@ -90,7 +90,9 @@ def check(text, thing, at_hand):
     """Evaluate all code of a hint."""
     own = {*attributes(type(thing))} - {"packing"} if thing is not None else set()  # it is one of the user in a hint
     space = {name: value for name, value in at_hand.items() if name not in own}
-    for code in CODE.findall(text):
+    for code in {*CODE.findall(text)} - at_hand["known"]:
+        if "jamlab." in code:
+            at_hand["known"].add(code)  # the same for every class
         if code.startswith("jamlab ") and not code.startswith("jamlab."):
             assert code.removeprefix("jamlab ") in COMMANDS_THERE, text
             continue
