@@ -128,6 +128,14 @@ def test_state_keys_depend_on_what_states_depend_on(tmp_path):
     assert len({same, *(key(**changes) for changes in others)}) == 7
 
 
+def test_a_new_column_of_states_makes_new_tasks_of_the_same_packings(tmp_path, monkeypatch):
+    content = jamlab.open_campaign(written(tmp_path / "c.toml", **ONSET, seeds=1)).content
+    (before,) = batches(content)[0].names()
+    monkeypatch.setattr("jamlab.campaign.tasks.COLUMNS", (*COLUMNS, "charge"))
+    (after,) = batches(content)[0].names()
+    assert after != before and states_name(after) == states_name(before)
+
+
 def test_own_observables_are_columns_of_states(tmp_path):
     campaign = run(written(tmp_path / "c.toml", **SHORT, observables=["own_numbers:twice_phi", "own_numbers:largest"]))
     states = campaign.table("states")

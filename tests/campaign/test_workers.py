@@ -12,7 +12,7 @@ from commands import call
 
 import jamlab
 from jamlab.campaign import workers
-from jamlab.campaign.plan import share_names
+from jamlab.campaign.plan import longest_first, share_names
 from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import Outcome
 from jamlab.errors import EngineError, InputError, StorageError
@@ -126,6 +126,15 @@ def test_shares_that_there_cannot_be(campaign, share):
 def test_words_that_name_no_share_and_no_workers(campaign, words):
     done = call(campaign.file.parent, "campaign", "run", "c.toml", *words)
     assert done.exit_code == 1 and done.stderr.count("\n") == 1 and words[1] in done.stderr
+
+
+def test_long_tasks_come_first(tmp_path):
+    """Twenty droplets have more vertices than 200 disks have sites."""
+    text = FILE.replace("seeds = 4", "seeds = 1")
+    other = text.partition("[[sweep]]")[2].replace('"disks"', '"droplets"').replace('"sp"', '"dp"').replace("8", "20")
+    (tmp_path / "c.toml").write_text(text.replace("n = 8", "n = [8, 200, 100]") + "[[sweep]]" + other)
+    ordered = longest_first(batches(jamlab.open_campaign(tmp_path / "c.toml").content))
+    assert [batch.parameters.n for batch in ordered] == [20, 200, 100, 8]
 
 
 def test_shares_are_disjoint_even_and_of_the_file_alone(campaign, here):
