@@ -228,6 +228,9 @@ def test_a_share_forgets_its_own_failures_only(tmp_path):
     reasons = {name: record["reason"] for name, record in campaign.folder.failures().items()}
     mine = {name for name, reason in reasons.items() if reason != "before"}
     assert len(reasons) == 4 and mine == share_names(batches(campaign.content), (2, 2))
+    shutil.copy(path, campaign.folder.task_file(tasks[0].name))  # finished by another process after all
+    status = campaign.status()
+    assert (status.finished, status.failed, len(status.failures), status.left) == (1, 3, 3, 0)
 
 
 def test_two_drivers_do_not_share_a_folder(tmp_path):

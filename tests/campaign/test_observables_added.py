@@ -128,6 +128,17 @@ def test_state_keys_depend_on_what_states_depend_on(tmp_path):
     assert len({same, *(key(**changes) for changes in others)}) == 7
 
 
+def test_sweeps_of_one_run_share_packings(tmp_path, monkeypatch, here):
+    """Two sweeps of the same three packings: each is made once, for the first that comes to it."""
+    path = written(tmp_path / "c.toml", **PRESSED | {"n": 8, "pressures": [1e-2], "seeds": 3})
+    more = written(tmp_path / "d.toml", **PRESSED | {"n": 8, "pressures": [1e-2], "seeds": 3}, observables=["voids"])
+    text = more.read_text()
+    path.write_text(path.read_text() + text[text.index("[[sweep]]") :].replace('"disks"', '"again"'))
+    monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
+    assert jamlab.open_campaign(path).run(1).finished == 6
+    assert sorted(words[2] for words in counted.calls) == [1, 2, 3]
+
+
 def test_a_new_column_of_states_makes_new_tasks_of_the_same_packings(tmp_path, monkeypatch):
     content = jamlab.open_campaign(written(tmp_path / "c.toml", **ONSET, seeds=1)).content
     (before,) = batches(content)[0].names()

@@ -148,6 +148,16 @@ def test_shares_are_disjoint_even_and_of_the_file_alone(campaign, here):
     assert share_names(everything, (9, 9)) == set()  # more shares than tasks
 
 
+def test_shares_of_some_sweeps_are_those_of_all(tmp_path, here):
+    """So that a share told to run one sweep has no task in common with the other shares told to run all."""
+    more = FILE.partition("[[sweep]]")[2].replace('"disks"', '"more"').replace("n = 8", "n = 6")
+    (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 3") + "[[sweep]]" + more)
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
+    share = share_names(batches(campaign.content), (1, 2))
+    campaign.run(1, share=(1, 2), only=["more"])
+    assert campaign.folder.finished() == share & task_names(batches(campaign.content, ["more"]))
+
+
 def test_shares_run_at_once_in_one_folder(tmp_path):
     """Two processes, one of them killed in the middle; each task is run once, and the rest by the same line again."""
     (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 10"))

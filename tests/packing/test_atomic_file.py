@@ -19,7 +19,7 @@ from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
-from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.atomic_file import atomic_file, system_said
 
 
 def disks(seed=0):
@@ -171,3 +171,12 @@ def test_temporary_files_of_killed_writers_are_removed_after_a_day(tmp_path):
     (tmp_path / young).write_text("of a writer that was killed a moment ago")
     write(tmp_path / "run.h5", [disks()])
     assert set(os.listdir(tmp_path)) == {*kept, young, "run.h5"}
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"), [(errno.EDQUOT, "quota"), (errno.EIO, "try again"), (errno.ENOLCK, "folder on another one")]
+)
+def test_the_remedy_is_of_the_reason(number, remedy):
+    """What the caller proposes stands only where the system itself is not at fault."""
+    assert remedy in system_said(OSError(number, os.strerror(number)), "choose another name")
+    assert "choose another name" in system_said(OSError(errno.EACCES, "Permission denied"), "choose another name")

@@ -79,7 +79,7 @@ HOSTILE = {
     "a state that is a list": replace(STATE, ["[1]"]),
     "no frames": no_frames,
     **{f"version {value}": attribute("/", "schema_version", value) for value in (
-        np.inf, np.nan, "a", [1, 2], -1, 1.5, True, 10**18)},
+        np.inf, np.nan, "a", [1, 2], -1, 0, 1.5, True, 10**18)},
     "schema of numbers": attribute("/", "schema", [1, 2]),
     "model of numbers": attribute("parameters", "model", [1, 2]),
     "1e12 positions": declare(POSITIONS, 1, 10**12, 3),
