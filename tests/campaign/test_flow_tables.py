@@ -76,3 +76,5 @@ def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
     for name in ("flow", "oscillation"):
         assert set(campaign.table(name)["unsettled"]) == {7.0}
+    equivalent = campaign.table("oscillation").set_index("law")["equivalent_storage"]
+    assert np.isfinite(equivalent["contact"]) and np.isnan(equivalent["stokes"])  # known of contact damping alone

@@ -93,6 +93,15 @@ def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
     assert campaign.aggregate(["sides"], table="voids", converged=False)["packings"].tolist() == [1]
 
 
+def test_what_missed_its_target_is_marked_in_every_table(tmp_path, monkeypatch):
+    monkeypatch.setattr(states, "pack", lambda *a, **how: jamlab.pack(*a, **how).with_state(on_target=False))
+    keys = {"seeds": 1, "n": 16, "compress": None, "pressures": [1e-2], "observables": ["spectra"], "omega": [1.0]}
+    run_here(campaign := jamlab.open_campaign(written(tmp_path / "c.toml", **keys)))
+    spectra = campaign.table("spectra")
+    assert spectra["error"].max() < 1e-3 and campaign.table("states")["converged"].tolist() == [False]
+    assert spectra["converged"].tolist() == [False]
+
+
 def test_packings_are_drawn_not_rows():
     """Ten equal rows of a packing tell no more than one."""
     seeds = np.repeat([1, 2, 3], [10, 1, 1])

@@ -144,6 +144,7 @@ def test_shares_are_disjoint_even_and_of_the_file_alone(campaign, here):
     assert sorted(map(len, names)) == [1, 1, 2] and set.union(*names) == task_names(everything)
     first = campaign.run(1, share=(2, 3))
     assert (first.finished, first.left) == (1, 3) and campaign.folder.finished() == names[1]
+    assert campaign.run(1, pilot=True).finished == 0  # one is finished, though not the first
     assert [campaign.run(1, share=(k, 3)).left for k in (1, 2, 3)] == [1, 1, 0]
     assert share_names(everything, (9, 9)) == set()  # more shares than tasks
 
