@@ -113,11 +113,11 @@ def slopes_without_rotations(packing: Packing) -> dict[str, float]:
     still = replace(whole, k_qq=whole.k_qq[:m, :m], b_qq=whole.b_qq[:m, :m], k_qg=whole.k_qg[:m], b_qg=whole.b_qg[:m])
     omega = np.geomspace(CRITICAL * measure(packing, "pressure")["pressure"], HIGHEST, 9)
     try:
-        g_0 = find_limits(still).g0
+        limits = find_limits(still)
     except ConvergenceError:  # not stable
         return {"storage_slope": np.nan, "loss_slope": np.nan}
-    found = np.array([solve_frequency(still, float(w))[1] for w in omega])
-    return {"storage_slope": fit_exponent(omega, found.real - g_0), "loss_slope": fit_exponent(omega, found.imag)}
+    found = np.array([solve_frequency(still, limits.floppy, float(w))[1] for w in omega])
+    return {"storage_slope": fit_exponent(omega, found.real - limits.g0), "loss_slope": fit_exponent(omega, found.imag)}
 
 
 def lengths_otherwise(packing: Packing) -> dict[str, float]:
