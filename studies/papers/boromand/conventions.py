@@ -150,7 +150,7 @@ def first_above(x: Array, y: Array, share: float) -> float:
 
 
 def exponent(x: Array, y: Array, low: float = 0.0, high: float = np.inf) -> float:
-    """Fit an exponent by the least squares of logarithms in a window."""
+    """Fit an exponent in a window; nan where no power law is."""
     kept = (x > (1 - _EDGE) * low) & (x < (1 + _EDGE) * high)
     return fit_exponent(x[kept], y[kept])
 
