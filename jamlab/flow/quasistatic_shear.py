@@ -22,6 +22,7 @@ from jamlab.flow.flow_run import SERIES, energy_gap
 from jamlab.flow.report import describe_balance
 from jamlab.flow.run import Run
 from jamlab.flow.shear import ShearRun, StressDrops
+from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.walls import wall_stress, walled
 from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
 from jamlab.packing.natural_units import natural_scales
@@ -218,6 +219,8 @@ class Walk(Run[QuasistaticShear]):
         else:
             if pressure == "constant":
                 found = relax(self.session, tolerance, near=True)
+                if not packing.law.range and contacts(self.session.packing()).unjammed:
+                    raise InputError('pressure = "constant": the packing is unjammed, give a pressure as a number')
                 self._pressure = self._scales.stress * found.evaluation.pressure
             self.add(self._relax(0.0, None), keep=True)
         self.facts["held_pressure"] = self._pressure

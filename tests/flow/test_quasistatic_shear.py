@@ -249,6 +249,15 @@ def test_what_is_no_pressure_is_refused(packing, pressure):
     assert (f"{pressure:g}" if isinstance(pressure, float) else repr(pressure)[:10]) in str(caught.value)
 
 
+def test_an_unjammed_packing_has_no_pressure_to_be_held():
+    """A number brings it there."""
+    loose = jamlab.pack(n=8, phi=0.5, seed=1)
+    with pytest.raises(jamlab.InputError, match="unjammed"):
+        quasistatic_shear(loose, strain=1e-3, step=1e-3, pressure="constant")
+    found = quasistatic_shear(loose, strain=1e-3, step=1e-3, pressure=1e-4)
+    assert found.converged.all() and jamlab.evaluate(found.packing).pressure == pytest.approx(1e-4, rel=1e-9)
+
+
 def test_states_that_miss_the_tolerance_say_so(packing):
     found = quasistatic_shear(packing, strain=1e-3, step=5e-4, tolerance=1e-15)
     assert np.array_equal(found.converged, found.max_force <= 1e-15)
