@@ -18,7 +18,7 @@ from jamlab.cli.main import app
 from jamlab.packing.hdf5 import read_observables
 from studies.reference_data import example_file
 
-MODULE = [sys.executable, "-m", "jamlab.cli"]
+MODULE = [sys.executable, "-m", "jamlab"]
 SCRIPT = [Path(sys.executable).with_name("jamlab")]
 
 

@@ -166,7 +166,8 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), jamlab.ConvergenceError("unjammed")], ids=["signal", "error"])
 @pytest.mark.parametrize("made", [0, 1, 2])
-def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatch, error, made):
+@pytest.mark.parametrize("interval", [-1.0, 10.0])
+def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatch, error, made, interval):
     """The start alone, which nobody has waited for, is not written; states are written on the way, too."""
     out, written = tmp_path / "sweep.h5", []
 
@@ -177,10 +178,10 @@ def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatc
         raise error
 
     onset.write(tmp_path / "onset.h5")
-    monkeypatch.setattr("jamlab.cli.sweep_file.INTERVAL", -1.0)
+    monkeypatch.setattr("jamlab.cli.sweep_file.INTERVAL", interval)
     monkeypatch.setattr("jamlab.protocols.compression.go_on", sweep)
     assert call(tmp_path, "compress", "onset.h5", "--to", "0.9", "--out", "sweep.h5").exit_code == 1
-    assert all(written) and out.exists() == bool(made) and (not made or len(jamlab.read_all(out)) == 1 + made)
+    assert written == [interval < 0] * len(written) and out.exists() == bool(made) and (not made or len(jamlab.read_all(out)) == 1 + made)
 
 
 DISKS = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12\nonset = true\n'
