@@ -163,8 +163,8 @@ def _near_the_edge(droplets: Droplets, edge: float) -> Mask:
     """(n,) droplets of which it is uncertain whether the edge of the picture cuts them."""
     cells, body = droplets.segments.cells, droplets.walls.inside > 0
     chord = np.bincount(edge_of(cells)[edge_of(body)], minlength=droplets.segments.count)
-    grazed = (chord > 0) & (chord**2 < 8 * (edge + 0.5) * np.sqrt(droplets.areas / np.pi))
+    grazed: Mask = (chord > 0) & (chord**2 < 8 * (edge + 0.5) * np.sqrt(droplets.areas / np.pi))
     if edge < 2 * EDGE:  # no line is left free: what ends a pixel before the edge is whole
         return grazed
     beside = np.unique(edge_of(cells[1:-1, 1:-1])[edge_of(body[1:-1, 1:-1])])
-    return grazed | ((chord == 0) & np.isin(np.arange(len(grazed)), beside))
+    return np.asarray(grazed | ((chord == 0) & np.isin(np.arange(len(grazed)), beside)))

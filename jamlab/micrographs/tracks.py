@@ -68,7 +68,7 @@ def track_droplets(
         >>> y, x = np.indices((90, 120))
         >>> masks = [np.hypot(x % 30 - 15, (y - k) % 30 - 15) < 13 for k in range(3)]
         >>> jamlab.track_droplets(masks).groupby("particle")["y"].max().head(2).tolist()
-        [47.0, 47.0]
+        [17.0, 17.0]
     """
     return link_frames(measure_frames(source, labels, how), memory)
 
@@ -83,8 +83,9 @@ def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFram
 
 def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Micrograph | None]:
     """What each frame of a series shows, None for one without droplets; arguments as of `track_droplets`."""
-    frames, found, empty = read_series(source, labels, how), [], {}
-    for number, frame in enumerate(frames):
+    found: list[Micrograph | None] = []
+    empty: dict[int, str] = {}
+    for number, frame in enumerate(read_series(source, labels, how)):
         try:
             found.append(_measured(frame, how))
         except NoDropletsError as error:
@@ -114,8 +115,8 @@ def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Microg
 def _measured(frame: Frame, how: dict[str, Any]) -> Micrograph:
     if isinstance(frame.picture, Micrograph):
         return frame.picture
-    pixel = {"pixel": frame.pixel} if "pixel" not in how and frame.pixel is not None else {}
-    found: Micrograph = micrograph(frame.picture, labels=frame.labels, **how, **pixel)
+    stated: dict[str, Any] = {} if frame.pixel is None else {"pixel": frame.pixel}
+    found: Micrograph = micrograph(frame.picture, labels=frame.labels, **(stated | how))
     return frame.named(found)
 
 
