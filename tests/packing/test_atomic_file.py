@@ -19,7 +19,7 @@ from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
-from jamlab.storage.atomic_file import atomic_file, system_said
+from jamlab.storage.atomic_file import atomic_file, check_target, system_said
 
 
 def disks(seed=0):
@@ -180,3 +180,14 @@ def test_the_remedy_is_of_the_reason(number, remedy):
     """What the caller proposes stands only where the system itself is not at fault."""
     assert remedy in system_said(OSError(number, os.strerror(number)), "choose another name")
     assert "choose another name" in system_said(OSError(errno.EACCES, "Permission denied"), "choose another name")
+
+
+@pytest.mark.parametrize("protected", ["folder", "file"])
+def test_what_is_write_protected_is_named_before_the_work(tmp_path, monkeypatch, protected):
+    """Permissions as the system tells them: those who run tests may be allowed everything."""
+    (tmp_path / "a.h5").write_text("old")
+    closed = tmp_path if protected == "folder" else tmp_path / "a.h5"
+    monkeypatch.setattr("os.access", lambda path, mode: path != closed)
+    with pytest.raises(StorageError) as caught:
+        check_target(tmp_path / "a.h5")
+    assert f"the {protected}" in str(caught.value) and "write-protected" in str(caught.value)
