@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -18,7 +19,7 @@ from jamlab.campaign import workers
 from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import share_names, total_time
+from jamlab.campaign.plan import plan, share_names, total_time
 from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_task
 from jamlab.errors import InputError, StorageError
@@ -301,6 +302,26 @@ def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
         assert line.seconds == 4 * alone.seconds > 0 and (line.ranks, line.left) == (4, alone.left)
     wall, work, cores = total_time(four.plan(), 1)
     assert cores == 4 and (wall, work) == pytest.approx((total_time(one.plan(), 1)[0], 4 * wall))
+
+
+def test_a_plan_is_never_negative(tmp_path):
+    """Where the stored packings took longer than the task that stands for those left."""
+    keys = {"n": 8, "seeds": 3, "compress": None, "onset": True}
+    (before,) = batches(jamlab.open_campaign(written(tmp_path / "c.toml", **keys)).content)
+    later = batches(jamlab.open_campaign(written(tmp_path / "c.toml", **keys, observables=["voids"])).content)
+
+    class Slow(CampaignFolder):
+        def finished(self):
+            return {*before.names(), later[0].name_of(1)}
+
+        def read(self, names):
+            return {name: SimpleNamespace(seconds=1.0 if name in later[0].names() else 9.0) for name in names}
+
+        def task_file(self, name):
+            return tmp_path / "c.toml"
+
+    (line,) = plan(later, Slow(tmp_path))
+    assert (line.left, line.stored, line.seconds) == (2, 2, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from commands import call
 
-from jamlab.errors import StorageError
+from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
-from jamlab.storage.atomic_file import atomic_file, check_target, system_said
+from jamlab.storage.atomic_file import atomic_file, check_ending, check_target, system_said
 
 
 def disks(seed=0):
@@ -191,3 +191,12 @@ def test_what_is_write_protected_is_named_before_the_work(tmp_path, monkeypatch,
     with pytest.raises(StorageError) as caught:
         check_target(tmp_path / "a.h5")
     assert f"the {protected}" in str(caught.value) and "write-protected" in str(caught.value)
+
+
+def test_a_name_that_begins_as_lammps_does_may_not_end_as_another_format():
+    """data.droplets is a data file; data.png would be taken for a picture by every other program."""
+    check_ending("data.droplets", "data")
+    for name in ("data.png", "data.h5", "dump.droplets"):
+        with pytest.raises(InputError) as caught:
+            check_ending(name, "data")
+        assert name in str(caught.value)
