@@ -212,8 +212,14 @@ def test_names_of_tasks_survive_their_files_and_depend_on_the_defaults_of_the_de
     read = Parameters.model_validate_json(task.parameters.model_dump_json())
     assert Batch("", read, [1]).name_of(read.seed) == task.name
     assert task.parameters.force_law["ka"] == defaults("dp")["ka"]
+    # what affects speed only, or when to give up, is no part of a name
+    assert {"longest_edge", "law"}.isdisjoint(read.force_law) and "increment_least" not in read.search
     before = set(names(path))
     assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))
+
+
+def test_the_first_step_may_be_as_long_as_the_others(tmp_path):
+    assert read_campaign_file(written(tmp_path / "c.toml", compress={"to": 0.9, "step": 0.01, "nearest": 0.01}))
 
 
 def test_a_task_of_two_sweeps_is_done_once():
