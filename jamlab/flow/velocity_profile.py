@@ -88,4 +88,4 @@ def _layer_means(height: Array, values: Array, edges: Array) -> Array:
     layers = len(edges) - 1
     layer = np.minimum(np.searchsorted(edges, height, "right") - 1, layers - 1)
     count, total = np.bincount(layer, minlength=layers), np.bincount(layer, values, layers)
-    return np.divide(total, count, out=np.full(layers, np.nan), where=count > 0)
+    return np.asarray(np.divide(total, count, out=np.full(layers, np.nan), where=count > 0))
