@@ -79,7 +79,7 @@ def analyze(
     *,
     reading: dict[str, Any],
 ) -> None:
-    """Measure the packings of a file, or a picture or a series of pictures of droplets.
+    """Measure the packings of a file, or pictures of droplets.
 
     Packings: rho, z, pressure, moduli, shape factor. Pictures: area, shape, contacts and voids of droplets. A file of
     several pages: droplets are tracked through them.

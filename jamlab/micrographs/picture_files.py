@@ -56,10 +56,10 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     return np.asarray((values - values.min()) / np.ptp(values))
 
 
-def check_pixels(shape: tuple[int, ...]) -> None:
-    """Refuse more pixels than memory holds."""
+def check_pixels(shape: tuple[int, ...], name: str = "the picture") -> None:
+    """Refuse more pixels than memory holds; `name`: of the file."""
     if shape[0] * shape[1] > MOST_PIXELS:
-        raise InputError(f"the picture is {shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
+        raise InputError(f"{name} is {shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
 
 
 def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
@@ -111,7 +111,7 @@ def _of_pillow(path: Path, numbers: bool) -> list[NDArray[Any]]:
     with Image.open(path) as image:  # reads the size only
         if numbers and image.format in LOSSY:
             raise InputError(f"{path} is {image.format}, which changes numbers: save labels as TIFF, PNG or NPY")
-        check_pixels((image.height, image.width))
+        check_pixels((image.height, image.width), str(path))
         found = []
         for page in range(getattr(image, "n_frames", 1)):
             image.seek(page)
@@ -145,7 +145,7 @@ def _stored_numbers(path: Path) -> list[NDArray[Any]]:
     are compressed in a way that only Pillow reads."""
     with tifffile().TiffFile(path) as file:
         page, series = file.pages[0], file.series[0]
-        check_pixels((page.imagelength, page.imagewidth))
+        check_pixels((page.imagelength, page.imagewidth), str(path))
         if int(page.compression) in LOSSY_TIFF:
             raise InputError(f"{path} is compressed as JPEG, which changes numbers: save labels without that")
         try:

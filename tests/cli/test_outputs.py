@@ -181,11 +181,8 @@ def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatc
     monkeypatch.setattr("jamlab.cli.sweep_file.INTERVAL", interval)
     monkeypatch.setattr("jamlab.protocols.compression.go_on", sweep)
     assert call(tmp_path, "compress", "onset.h5", "--to", "0.9", "--out", "sweep.h5").exit_code == 1
-    assert (
-        written == [interval < 0] * len(written)
-        and out.exists() == bool(made)
-        and (not made or len(jamlab.read_all(out)) == 1 + made)
-    )
+    assert written == [interval < 0] * len(written)
+    assert out.exists() == bool(made) and (not made or len(jamlab.read_all(out)) == 1 + made)
 
 
 DISKS = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12\nonset = true\n'
