@@ -84,8 +84,10 @@ def legend_below(axes: Axes, handles: list[Any], title: str = "", **style: Any) 
     """Put a legend below the axes, where a picture that fills them leaves room for none, as large as fits there."""
     place: dict[str, Any] = {"handles": handles, "loc": "upper center", "bbox_to_anchor": (0.5, -0.01)}
     place |= {"title": title or None} | style
-    wide = axes.get_window_extent().width
+    wide, laid_out, place_in = axes.get_window_extent().width, axes.figure.get_layout_engine(), axes.get_subplotspec()
+    if laid_out and place_in:  # axes grow until they fill their share of the figure
+        wide = axes.figure.bbox.width / place_in.get_gridspec().ncols
     for size, columns in product((9, 7, LEAST_FONT), range(min(len(handles), 6), 0, -1)):
         box = axes.legend(ncols=columns, fontsize=size, **place).get_window_extent()
-        if box.width <= wide and box.y0 >= 0:
+        if box.width <= wide and (laid_out or box.y0 >= 0):
             break
