@@ -76,8 +76,16 @@ def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterab
     if not _concepts(name, False) and (near := misspelt(name, known)):
         return f": did you mean `{near}`?"
     if len(known) > _MOST_LISTED:
+        shared = [each for each in known if _parts(each) & _parts(name)]
+        if shared:
+            return f"; names with a word of it: {', '.join(shared)}; help(jamlab) lists all"
         return f"; help(jamlab{'' if kinds[0] == MODULE else '.' + kinds[0]}) lists what there is"
     return f"; it has {', '.join(known)}"
+
+
+def _parts(name: str) -> set[str]:
+    """Words of a name, in small letters and the singular."""
+    return {part.removesuffix("s") for part in name.lower().split("_")} - {""}
 
 
 def argument_hint(name: str, function: str, known: Iterable[str]) -> str:
