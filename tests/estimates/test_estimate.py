@@ -6,6 +6,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import jamlab
 from jamlab.estimates.choice import Why
@@ -169,3 +170,15 @@ def test_a_table_that_is_none_is_refused(tmp_path):
     (tmp_path / "d").write_bytes(lzma.compress(other))
     with pytest.raises(jamlab.StorageError, match="gamma"):
         read_ways(tmp_path / "d")
+
+
+@pytest.mark.parametrize(("quantity", "error"), [("z", 0.01), ("z", 0.005), ("g", 0.005)])
+def test_as_few_packings_are_planned_as_reach_the_error(quantity, error):
+    """One fewer misses it: Student's t, whose freedom is that of the table and of the packings to be made."""
+    plan = plan_mean(quantity, 0.9, error)
+    one, aim = plan.scatter, np.sqrt(error**2 - plan.bias_error**2)
+
+    def half_width(packings):
+        return stats.t.ppf(0.975, one.freedom + packings - 1) * one.deviation / np.sqrt(packings)
+
+    assert half_width(plan.choice.packings) <= aim < half_width(plan.choice.packings - 1)
