@@ -182,3 +182,11 @@ def test_as_few_packings_are_planned_as_reach_the_error(quantity, error):
         return stats.t.ppf(0.975, one.freedom + packings - 1) * one.deviation / np.sqrt(packings)
 
     assert half_width(plan.choice.packings) <= aim < half_width(plan.choice.packings - 1)
+
+
+def test_packings_that_lie_close_together_are_no_better_known_than_the_table_says():
+    plan = plan_mean("z", 0.9, 0.02)
+    one = plan.scatter
+    least = stats.t.ppf(0.975, one.freedom + 29) * one.deviation / np.sqrt(30)
+    assert plan.half_width(np.full(30, 4.5)) == pytest.approx(least, rel=1e-9)
+    assert plan.half_width(4.5 + 10 * one.deviation * np.linspace(-1, 1, 30)) > 2 * least
