@@ -180,7 +180,10 @@ NAMES = {  # of what is read, as what is to be written
 }
 
 
-@pytest.mark.parametrize(("name", "how"), [*((name, "same") for name in sorted(READING)), *(("shear", how) for how in list(NAMES)[1:])])
+WAYS_TO_WRITE = [*((name, "same") for name in sorted(READING)), *(("shear", how) for how in list(NAMES)[1:])]
+
+
+@pytest.mark.parametrize(("name", "how"), WAYS_TO_WRITE)
 def test_no_command_writes_what_it_reads(asked, folder, name, how):
     """Each output against each input, with --force, whatever name the file has."""
     outputs = [each for each in COMMANDS[name].params if each.name in OUTPUTS]
