@@ -44,7 +44,7 @@ class ArgumentError(InputError, TypeError):
         ...     jamlab.jam(n=16, random_state=3)
         ... except jamlab.ArgumentError as error:
         ...     print(isinstance(error, TypeError), error)
-        True jam has no argument 'random_state': use seed
+        True jam has no argument 'random_state': use `seed`
     """
 
 

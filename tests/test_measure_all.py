@@ -54,8 +54,10 @@ def test_one_name_is_one_quantity(sweep):
 
 def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep):
     assert {name for name in MODULE.QUANTITIES if hasattr(sweep[0], name)} == {"area", "max_force", "phi"}
-    with pytest.raises(AttributeError, match="measure"):
+    with pytest.raises(AttributeError, match="contacts"):
         _ = sweep[0].z
+    with pytest.raises(AttributeError, match="measure"):
+        _ = sweep[0].void_sides
     with pytest.raises(AttributeError, match="zz"):
         _ = sweep[0].zz
     assert not hasattr(sweep[0], "_repr_svg_")

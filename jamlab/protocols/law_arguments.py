@@ -11,7 +11,8 @@ from jamlab.errors import InputError
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.old_names import unknown_argument
 
-_OF_DECK = {"sp": (), "dp": ("nv_small", "nv_large", "vertices")}  # parameters that are no part of the law of a packing
+# of the deck beside the law: the strength of contacts where units leave it open, and outlines
+_OF_DECK = {"sp": (), "dp": ("eps", "nv_small", "nv_large", "vertices")}
 
 
 def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping[str, Any]) -> None:

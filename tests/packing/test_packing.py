@@ -224,10 +224,11 @@ def test_compressed_there_and_back(packing, factor):
 
 @given(random_packings.packings(), st.floats(0, np.pi), st.floats(-0.5, 0.5))
 def test_shear_in_any_direction_keeps_the_area_and_is_undone_in_the_turned_frame(packing, angle, strain):
-    there, rotation = deformed(packing, shear_direction(angle).gradient(strain))
+    direction = shear_direction(packing, angle)
+    there, rotation = deformed(packing, direction.gradient(strain))
     assert abs(there.area / packing.area - 1) < 1e-13 and there.box[0, 1] == 0
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(2), rtol=0, atol=1e-14)
-    back, _ = deformed(there, rotation @ shear_direction(angle).gradient(-strain) @ rotation.T)
+    back, _ = deformed(there, rotation @ direction.gradient(-strain) @ rotation.T)
     one, other = (np.hypot(*(x[:, None] - x).T) for x in (back.positions, packing.positions))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-11 * (1 + np.abs(packing.positions).max()))
 
