@@ -62,15 +62,15 @@ def measure(
         packing: one SP or DP packing, or several, such as a sweep.
         quantities: one or more of `QUANTITIES`, or functions of your own that take a packing and return a number.
             Default: `COLUMNS`.
-        processes: largest number of parallel processes for several packings. Default: all cores. A function of the
-            script that runs, or without a name, is called in this process.
+        processes: largest number of parallel processes for several packings. Default: all cores. Lambdas and
+            functions of the running script are called in this process.
         progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:
-        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`, or that of the function; for several packings
-        arrays (len(packing),). g, g_x and b are nan if the packing is unjammed, unstable or not at a minimum, and g
-        between walls, where shear along x alone is defined (`jamlab.shear_modulus` gives the reason); z, z_all and
-        rattlers are nan if rounded positions do not decide whether a contact is open.
+        Numbers by the name of the quantity, see `MEASURED` of `jamlab.packing.quantities`, or of the function; for
+        several packings arrays (len(packing),). g, g_x and b are nan if the packing is unjammed, unstable or not at a
+        minimum (`jamlab.shear_modulus` gives the reason). g is nan between walls, where only shear along x is
+        defined. z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
 
     Warns:
         JamlabWarning: g, g_x or b of a packing is negative; once for each packing.

@@ -52,7 +52,8 @@ Overlay = Annotated[
 OfDroplets = Annotated[
     Path | None,
     typer.Option(
-        help="Picture: also write its droplets as a relaxed periodic packing (.h5).", callback=written_as("packings")
+        help="Picture: also write its droplets as a relaxed periodic packing (.h5) of --model (default: dp).",
+        callback=written_as("packings"),
     ),
 ]
 Csv = Annotated[

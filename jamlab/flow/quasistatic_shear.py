@@ -363,12 +363,12 @@ def quasistatic_shear(
         step: largest strain step, at most 0.1. Events in which stress rises, and less than 2 % of the work of the step
             is lost, are not detected.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
-            compression along y. `stress` is conjugate to the strain. Between walls along x alone.
+            compression along y. `stress` is conjugate to the strain. Between walls only "simple".
         walls: see `shear`.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9 of itself or 3e-15 of the stiffness of a contact.
-            Repulsive particles that unjam are compressed until they jam, and come down again. Between walls it is the
-            normal stress on them, at constant width. Default: constant area.
+            A packing of repulsive particles that unjams is compressed until it jams, and then decompressed. Between
+            walls the pressure is the normal stress on them, at constant width. Default: constant area.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.

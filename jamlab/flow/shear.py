@@ -239,9 +239,10 @@ def shear(
         n_rows: number of rows of the result, at equal strain intervals; more if `snapshot_every` requires it.
         snapshot_every: strain between stored packings; must divide `strain`. Default: only the first and the last.
         tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-2. It does not bound the error of
-            stresses: the order in which contacts open and close decides on the path, and near onset stresses at the
-            default are off by up to 60 %. `energy_error` of the result, the energy balance, does not see that;
-            `trajectory_error` does. For time steps and marginal contacts see docs/explanation/drag.md.
+            stresses: errors change the order in which contacts open and close, and thus the trajectory. Near onset the
+            error of the stress at the default is up to 60 %. `energy_error` of the result, the energy balance, does
+            not contain this error; `trajectory_error` measures it. For time steps and marginal contacts see
+            docs/explanation/drag.md.
         background_drag: Stokes drag in addition to contact damping, in units of k tau_1. It determines motion that
             contact damping leaves without drag. Default: 1e-4 for disks, 1e-2 for droplets. 1e-2 changes the mean
             stress of disks by less than 3 %.
@@ -249,8 +250,8 @@ def shear(
             False: remove the walls. Default: as in the packing.
         trajectory_error: True: repeat the run at a tenth of the tolerance, at 1 to 3 times the cost of the run alone,
             and return the largest difference of the stress so far, row by row, as `trajectory_error`. Default: False;
-            the error of the stresses is then unknown. Once two trajectories have parted, their stresses differ as
-            those of two packings; means of steady flow remain valid.
+            the error of the stresses is then unknown. Once two trajectories have separated, their stresses differ as
+            much as the stresses of two packings; means of steady flow remain valid.
         path: HDF5 file of the run, saved regularly, see `jamlab.read_flow`. If it contains a part of the same run, the
             run resumes; a complete run is returned from the file.
         progress: called after each row with (fraction done, text); True: print it.

@@ -46,8 +46,8 @@ class ElasticTensor(Result):
     Attributes:
         affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
-        displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers. Of sticky disks, whose
-            networks have floppy modes, and along flat walls the least one: no mode without stiffness takes part.
+        displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers. The
+            displacement along floppy modes, of sticky networks and along flat walls, is 0.
         unit: unit of the moduli, for labels.
         pressure: of the packing, which the bulk modulus depends on.
 
@@ -111,7 +111,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         JamlabWarning: B, or G along some direction, is negative: the packing is unstable at its box shape.
 
     Raises:
-        InputError: walls, between which only two strains are defined, see `jamlab.packing.strain_map`.
+        InputError: the packing has walls, between which only two strains are defined, see `jamlab.packing.strain_map`.
         ConvergenceError: no backbone, not at a minimum, or a negative or floppy mode of the backbone (`UnstableError`).
 
     Example:
@@ -295,9 +295,9 @@ class NonaffineResponse(Result):
 def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
     """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
 
-    Between walls the shear moves the upper wall as a whole, so that walls move beside the affine flow, too. In sticky
-    networks and along flat walls, which have floppy modes, it is the response without these modes, the least of all
-    that balance forces.
+    Between walls the shear moves the upper wall as a whole, so the displacement of wall particles is not affine.
+    Networks of sticky disks and slabs between flat walls have floppy modes: the displacement along them is 0, which is
+    the smallest response that balances forces.
 
     Args:
         packing: SP at an energy minimum.

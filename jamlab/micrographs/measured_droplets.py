@@ -40,7 +40,7 @@ class Micrograph(Result):
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
         neighbours: (n,) int64, all droplets that each one touches, rattlers and cut ones too.
         rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
-        doubtful: (n,) bool, droplets that may be none, several or part of one, or badly seen.
+        doubtful: (n,) bool, objects that may be no droplet, several or part of one, or that are poorly visible.
         voids: sides, areas and centres of the voids, and P_l.
         cut: number of droplets cut by the edge of the picture or by a label.
         contrast: how droplets were told from the ground: "bright", "dark" or "labels".
@@ -49,12 +49,12 @@ class Micrograph(Result):
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
         numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, standard `error` over the
-            droplets, `bound` of what the picture shows badly, 95 % `interval` of both, its own `quality` and
+            droplets, `bound` of the systematic error, 95 % `interval` of both, its own `quality` and
             `reasons`; the names are those of `jamlab.measure`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
-        unit: unit of lengths: "pixels", the one that a TIFF file states, as "um", or "" for that of a given `pixel`.
+        unit: unit of lengths: "pixels", or the unit that a TIFF file states, such as "um"; "" if `pixel` was given.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.

@@ -54,7 +54,7 @@ FACTS = (
     Fact("positions", "site", ("`position`", "wrapped, with images", "`xu yu`", "`pos`", "`positions`, float32")),
     Fact("diameters", "particle", ("`/parameters`", "types, `d_diameter`", "`radius`", "`radius`", "`radii`")),
     Fact("offsets", "particle", ("`/parameters`", "bonds, molecules", "`mol`", "`mol`", "bonds, residues")),
-    Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`residues.fixed`")),
+    Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`residues.fixed_flags`")),
     Fact("onset", "frame", ("`/parameters/onset`", *_WORDS)),
     *map(_state, (name for name in KNOWN if name != "fixed")),
     Fact("provenance", "frame", ("`/parameters/provenance`", "comment", LOST, *_WORDS[2:])),

@@ -28,8 +28,8 @@ def write(
 ) -> tuple[str, ...] | None:
     """Write one packing or the frames of a sweep; the ending of the name decides the format.
 
-    Where making the packings ends in an error, as a sweep that does not converge, the file holds those before it; an
-    old file stays as it is, and they go to `NAME.part.h5` beside it. The error is raised all the same.
+    If making the packings ends in an error, such as a sweep that does not converge, the packings before the error are
+    written and the error is raised. If the file exists, it is not changed, and they are written to `NAME.part.h5`.
 
     Args:
         path: file to create or replace. `.h5` (or no ending): HDF5 with everything; `.data`: LAMMPS data file of one
@@ -38,7 +38,7 @@ def write(
         observables: arrays by name, (frames,) or (frames, ...); HDF5 only.
 
     Returns:
-        None, or names of what the packings have and the file does not hold: the provenance in a dump.
+        None if the file holds everything, otherwise names of what it does not hold, such as the provenance in a dump.
 
     Raises:
         InputError: no packings, packings of different sweeps, or values or an ending that are not supported.

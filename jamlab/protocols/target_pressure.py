@@ -83,8 +83,8 @@ def pack(
 
     Args:
         n: number of disks; must be even for the default sizes.
-        pressure: target pressure, units of k, 1e-8 to 0.3 (sticky disks: from -0.3; above a stickiness of 0.1 up to
-            0.5 less twice the stickiness). Give `pressure` or `phi`.
+        pressure: target pressure, units of k, 1e-8 to 0.3 (sticky disks: from -0.3; for a stickiness s above 0.1
+            up to 0.5 - 2 s). Give `pressure` or `phi`.
         seed: seed of the random start.
         phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
@@ -196,9 +196,9 @@ def decompress(
 ) -> Packing:
     """Decompress a jammed packing of disks to a lower pressure, in steps.
 
-    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure; between walls over the
-    height of the box, p being the normal stress on them. Use it for large packings
-    near onset, where random starts may not converge. The result depends on the initial pressure.
+    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure. Between walls only the
+    height of the box changes, and p is the normal stress on the walls. Use it for large packings near onset, where
+    random starts may not converge. The result depends on the initial pressure.
 
     Args:
         packing: SP; jammed and relaxed, at a higher pressure.

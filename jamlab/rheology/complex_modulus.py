@@ -61,7 +61,7 @@ class ComplexModulus(Result):
         loss: (m,) G''.
         g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
             negative if the packing is unstable to shear at its box shape.
-        eta0: lim G''/omega at low frequency; of a network with floppy modes these move so that drag is least.
+        eta0: lim G''/omega at low frequency. Floppy modes of a network follow the motion of least dissipation.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.

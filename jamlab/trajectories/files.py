@@ -51,8 +51,8 @@ def read(
     Files of other programs may lack sizes, units or parameters: pass them. Missing parameters have the defaults of the
     decks and are listed in `provenance["assumed"]`. Other columns are ignored. Particles are in the order of the column
     `id`, of tables also `particle`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) set
-    `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`. Of a dump, xyz file or table that ends
-    within a frame, as where a job was killed, the frames before are read, with a warning.
+    `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`. If a dump, xyz file or table
+    ends within a frame, for example because a job was killed, the complete frames are read, with a warning.
 
     Args:
         path: file; the format follows from the ending, or from the content.
@@ -61,7 +61,7 @@ def read(
         units: "eps" or "k", see `Packing`.
         params: some or all parameters of the force law, see `Packing`.
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
-        model: "sp" where disks have molecules or bonds, which else make droplets ("dp").
+        model: "sp" if atoms with molecules or bonds are disks; by default they are vertices of droplets ("dp").
         style: atom style of a LAMMPS data file that names none, such as "sphere".
 
     Raises:

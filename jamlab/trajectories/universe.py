@@ -76,7 +76,7 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     Atoms are disks, or vertices of droplets, in the order of `Packing.positions`, unwrapped. Residues are particles:
     `resindices` start at 0, `resids` at 1, as in LAMMPS files. `types` are the atom types "1", "2", ... by size;
     `radii` are half the diameters, or delta/2 for vertices; `masses` are 1. Droplets have bonds around their outline
-    and `residues.rest_areas`. Where particles are fixed, `residues.fixed_flags` tells which. The segment's
+    and `residues.rest_areas`. If particles are fixed, `residues.fixed_flags` tells which. The segment's
     `description` contains units, force law and what is known of each frame. `triclinic_dimensions` has the tilt of the
     box. MDAnalysis stores positions and boxes in float32.
 
@@ -295,7 +295,7 @@ def from_universe(
         params: parameters of the force law, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
-        model: "sp" where disks have bonds, which else make droplets ("dp").
+        model: "sp" if atoms with bonds are disks; by default they are vertices of droplets ("dp").
         start, stop, step: frames, as in a slice.
 
     Raises:
