@@ -169,7 +169,7 @@ class Sweep(FileTable):
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
         if self.tolerances.step_error is not None and self.compress is None:
-            raise ValueError("tolerances.step_error is of the steps of compress: leave it out")
+            raise ValueError("tolerances.step_error applies to compress only: leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only("sp", f"{key} are")

@@ -94,7 +94,7 @@ class _Run(Driven):
         super().check(sites)
         for key in ("alpha", "background"):
             if key in self.how.model_fields_set and not self.damping.contact:
-                said = f"{self.name}.{key} is of contact damping, and damping has Stokes drag only"
+                said = f"{self.name}.{key} applies to contact damping, but damping has Stokes drag only"
                 raise ValueError(f"{said}: leave it out")
 
     def check_law(self, law: Damping) -> None:
@@ -131,7 +131,7 @@ class SteadyFlow(_Run):
         super().check(sites)
         how = self.flow
         if how.rates[0] and "step" in how.model_fields_set:
-            raise ValueError("flow.step is of rate 0, which flow.rates lacks: leave it out")
+            raise ValueError("flow.step applies to rate 0, which is not in flow.rates: leave it out")
         if how.rates[0] == 0 and (steps := round(how.strain / how.step)) < 2 * FEWEST_BLOCKS:
             least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * FEWEST_BLOCKS} or more"
             raise ValueError(f"flow.step = {how.step:g}: {least}: lower it")

@@ -128,7 +128,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
         group = file["campaign"]
         if group.attrs["task"] != path.stem:
-            raise StorageError(f"{path} holds task {group.attrs['task']}: `run` moves it aside, and runs its own again")
+            raise StorageError(f"{path} holds task {group.attrs['task']}: `run` repairs it")
         try:
             parameters = Parameters.model_validate_json(group.attrs["parameters"])
         except ValidationError as error:

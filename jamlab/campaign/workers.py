@@ -126,7 +126,7 @@ def _how(code: int, times: int) -> str:
     """In which way a process died so many times."""
     if code < 0:
         return f"{times} times, by signal {-code} ({signal.strsignal(-code)}): killed, out of memory, or crashed"
-    return f"with exit code {code}: what it calls ends the process"
+    return f"with exit code {code}: a called function exited"
 
 
 def drive(

@@ -330,7 +330,7 @@ class TimedRun(Run[R]):
         try:
             self.facts["trajectory_error"] = _differences(self.result(), again(tolerance, progress))
         except ConvergenceError as error:
-            warn(f"the error of the path was not measured, since the run at tolerance {tolerance:g} failed: {error}")
+            warn(f"trajectory_error was not measured, because the run at tolerance {tolerance:g} failed: {error}")
 
     def begin_again(self, time: float) -> None:
         """Let the next drive continue from here, and forget the rows so far; the present time is `time` from now on."""

@@ -120,10 +120,10 @@ def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]
     odd = {name for name, limit in limits.items() if not found[name] <= limit} - plain
     odd |= {"count"} if 1 + doubt["count"] > max(LIMIT * count, LIMITS["count"]) else set()
     last = [note.text for note in droplets.notes if np.isinf(note.doubt)]
-    worth = f"labels that may be no droplet, several or part of one are worth {max(doubt.values()):.3g} of {count}"
+    worth = f"labels that may be no droplet, several or part of one count as {max(doubt.values()):.3g} of {count}"
     edges = f"edges of labels are uncertain by {label_edge(droplets):.1f} pixels"
-    gaps = f"labels {widest_gap(droplets):.0%} of a diameter apart pass for touching"
-    pairs = f"{guessed_contacts(droplets):.0f} pairs of droplets may touch or not, and voids end where they do"
+    gaps = f"labels up to {widest_gap(droplets):.0%} of a diameter apart count as touching"
+    pairs = f"it is uncertain whether {guessed_contacts(droplets):.0f} pairs of droplets touch"
     return [
         (bool(odd), last[0] if last else worth, frozenset(odd)),
         (bool(plain & {"area", "rho"}), edges, frozenset(plain & {"area", "rho"})),

@@ -211,7 +211,7 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
     low, high = areas[small].min(), areas[small].max()
     text = f"{small.sum()} specks of {low:.0f} to {high:.0f} pixels are set aside"
     seen = int((small & (radii >= max(DUST * typical, DUST_PIXELS))).sum())
-    notes.append(Note(text + (f", {seen} of them as large as droplets may be" if seen else ""), seen, (), SIZES))
+    notes.append(Note(text + (f", {seen} of them large enough to be droplets" if seen else ""), seen, (), SIZES))
     return np.where(np.append(False, small)[objects], 0, objects)
 
 

@@ -71,7 +71,7 @@ def find_walls(
     """
     wall, pair = _wall_pixels(cells)
     if not wall.any():
-        raise NoDropletsError("one droplet alone is found: a picture needs several, whose walls are measured")
+        raise NoDropletsError("only one droplet is found: show several, since the walls between them are measured")
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
     names, short, count = np.unique(pair[wall], return_inverse=True, return_counts=True)
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE)

@@ -143,7 +143,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
 
 def _first_strain(packing: Packing, method: str, strain: float | None) -> float:
     if strain is not None and method != "finite-strain":
-        raise InputError(f"strain = {strain!r}: method {method!r} has none; leave it out, or give 'finite-strain'")
+        raise InputError(f"strain = {strain!r}: method {method!r} uses no strain; leave it out or use 'finite-strain'")
     if strain is None:
         first = numbers("strain")
         return first.get(f"strain_{packing.model}", first["strain"])

@@ -72,7 +72,7 @@ def test_a_task_that_ends_its_worker_is_recorded_at_once(tmp_path):
     done = campaign.run(1)
     assert (done.finished, done.failed) == (1, 1)
     (record,) = campaign.status().failures.values()
-    assert record["reason"] == "sp n=8 seed=1: its worker died with exit code 9: what it calls ends the process"
+    assert record["reason"] == "sp n=8 seed=1: its worker died with exit code 9: a called function exited"
 
 
 class Dying:

@@ -116,11 +116,11 @@ def test_two_classes_are_no_doubt():
 @pytest.mark.parametrize(
     ("labels", "word"),
     [
-        (5 * (np.hypot(X - 120, Y - 120) < 121), "alone"),
-        (np.where(np.hypot(X - 120, Y - 120) < 121, 5, 0) + 4 * (X < 0), "alone"),
+        (5 * (np.hypot(X - 120, Y - 120) < 121), "only one"),
+        (np.where(np.hypot(X - 120, Y - 120) < 121, 5, 0) + 4 * (X < 0), "only one"),
         (np.zeros((60, 60), int), "no droplet"),
         (np.full((60, 60), 7), "no background"),
-        (1 + (X > 120).astype(int), "alone"),
+        (1 + (X > 120).astype(int), "only one"),
         (np.where(X > 120, 2, 1) + (Y > 120) * 2, "cut by the edge"),
         (np.dstack([circles()] * 5).transpose(2, 0, 1), "stack of 5 pages"),
         (np.stack([circles()] * 3), "stack of 3 pages"),
