@@ -46,7 +46,7 @@ def track_droplets(
 
     Args:
         source: frames in the order of time: pictures as for `jamlab.micrograph`, arrays of labels or masks (True in
-            droplets), files, or `Micrograph`s; an array (t, h, w); or one TIFF or NPY file of several pages.
+            droplets), files, or `Micrograph` objects; an array (t, h, w); or one TIFF or NPY file of several pages.
         memory: number of successive pictures in which a droplet may be missing and keep its number.
         labels: labels of the frames, in the same forms; if they are given, `source` may be omitted.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
