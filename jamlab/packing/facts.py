@@ -39,7 +39,7 @@ class Fact(NamedTuple):
     places: tuple[str, ...]  # where it stands, or LOST, or REFUSED, in the order of `FORMATS`
 
 
-_WORDS = ("comment", "column, the same on all atoms", "second line", "`segments.descriptions`")
+_WORDS = ("comment", "column", "second line", "`descriptions`")
 
 
 def _state(name: str) -> Fact:
@@ -48,13 +48,13 @@ def _state(name: str) -> Fact:
 
 FACTS = (
     Fact("model", "file", ("`/parameters`", "comment, bonds", "columns of the law", *_WORDS[2:])),
-    Fact("units", "file", ("`/parameters`", "comment", "names of the columns of the law", *_WORDS[2:])),
+    Fact("units", "file", ("`/parameters`", "comment", "columns of the law", *_WORDS[2:])),
     Fact("params", "file", ("`/parameters/force_law`", *_WORDS)),
     Fact("box", "frame", ("`box/edges`", "`xlo xhi`, `xy`", "`BOX BOUNDS`", "`Lattice`", "`dimensions`, float32")),
     Fact("positions", "site", ("`position`", "wrapped, with images", "`xu yu`", "`pos`", "`positions`, float32")),
     Fact("diameters", "particle", ("`/parameters`", "types, `d_diameter`", "`radius`", "`radius`", "`radii`")),
     Fact("offsets", "particle", ("`/parameters`", "bonds, molecules", "`mol`", "`mol`", "bonds, residues")),
-    Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`residues.fixed_flags`")),
+    Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`fixed_flags`")),
     Fact("onset", "frame", ("`/parameters/onset`", *_WORDS)),
     *map(_state, (name for name in KNOWN if name != "fixed")),
     Fact("provenance", "frame", ("`/parameters/provenance`", "comment", LOST, *_WORDS[2:])),
@@ -81,8 +81,12 @@ def lost(kind: str, packings: Iterable[Packing]) -> tuple[str, ...]:
 
 def facts_table() -> str:
     """The table of facts and formats as it stands in `docs/reference/files.md`."""
+    alike: dict[tuple[str, ...], list[str]] = {}  # names of facts by what is said of them
+    for fact in FACTS:
+        name = f"`{fact.name}`" if " " not in fact.name else fact.name
+        alike.setdefault((fact.of, *fact.places), []).append(name)
     rows = [("fact", "of each", *FORMATS.values()), ("---",) * (2 + len(FORMATS))]
-    rows += [(f"`{fact.name}`" if " " not in fact.name else fact.name, fact.of, *fact.places) for fact in FACTS]
+    rows += [(", ".join(names), *said) for said, names in alike.items()]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
