@@ -2,7 +2,7 @@ r"""
 Flow curve and Herschel-Bulkley law
 ===================================
 
-Steady shear stress over the rate of shear, with errors from blocks of the steady state, and the law
+Steady shear stress over the rate of shear, with standard errors of correlated rows, and the law
 :math:`\sigma_y + K \dot\gamma^n` through it.
 """
 
@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import jamlab
 
 p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-curve = jamlab.flow_curve(p, rates=[1e-2, 3e-2, 1e-1, 3e-1, 1.0], strain=2.0, discard=0.5)
+curve = jamlab.flow_curve(p, rates=[1e-2, 3e-2, 1e-1, 3e-1, 1.0], strain=6.0, discard=0.5)
 figure, ax = plt.subplots(figsize=(6, 4.4), layout="constrained")
 curve.herschel_bulkley().plot(ax)
 print(curve)
