@@ -66,8 +66,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def as_plain(value: Any) -> Any:
-    """The number of Python that a numpy scalar is, or an array without dimensions; anything else as it is. A float32
-    is compared with limits beyond its range, or loses digits of what it is combined with."""
+    """Convert a numpy scalar, or an array without dimensions, to a number of Python; return anything else as it is. A
+    float32 would overflow in comparisons with large limits, and lose digits of numbers that it is combined with."""
     if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 and value.dtype.kind in _NUMBERS:
         return _NUMBERS[value.dtype.kind](value)
     return value
@@ -237,7 +237,7 @@ _PLAIN: dict[type, _Kind] = {
 
 
 def name_meant(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The known name that one which is not known misspells, as a question; `otherwise` where none is."""
+    """Ask whether the known name was meant that an unknown one misspells; `otherwise` if there is none."""
     near = misspelt(name, known)
     return f"did you mean {near}?" if near else otherwise
 

@@ -20,7 +20,7 @@ from jamlab.hints import meant, misspelt
 
 
 class Hinting(TyperGroup):
-    """Commands of which one typed from habit is told which to use."""
+    """A group that answers an unknown command with the command to use."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find a command."""

@@ -103,7 +103,7 @@ _PATIENCE = 5.0  # s that LAMMPS has to end in
 
 
 def _run(line: list[str]) -> int:
-    """Run LAMMPS, hand on its table, and return its exit code; nothing of it is left whatever ends this function."""
+    """Run LAMMPS, print its table and return its exit code; LAMMPS ends with this function, whatever ends that."""
     import subprocess
 
     from jamlab.engine.installation import program_environment

@@ -78,7 +78,7 @@ class Job:
 
     def drive(self, flow: Callable[..., T], name: str, *point: Any, timed: bool = True, **how: Any) -> T:
         """Drive the packing at a point, such as frequency and amplitude, below a bar of this name. `timed`: with drag.
-        A file of the same run is gone on with; with `force` that of another run is replaced by the first save."""
+        A file of the same run is resumed; with `force` the first save replaces the file of another run."""
         from jamlab.flow.run import replacing
 
         how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})

@@ -1,4 +1,4 @@
-"""What was given to a command and would be ignored, or would overwrite what the command reads: refused before it runs.
+"""Refuse options that a command would ignore, and files to write that it also reads, before it runs.
 
 An option that stands in no line of `USES` is used in each way to run its command.
 """

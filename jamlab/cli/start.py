@@ -18,8 +18,8 @@ def main() -> None:
 
 
 def open_streams() -> None:
-    """Let closed streams lead nowhere, lest the next file that is opened takes their place and what is printed, and
-    print letters that the encoding of a stream does not have by other names."""
+    """Replace closed streams, so that no file that is opened later gets what is printed, and print letters that the
+    encoding of a stream lacks by other names."""
     while (opened := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(opened, True)
     os.close(opened)

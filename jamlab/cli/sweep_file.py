@@ -1,4 +1,4 @@
-"""The file of a sweep that a command makes: saved on the way, and gone on with by the same command.
+"""The file of a sweep that a command makes: saved as the sweep runs, and resumed by the same command.
 
 Beside the packings stands the group /sweep, whose attribute `task` is what was asked for, in JSON.
 """
@@ -20,7 +20,7 @@ INTERVAL = 10.0  # s between two versions of the file, of which a killed command
 
 
 class SweepFile:
-    """States of a sweep as far as they have come, and their file.
+    """The states of a sweep that are made so far, and their file.
 
     Args:
         path: of the file.
@@ -96,7 +96,7 @@ _REMEDY = "give the same options to go on with it, or name another file by --out
 
 
 def _task_of(path: Path) -> dict[str, Any] | None:
-    """What was asked for by the command that made a file; None if it was none that makes sweeps."""
+    """The task of the command that made a file; None if no command for sweeps made it."""
     from jamlab.storage.verified_file import is_hdf5, opened
 
     if not is_hdf5(path):

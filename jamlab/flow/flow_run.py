@@ -158,7 +158,7 @@ class FlowRun(FlowResult):
 
     @property
     def balanced(self) -> bool:
-        """Whether energy is balanced as well as was asked for: the steps follow the forces. The path may still differ
+        """Whether energy is balanced within the tolerance: the steps follow the forces. The trajectory may still differ
         from the exact one, see `trajectory_error`."""
         return self.energy_error <= self.energy_tolerance
 

@@ -41,7 +41,7 @@ LIMIT = 0.02  # imbalance from which on a result is doubtful, and a step is trie
 
 @dataclass(frozen=True)
 class PlasticEvents(Result):
-    """Steps in which stress fell or energy was lost, m of them, and from which a step back does not lead back."""
+    """Plastic events: m steps in which stress fell or energy was lost, and which a step back does not undo."""
 
     _rows = ("strain", "stress_drop", "released", "width")
 
@@ -112,8 +112,8 @@ class QuasistaticShear(ShearRun):
 
     @property
     def energy_gap(self) -> Array:
-        """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long.
-        0 where it is no more than what stresses within `stress_noise` would do."""
+        """(m,) work that is neither stored nor released by a detected event: the error of steps that are too long.
+        0 if errors of the stress within `stress_noise` explain it."""
         released = np.where(self.event, np.diff(self.dissipated, prepend=0.0), 0.0)
         gap = energy_gap(self.work, np.cumsum(released), self.enthalpy)
         unseen = np.cumsum(self.stress_noise * np.abs(np.diff(self.strain, prepend=self.strain[0])))
@@ -121,12 +121,12 @@ class QuasistaticShear(ShearRun):
 
     @property
     def least_stress(self) -> float:
-        """Stress that forces up to the tolerance hide."""
+        """Uncertainty of the stress from residual forces up to the tolerance."""
         return float(stress_noise(self.tolerance, 0.0) * natural_scales(self.packing).stress)
 
     @property
     def stress_noise(self) -> Array:
-        """(m,) stress that the forces left at a minimum hide: a smaller fall is no event."""
+        """(m,) uncertainty of the stress from the residual forces of a minimum; a smaller drop is no event."""
         scales = natural_scales(self.packing)
         return stress_noise(self.tolerance, self.max_force / scales.force) * scales.stress
 
@@ -253,7 +253,7 @@ class Walk(Run[QuasistaticShear]):
         self.add(after, keep=keep)
 
     def _noise(self, *states: Minimum) -> float:
-        """Stress that the forces left at some minima hide."""
+        """Uncertainty of the stress from the residual forces of some minima."""
         force = max(state.max_force for state in states) / self._scales.force
         return float(stress_noise(self.facts["tolerance"], force) * self._scales.stress)
 

@@ -1,5 +1,5 @@
-"""Floppy modes of a stable packing: a basis of the displacements that cost no energy, and the least of a quadratic form
-over them.
+"""Floppy modes of a stable packing: a basis of the displacements that cost no energy, and the minimum of a quadratic
+form over them.
 
 Response to strain is not unique along floppy modes. Whatever else acts on the packing decides: of infinitely slow shear
 drag does, so that the response is the one that dissipates least.

@@ -1,4 +1,4 @@
-"""A negative modulus is said once for each packing, at the line of the user, by every function that returns one."""
+"""Warn of negative moduli, once for each packing, at the line of the user, in every function that returns one."""
 
 from __future__ import annotations
 

@@ -54,8 +54,8 @@ class Modes(Result):
 
     @property
     def frequencies(self) -> Array:
-        """(m,) frequencies omega of vibrations, the roots of the eigenvalues; of an instability minus the root of its
-        size, as codes of phonons write it."""
+        """(m,) frequencies omega of vibrations, the roots of the eigenvalues; negative for an unstable mode,
+        -sqrt(-eigenvalue), as in phonon codes."""
         return np.asarray(np.sign(self.eigenvalues) * np.sqrt(np.abs(self.eigenvalues)))
 
     @drawn("Line2D")
