@@ -130,7 +130,11 @@ def command_page() -> str:
             found += sections(part, (*words, name))
         return found
 
-    about = "Every command prints this with ``--help``; this page is made from it."
+    about = (
+        "Every command prints this with ``--help``; this page is made from it. A command refuses options that it would "
+        "not use, and files to write that it also reads. Warnings are lines on stderr. ``python -m jamlab`` is the "
+        "same program."
+    )
     return "\n".join([f"Commands\n========\n\n{about}\n", *sections(get_command(app), ())])
 
 
