@@ -85,6 +85,8 @@ class DragSolver {
   virtual FlowSums add_up(const Field &u, double rate) = 0;    // of all ranks
   virtual double least_relaxation_time() const = 0;    // of this rank: longer steps are unstable
   virtual bool touched(int /*i*/) const { return true; }    // i drags on anything
+  // sum, of this rank, of forces times places from the centers of droplets whose areas are kept
+  virtual double moment_of_kept(const Field &) const { return 0.0; }
   virtual double memory_usage() const { return 6.0 * residual.capacity() * sizeof(Vec3); }
 
  protected:

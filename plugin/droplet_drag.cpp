@@ -185,6 +185,34 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   return sums;
 }
 
+/* Places are counted from the centroid of the area. Forces are 0 on all but fixed droplets. */
+double DropletDrag::moment_of_kept(const Field &force) const
+{
+  enum { AREA, MOMENT_X, MOMENT_Y, FORCE_X, FORCE_Y, WORK, NUMBERS };
+  const PolygonRings &rings = area->rings();
+  const auto x = lmp->atom->x;
+  std::vector<double> sums(NUMBERS * rings.polygons().size(), 0.0);
+  for (const PolygonRings::Vertex &v : rings.vertices()) {
+    double *const of = &sums[NUMBERS * v.polygon];
+    const Vector here = rings.position(v), edge = point(x[v.next], 0) - point(x[v.i], 0);
+    const double twice = here.x * edge.y - here.y * edge.x;
+    of[AREA] += twice;
+    of[MOMENT_X] += (2.0 * here.x + edge.x) * twice / 3.0;
+    of[MOMENT_Y] += (2.0 * here.y + edge.y) * twice / 3.0;
+    of[FORCE_X] += force[v.i].x;
+    of[FORCE_Y] += force[v.i].y;
+    of[WORK] += force[v.i].x * here.x + force[v.i].y * here.y;
+  }
+  rings.sum(sums, NUMBERS);
+  double found = 0.0;
+  for (std::size_t k = 0; k < rings.polygons().size(); k++) {
+    if (rings.polygons()[k].first < 0) continue;    // another rank counts it
+    const double *const of = &sums[NUMBERS * k];
+    found += of[WORK] - (of[FORCE_X] * of[MOMENT_X] + of[FORCE_Y] * of[MOMENT_Y]) / of[AREA];
+  }
+  return found;
+}
+
 void DropletDrag::find_preconditioner(bool free_rate)
 {
   if (factors_are_due(ALWAYS, outdated)) factorise();

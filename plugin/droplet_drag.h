@@ -26,6 +26,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   double elastic_moment() const override;
   FlowSums add_up(const Field &u, double rate) override;
   double least_relaxation_time() const override { return HUGE_VAL; }    // none is unstable
+  double moment_of_kept(const Field &) const override;
 
  private:
   class LAMMPS *lmp;

@@ -179,25 +179,31 @@ void OverdampedFlow::hold_fixed()
   solver->hold(given);
 }
 
-/* Forces on walls do work beside that of the stress of an affine flow. */
+/* Forces on walls do work beside that of the stress of an affine flow. Drag on other fixed droplets,
+   which keep their areas while the box is compressed, does less work on the pressure. */
 void OverdampedFlow::add_walls()
 {
   Field elastic, net;
   solver->elastic_forces(elastic);
   solver->net_forces(elastic, velocity, state.rate, net);
-  double found[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  Field drag(atom->nlocal);
+  double found[7] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & settings.fixed_bit)) continue;
+    drag[i] = net[i] - elastic[i];
     const double offset = settings.walls ? to_edge(i) : 0.0;
     found[0] -= elastic[i].x * offset;
-    found[1] -= (net[i].x - elastic[i].x) * offset;
+    found[1] -= drag[i].x * offset;
     double *const wall = found + (offset < 0.0 ? 2 : 4);
     wall[0] += net[i].x;
     wall[1] += net[i].y;
   }
-  MPI_Allreduce(MPI_IN_PLACE, found, 6, MPI_DOUBLE, MPI_SUM, world);
+  if (!settings.walls) found[6] = 0.5 * solver->moment_of_kept(drag);
+  MPI_Allreduce(MPI_IN_PLACE, found, 7, MPI_DOUBLE, MPI_SUM, world);
   state.sums.elastic += found[0];
   state.sums.viscous += found[1];
+  state.sums.xx += found[6];
+  state.sums.yy += found[6];
   std::copy_n(found + 2, 4, state.sums.walls);
 }
 

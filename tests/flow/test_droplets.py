@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from creep_of_elements import compliance
+from droplet_drag import drag_rates
 
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
@@ -92,3 +93,22 @@ def test_a_flow_goes_on_where_image_flags_would_end(model, disks, droplets):
     assert moved.stress == pytest.approx(near.stress, rel=1e-4)
     boxes = (moved.packing.positions - near.packing.positions) @ np.linalg.inv(near.packing.box)
     assert boxes == pytest.approx(np.round(boxes), abs=1e-4) and np.abs(boxes).max() < 3
+
+
+def test_drag_on_fixed_droplets_does_the_work_of_a_compression_that_keeps_their_areas(droplets):
+    """The viscous part of the pressure: power of the drag over the rate of the area, by a plain sum over contacts, in
+    which vertices of fixed droplets move beside the flow."""
+    fixed = droplets.with_state(fixed=np.arange(8) % 3 == 1, converged=True, max_force=droplets.max_force)
+    run = jamlab.shear(fixed, 0.3, 4e-3, jamlab.ContactDamping(beta=0.3), n_rows=4, snapshot_every=1e-3)
+    (before, after), dt = run.frames[-2:], np.diff(run.time)[-1]
+    place = 0.5 * (before.positions + after.positions)
+    moved = after.positions - before.positions
+    moved[:, 0] -= 1e-3 * place[:, 1]
+    middle = before.with_state(positions=place, box=0.5 * (before.box + after.box))
+    assert np.all(moved[middle.fixed_sites] == pytest.approx(0.0, abs=1e-12))
+    kept = -0.5 * (place - middle.centroids[middle.particle]) * middle.fixed_sites[:, None]
+    grown = drag_rates(middle, kept, 0.5 * np.eye(2), 0.3)
+    viscous = -grown @ drag_rates(middle, moved / dt, np.array([[0.0, 0.3], [0.0, 0.0]]), 0.3) / middle.area
+    found = run.pressure[-2:].mean() - jamlab.evaluate(middle).pressure
+    assert abs(viscous) > 0.05 * run.pressure[-1]
+    assert found == pytest.approx(viscous, rel=2e-3)
