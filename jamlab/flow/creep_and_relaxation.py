@@ -59,19 +59,26 @@ class CreepRun(FlowRun):
 
     @property
     def final_rate(self) -> float:
-        """Mean rate of strain over the last half of the time."""
+        """Mean rate of strain over the last half of the time; nan of fewer than three rows."""
         middle = self._middle
+        if middle is None:
+            return float("nan")
         return float((self.strain[-1] - self.strain[middle]) / (self.time[-1] - self.time[middle]))
 
     @property
     def slope(self) -> float:
-        """d ln strain/d ln time over the last half of the time: 0 at rest, 1 in steady flow."""
-        a, b = self.strain[self._middle], self.strain[-1]
-        return float(np.log(b / a) / np.log(self.time[-1] / self.time[self._middle])) if a > 0 and b > 0 else 0.0
+        """d ln strain/d ln time over the last half of the time: 0 at rest, 1 in steady flow; nan of fewer than three
+        rows, and where the strain is not positive, as of a packing of negative G that moves against the stress."""
+        middle = self._middle
+        if middle is None or min(self.strain[middle], self.strain[-1]) <= 0:
+            return float("nan")
+        return float(np.log(self.strain[-1] / self.strain[middle]) / np.log(self.time[-1] / self.time[middle]))
 
     @property
-    def _middle(self) -> int:
-        return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
+    def _middle(self) -> int | None:
+        """The last row of the first half of the time, after that at time 0; None where it is the last of all."""
+        middle = max(1, int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1))
+        return middle if middle < len(self.time) - 1 else None
 
     @property
     def state(self) -> Literal["rests", "creeps", "flows"]:

@@ -100,6 +100,16 @@ def test_what_creep_does_is_told_from_the_last_half_of_the_time(backbone, expone
         assert found.final_rate == pytest.approx(strain / 100)
 
 
+@pytest.mark.parametrize("strain", [[0, 1e-9, 2e-8, -3e-7, -1e-6], [0, -1e-9, -1e-8, -1e-7, -2e-6], [0, 2e-6], [0]])
+def test_creep_against_the_stress_and_of_few_rows_has_no_exponent(backbone, strain):
+    """No growth is none that rests: a packing of negative G runs away against the stress."""
+    few = slice(len(strain))
+    found = jamlab.creep(backbone, 1e-7, 1.0)
+    found = replace(found, time=np.arange(5.0)[few], strain=np.array(strain), viscous_stress=np.zeros(5)[few])
+    assert np.isnan(found.slope) and found.state == "creeps"
+    assert np.isnan(found.final_rate) == (len(strain) < 3)
+
+
 def test_they_go_on_from_their_files(backbone, tmp_path):
     for name, call in {
         "creep.h5": lambda time, out: jamlab.creep(backbone, 1e-5, time, path=out),
