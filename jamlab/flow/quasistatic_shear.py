@@ -366,9 +366,10 @@ def quasistatic_shear(
             compression along y. `stress` is conjugate to the strain. Between walls only "simple".
         walls: see `shear`.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
-            enthalpy over the area too, and meets the pressure to 1e-9 of itself or 3e-15 of the stiffness of a contact.
-            A packing of repulsive particles that unjams is compressed until it jams, and then decompressed. Between
-            walls the pressure is the normal stress on them, at constant width. Default: constant area.
+            enthalpy over the area too, and meets the pressure to 1e-9 of itself or 3e-15 of the stiffness of a contact;
+            that of sticky disks, which may vanish, to 1e-9 of the mean contact force over the mean size. A packing of
+            repulsive particles that unjams is compressed until it jams, and then decompressed. Between walls the
+            pressure is the normal stress on them, at constant width. Default: constant area.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.

@@ -97,7 +97,8 @@ def disk_terms(p):
         sign = np.where(r[..., 1].real < 0, -1.0, 1.0)
         return disk_energy(p, s, s - np.where(line, sign * r[..., 1], norm(r)))
 
-    return [Term(sites, np.stack([np.zeros_like(vectors), vectors], axis=1), energy)]
+    found = [Term(sites, np.stack([np.zeros_like(vectors), vectors], axis=1), energy)]
+    return found if len(sites) else []
 
 
 def droplet_terms(p):
