@@ -42,8 +42,8 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
         The packing with `fixed` and `walls` set, in the ensemble "fixed-box".
 
     Raises:
-        InputError: a thickness out of range, or one that leaves a wall or the slab without particles; flat walls of a
-            packing with fixed particles.
+        InputError: a thickness out of range, or one that leaves a wall or the slab without particles, or fixed
+            particles between rough walls; flat walls of a packing with fixed particles.
 
     Example:
         >>> w = jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1))
@@ -63,6 +63,11 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
     low, high = y < thickness * size, y >= height - thickness * size
     if not (low.any() and high.any() and (~low & ~high).any()):
         raise InputError(f"thickness = {thickness:g}: no particle in a wall or between the walls; use another value")
+    if freed := int((packing.fixed_particles & ~(low | high)).sum()):
+        raise InputError(
+            f"thickness = {thickness:g}: {freed} particles that are fixed lie between the walls; give a larger "
+            "thickness, or free them before with packing.with_state(fixed=None, walls=False), and relax"
+        )
     minimum = {name: getattr(packing, name) for name in ("max_force", "converged", "tolerance", "on_rattlers")}
     return packing.with_state(fixed=low | high, walls=True, ensemble="fixed-box", **minimum)
 

@@ -252,7 +252,8 @@ class Packing(Hinted):
             if not (held and np.array_equal(flat, last) and (np.bincount(self.particle)[last] == 1).all()):
                 raise InputError(
                     f"{self.kind.size_name}s[{flat.argmax()}] = 0: must be positive; flat walls alone, the last two "
-                    "particles, have size 0: make them with jamlab.with_walls(packing, flat=True)"
+                    "particles, have size 0: make them with jamlab.with_walls(packing, flat=True), or leave them out "
+                    "with packing.select(~packing.flat_walls)"
                 )
         return mask if mask is not None and mask.any() else None
 

@@ -418,6 +418,9 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.with_walls(p, 1.0), "1.0"),  # thinner than the largest disk
         (lambda p, w: jamlab.with_walls(jamlab.pack(4, 1e-2)), "flat=True"),  # too low a box
         (lambda p, w: jamlab.with_walls(w, flat=True), "fixed"),
+        (lambda p, w: jamlab.with_walls(jamlab.with_walls(p, 2.5), 1.5), "lie between the walls"),
+        (lambda p, w: jamlab.with_walls(p.with_state(fixed=np.arange(p.n) % 3 == 0)), "lie between the walls"),
+        (lambda p, w: jamlab.shear(_flat(p), 0.1, 0.01, walls=False), "packing.select(~packing.flat_walls)"),
         (lambda p, w: jamlab.droplets_from_disks(jamlab.with_walls(p, flat=True)), "flat=True"),
         (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameters[0]"),
         (lambda p, w: jamlab.evaluate(_behind_a_flat_wall(p)), "particle 3"),
