@@ -166,6 +166,16 @@ def test_a_flip_of_the_box_is_no_motion(packing):
     assert strains([leans, flipped])[1] - strains([leans])[0] == pytest.approx(0.02)
 
 
+def test_walls_that_are_compressed_are_not_sheared():
+    """A box that leans by three widths leans by as much in units of length, while its height falls."""
+    walled = jamlab.with_walls(jamlab.read(STATES / "disks.h5"), 1.4)
+    leans = walled.with_state(box=walled.box + np.outer([0.0, 3.0], walled.box[0]))
+    denser = at_phi(leans, 1.02 * leans.phi)
+    assert shear_between(leans, denser) == pytest.approx(0.0, abs=1e-12)
+    assert shear_between(leans, sheared(denser, 0.01)) == pytest.approx(0.01)
+    np.testing.assert_allclose(unflipped_box(leans, denser), denser.box, atol=1e-12)
+
+
 def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
     disks, droplets = (jamlab.read(STATES / f"{name}.h5") for name in ("disks", "droplets"))
     path = tmp_path / "page.html"

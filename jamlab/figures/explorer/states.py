@@ -74,16 +74,21 @@ def shear_between(before: Packing, after: Packing) -> float:
     """Engineering shear strain from one state to the next: what a flow says, else the least that fits both lattices."""
     if "flow_strain" in before.provenance and "flow_strain" in after.provenance:
         return float(after.provenance["flow_strain"] - before.provenance["flow_strain"])
-    old, new = before.box, after.box
-    shear = new[1, 0] / new[1, 1] - old[1, 0] / old[1, 1]
+    new = after.box
+    shear = new[1, 0] / new[1, 1] - _lean(before, after)
     period = new[0, 0] / new[1, 1]
     return float(shear - period * np.round(shear / period))
+
+
+def _lean(before: Packing, after: Packing) -> float:
+    """Tilt over height of the box before, once its area has changed: walls are compressed along y alone."""
+    return float(before.box[1, 0] / (after if before.walls else before).box[1, 1])
 
 
 def unflipped_box(before: Packing, after: Packing) -> Array:
     """(2, 2) box of the later state, of the same lattice, that leads from the one before without a flip."""
     box: Array = after.box.copy()
-    lean = before.box[1, 0] / before.box[1, 1] + shear_between(before, after)
+    lean = _lean(before, after) + shear_between(before, after)
     box[1] += np.round((lean * box[1, 1] - box[1, 0]) / box[0, 0]) * box[0]
     return box
 
