@@ -25,10 +25,11 @@ from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.rheology.complex_modulus import check_frequencies
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import equation_of_motion
-from jamlab.rheology.rounding_error import solve_frequency
+from jamlab.rheology.rounding_error import rounding_error, solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
-CORRELATION_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took lanes and bins for absolute lengths
+# version, see jamlab.campaign.tasks; 1 took lanes and bins for absolute lengths, 2 gave rounding where G* is none
+CORRELATION_DEFINITION = 3
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def displacement_response(
 
     Raises:
         InputError: omega is not positive.
-        ConvergenceError: the packing is not jammed or not stable.
+        ConvergenceError: the packing is not jammed or not stable, or bears no shear stress.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -112,7 +113,13 @@ def _displacements(
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
     floppy = find_limits(motion).floppy  # refuses what is not stable
     for omega in check_frequencies(list(frequencies)):
-        q, modulus, _ = solve_frequency(motion, floppy, omega)
+        q, modulus, left = solve_frequency(motion, floppy, omega)
+        rounding = rounding_error(motion, q[:, None], np.array([omega]))[0]
+        if not abs(rounding) + abs(left) < abs(modulus):
+            raise ConvergenceError(
+                f"omega = {omega:g}: the packing bears no shear stress, since G* is 0 but for rounding: displacements "
+                "per stress have no limit. Use StokesDrag, or a denser packing"
+            )
         u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
         u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus
         u += wall_offsets(network.packing) @ SIMPLE_SHEAR.T / modulus  # walls are not affine
@@ -139,7 +146,7 @@ def displacement_correlation(
 
     Raises:
         InputError: omega is not positive, or the box is too small.
-        ConvergenceError: the packing is not jammed or not stable.
+        ConvergenceError: the packing is not jammed or not stable, or bears no shear stress.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -120,3 +120,13 @@ def test_floppy_modes_leave_displacements_as_short_as_can_be():
     shortest = -np.linalg.pinv(k[:sites, :sites], rcond=1e-11, hermitian=True) @ k[:sites, -1]
     found = jamlab.nonaffine_response(p).nonaffine
     assert found.ravel() == pytest.approx(shortest, abs=1e-8 * np.abs(shortest).max())
+
+
+@pytest.mark.parametrize("law", [ContactDamping(), ContactDamping(beta=0.0)], ids=str)
+def test_clusters_that_follow_the_flow_have_no_displacement_per_stress(law):
+    """No cluster spans the box: neither energy nor drag resists, and G* is 0."""
+    p = jamlab.pack(24, phi=0.66, seed=5, stickiness=0.05)
+    for function in (jamlab.displacement_response, jamlab.displacement_correlation):
+        with pytest.raises(jamlab.ConvergenceError, match="bears no shear stress"):
+            function(p, 0.1, law)
+    assert np.isfinite(jamlab.displacement_correlation(p, 0.1, StokesDrag()).correlation).all()
