@@ -47,6 +47,7 @@ _EVEN_CONTRAST = (1e-4, 100.0)
 _SUMS = 32 * float(np.finfo(np.float64).eps)  # relative rounding of the last sums, over Maxwell elements or columns
 LOST = 0.1  # error of |G*| that is warned of
 _LEAST = 1e-200
+_NOTHING = "G* is 0 but for rounding: neither energy nor drag resists the shear of clusters that do not span the box"
 _SAME = 1e-12  # relative: frequencies are one
 _BETWEEN_CHECKS = 4.0  # by which a difference to the direct solver may grow from one check to the next
 
@@ -137,7 +138,7 @@ def complex_modulus(
 
     Warns:
         JamlabWarning: g0, the static modulus in this direction, is negative: the packing is unstable to shear at its
-            box shape; or rounding may change |G*| by more than 10 %.
+            box shape; rounding may change |G*| by more than 10 %; or G* is 0, since nothing resists the shear.
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
@@ -176,9 +177,14 @@ def linear_modulus(
     if method == "auto":
         method = "dense" if motion.moving <= (LARGEST_DENSE if limits.floppy.size else _SMALL) else "reduced"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
+    if limits.nothing_resists and method == "direct":
+        raise ConvergenceError(f"{_NOTHING}; use StokesDrag, or a denser packing")
     modulus, error, elements = solve(motion, limits, frequencies)
     modulus, error = modulus + free.modulus(frequencies), error + _SUMS * (1 + 1j)
-    _warn_of_lost_digits(frequencies, modulus, error)
+    if limits.nothing_resists:
+        warn(_NOTHING)
+    else:
+        _warn_of_lost_digits(frequencies, modulus, error)
     unit = packing.unit_names.stress
     return ComplexModulus(
         omega=frequencies,

@@ -181,7 +181,10 @@ def correlation_along_x(
     height, length = box[1, 1] / size, box[0, 0] / size
     for name, value, side in (("lane", lane, height), ("width", width, length / 4)):
         if not 0 < value <= side:
-            raise InputError(f"{name} = {value}: must be positive and at most {side:.3g} mean diameters in this box")
+            raise InputError(
+                f"{name} = {value}: must be positive and at most {side:.3g} mean diameters in this box; along "
+                "the flow the box must be two mean diameters long: use a larger packing"
+            )
     lanes, bins = int(height / lane), int(length / width)
     fraction = positions @ np.linalg.inv(box)
     x = (positions - np.floor(fraction) @ box)[:, 0] / box[0, 0]

@@ -93,6 +93,11 @@ class Limits:
     floppy: Array  # (m, k) displacements without energy, with the rotations that dissipate least
     solver: ShiftedSolver  # of this equation of motion, which knows the pattern of its matrices
 
+    @property
+    def nothing_resists(self) -> bool:
+        """Whether slow shear costs neither energy nor drag: G* is 0 at all frequencies."""
+        return not (self.g0 or self.eta0)
+
 
 def find_limits(motion: EquationOfMotion) -> Limits:
     """Find the slow and the fast limit of the response, and the moduli that follow from them."""

@@ -129,4 +129,9 @@ def test_clusters_that_follow_the_flow_have_no_displacement_per_stress(law):
     for function in (jamlab.displacement_response, jamlab.displacement_correlation):
         with pytest.raises(jamlab.ConvergenceError, match="bears no shear stress"):
             function(p, 0.1, law)
+    with pytest.raises(jamlab.ConvergenceError, match="neither energy nor drag"):
+        jamlab.complex_modulus(p, 0.1, law, method="direct")
+    with pytest.warns(jamlab.JamlabWarning, match="neither energy nor drag"):
+        found = jamlab.complex_modulus(p, 0.1, law)
+    assert found.g0 == found.eta0 == 0 and abs(found.storage[0]) + abs(found.loss[0]) < 1e-15
     assert np.isfinite(jamlab.displacement_correlation(p, 0.1, StokesDrag()).correlation).all()
