@@ -179,8 +179,8 @@ void OverdampedFlow::hold_fixed()
   solver->hold(given);
 }
 
-/* Forces on walls do work beside that of the stress of an affine flow. Drag on other fixed droplets,
-   which keep their areas while the box is compressed, does less work on the pressure. */
+/* Forces on walls do work beside that of the stress of an affine flow. Other fixed droplets keep
+   their areas while the box is compressed, so that drag on them does another work. */
 void OverdampedFlow::add_walls()
 {
   Field elastic, net;
