@@ -100,12 +100,13 @@ def whole_frames(path: FilePath, frames: Iterator[T]) -> Iterator[T]:
         warn(f"{path} ends within frame {count} ({_said(error)}): frame{last} read")
 
 
-def check_last_row(rows: Sequence[Sequence[str]], width: int, ended: bool) -> None:
+def check_last_row(rows: Sequence[Sequence[str]], width: int, ended: bool, own: bool = False) -> None:
     """Refuse rows of a file that was cut off within the last one: it has fewer words than `width`, or its last number
-    fewer digits than those above. `ended`: whether its line has an end, as programs write it."""
+    fewer digits than those above. `ended`: whether its line has an end, as programs write it. `own`: whether jamlab
+    wrote the file, whose lines all have an end."""
     last, above = rows[-1], [row[-1] for row in rows[-_FEW_ROWS:-1] if row]
     lost = bool(above) and bool(last) and len(last[-1]) < min(map(len, above)) >= _MANY_DIGITS
-    if not ended and (len(last) < width or lost):
+    if not ended and (own or len(last) < width or lost):
         raise CutOffError(f"its last row is {' '.join(last)!r:.60}; if that is all of it, end it with a new line")
 
 

@@ -200,7 +200,7 @@ def _xyz_frames(file: Iterator[str]) -> Iterator[Sites]:
         rows = [row.split() for row in lines]
         if len(rows) != n:
             raise CutOffError(f"{n} rows are announced, {len(rows)} are there")
-        check_last_row(rows, max(map(len, rows)), lines[-1].endswith("\n"))
+        check_last_row(rows, max(map(len, rows)), lines[-1].endswith("\n"), "rounding" in keys)
         yield _xyz_frame(keys, rows)
 
 

@@ -51,15 +51,21 @@ def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
     """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds. `style`:
     of its atoms, if the file does not say."""
     with text_of(path) as file:
-        lines = [line.rstrip("\n") for line in file]
+        lines = list(file)
+        ended = not lines or lines[-1].endswith("\n")
+        lines = [line.rstrip("\n") for line in lines]
         header, sections = _sections(lines)
         low, box = _box(header)
         if "Atoms" not in sections:
             raise InputError("not a LAMMPS data file of atoms: it has no section Atoms")
         comment, rows = sections["Atoms"]
-        if len(rows) != int(number(header["atoms"][0])) or not rows:
-            raise CutOffError(f"it announces {header['atoms'][0]} atoms and holds {len(rows)}")
+        for what, held in (("atoms", rows), ("bonds", sections.get("Bonds", ("", []))[1])):
+            announced = header.get(what, [str(len(held))])[0]
+            if len(held) != int(number(announced)) or (what == "atoms" and not held):
+                raise CutOffError(f"it announces {announced} {what} and holds {len(held)}")
         entries = described(lines)
+        last = next(reversed(sections.values()))[1]
+        check_last_row(last or [[]], len(last[0]) if last else 0, ended, "rounding" in entries)
         names = _columns(comment, style, rows, header, sections)
         places = {name: k for k, name in enumerate(names)}
         atoms = Columns.of_rows(rows, places, len(names), "rounding" in entries).by_id()
@@ -250,7 +256,8 @@ def _rows(item: str, announced: str, file: Iterator[str]) -> tuple[list[str], li
     names, rows = item.split()[1:], list(islice(file, int(announced)))
     if len(rows) < int(announced):
         raise CutOffError(f"it announces {announced} atoms and holds {len(rows)}")
-    check_last_row([row.split() for row in rows[-100:]], len(names), rows[-1].endswith("\n"))
+    own = "rounding" in names
+    check_last_row([row.split() for row in rows[-100:]], len(names), rows[-1].endswith("\n"), own)
     return names, rows
 
 

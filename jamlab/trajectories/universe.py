@@ -12,6 +12,7 @@ from typing import Any
 import MDAnalysis
 import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
+from MDAnalysis.core.groups import UpdatingAtomGroup
 from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from MDAnalysis.exceptions import NoDataError
 from numpy.typing import NDArray
@@ -153,7 +154,8 @@ def _dimensions(box: Array) -> list[float]:
 
 
 class UniverseFrames:
-    """Convert frames of a Universe or AtomGroup one by one, see `from_universe`; its topology is read once."""
+    """Convert frames of a Universe or AtomGroup one by one, see `from_universe`. The topology is read again where a
+    group that is updated has other atoms."""
 
     @checked
     def __init__(
@@ -167,36 +169,50 @@ class UniverseFrames:
         model: str | None = None,
     ) -> None:
         try:
-            self.group = atoms.atoms
-            self.trajectory = self.group.universe.trajectory
+            self.trajectory = atoms.atoms.universe.trajectory
         except AttributeError as error:
             raise InputError(
                 f"a {type(atoms).__name__} has no atoms with a trajectory: give a Universe or AtomGroup of MDAnalysis"
             ) from error
-        if not len(self.group):
-            raise InputError("no atoms are selected: a packing needs at least one particle")
+        self.group = atoms if isinstance(atoms, UpdatingAtomGroup) else atoms.atoms
         self._given, self._model = (radii, units, params), model
         self._box = None if box is None else plane_box("box", box)
         self._relaxed = relaxed
-        self._types = _types(self.group, radii)
-        bonds = _bonds(self.group)
-        self._rings = rings_of_bonds(bonds, len(self.group)) if len(bonds) and model != "sp" else None
-        residues = _attribute(self.group.residues, "rest_areas", None)
-        self._a0 = None if residues is None else self.group.rest_areas
-        self._lines = _lines(self.group)
-        self._fixed = _attribute(self.group, "fixed_flags", None)
-        self._perimeters = _attribute(self.group, "perimeters", None)
-        own = _attribute(self.group, "radii", None)
-        self._own_radius = None if own is None else np.asarray(own, dtype=np.float64)
-        self._radius = self._own_radius if radii is None else None
         if self.trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
             raise InputError(
                 f"{_source(self.trajectory)} is a GSD file: give jamlab.universe(path), or jamlab.read_all"
             )
+        self._read_topology()
+
+    def _read_topology(self) -> None:
+        """What does not change from frame to frame, of the atoms of the group; one that is updated has others."""
+        group, (radii, *_) = self.group, self._given
+        self._read = group.ix.copy()
+        if not len(group):
+            raise InputError("no atoms are selected: a packing needs at least one particle")
+        named, counts = np.unique(self._read, return_counts=True)
+        if (counts > 1).any():
+            raise InputError(f"the group has atom {named[counts > 1][0]} twice: give `group.unique`")
+        self._types = _types(group, radii)
+        bonds = _bonds(group)
+        self._rings = rings_of_bonds(bonds, len(group)) if len(bonds) and self._model != "sp" else None
+        residues = _attribute(group.residues, "rest_areas", None)
+        self._a0 = None if residues is None else group.rest_areas
+        self._lines = _lines(group)
+        self._fixed = _attribute(group, "fixed_flags", None)
+        self._perimeters = _attribute(group, "perimeters", None)
+        own = _attribute(group, "radii", None)
+        self._own_radius = None if own is None else np.asarray(own, dtype=np.float64)
+        self._radius = self._own_radius if radii is None else None
 
     def packing(self) -> Packing:
         """Convert the present frame. Errors as in `from_universe`."""
         step = self.trajectory.ts
+        if not np.array_equal(self.group.ix, self._read):
+            try:
+                self._read_topology()
+            except InputError as failure:
+                raise type(failure)(f"frame {step.frame}: {failure}") from failure
         positions = self.group.positions.astype(np.float64)
         box = _box(self.trajectory) if self._box is None else self._box
         error = _FLOAT32 * max(float(np.abs(positions).max()), float(np.abs(box).sum()))
@@ -289,7 +305,7 @@ def from_universe(
     relaxes every frame first. `jamlab.read` keeps all digits of LAMMPS files.
 
     Args:
-        u: Universe, or an AtomGroup of it.
+        u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
         radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default: as in the Universe.
         units: "eps" or "k", see `Packing`; default: as in the Universe, or "eps".
         params: parameters of the force law, see `Packing`; `a0` may be one number.
@@ -370,7 +386,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     moduli are refused unless `relaxed=True`, and z and rattlers are nan where rounding could open or close a contact.
 
     Args:
-        u: Universe, or an AtomGroup of it.
+        u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
         quantities: names as in `jamlab.measure`, or psi_6, psi_6_overall.
         relaxed: relax every frame first.
         reading: radii, units, params and box, as in `jamlab.from_universe`.

@@ -74,6 +74,31 @@ def test_a_part_of_a_universe():
         jamlab.from_universe(u.select_atoms("resid 99"))
 
 
+def test_a_group_that_is_updated_has_other_particles_in_each_frame():
+    """From own sums over the disks of the left half; a group keeps its disks otherwise."""
+    rng, box = np.random.default_rng(3), 9.0 * np.eye(2)
+    sizes = rng.choice([1.0, 1.4], 12)
+    frames = [
+        jamlab.Packing("sp", box, rng.random((12, 2)) * 9, {"k": 1.0}, "k", sizes, fixed=np.arange(12) < 5)
+        for _ in range(3)
+    ]
+    u = jamlab.universe(frames)
+    updated, kept = (u.select_atoms("prop x < 4.5", updating=each) for each in (True, False))
+    inside = [np.flatnonzero(p.positions[:, 0] < 4.5) for p in frames]
+    assert len({tuple(each) for each in inside}) > 1
+    for p, q, own in zip(frames, jamlab.from_universe(updated), inside, strict=True):
+        assert np.allclose(q.positions, p.positions[own], atol=1e-5)
+        assert (q.fixed == p.fixed[own]).all() and np.allclose(q.diameters, sizes[own])
+    right = [
+        jamlab.measure(p.select(np.isin(np.arange(12), o)), "rho")["rho"] for p, o in zip(frames, inside, strict=True)
+    ]
+    phi = jamlab.PackingAnalysis(updated, "rho").run().results.rho
+    assert np.allclose(phi, right, rtol=1e-4)
+    assert all((q.diameters == sizes[inside[0]]).all() for q in jamlab.from_universe(kept))
+    with pytest.raises(jamlab.InputError, match="atom 0 twice"):
+        jamlab.from_universe(u.atoms + u.atoms[:2])
+
+
 def test_a_ring_around_the_box_is_no_droplet():
     u = bare([[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]], [3, 3, 1, 90, 90, 90])
     u.add_TopologyAttr("bonds", [(0, 1), (1, 2), (2, 0)])

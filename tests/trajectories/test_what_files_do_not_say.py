@@ -169,6 +169,35 @@ def noticed(path, **given):
     return read, said
 
 
+def test_a_file_of_jamlab_that_ends_within_its_last_line_is_not_read(tmp_path):
+    """Each disk has its own diameter, in the last lines of a data file: 1.32 instead of 1.3246 is another packing."""
+    rng = np.random.default_rng(1)
+    p = jamlab.Packing("sp", 12 * np.eye(2), rng.random((70, 2)) * 12, {"k": 1.0}, "k", 1 + rng.random(70))
+    for name in ("p.data", "p.dump", "p.xyz"):
+        path = tmp_path / name
+        jamlab.write(path, p)
+        whole = path.read_bytes()
+        for end in (1, 2, 4, 9, 20):
+            path.write_bytes(whole[:-end])
+            with pytest.raises(StorageError, match="cut off"):
+                jamlab.read(path)
+
+
+def test_a_data_file_that_holds_fewer_bonds_than_it_announces_is_cut_off(tmp_path):
+    """The last droplet, without bonds, would be single disks."""
+    rows = [(k + 1, k // 4 + 1, 1, 3 * (k // 4) + (k % 4 in (1, 2)), k % 4 > 1, 0) for k in range(8)]
+    bonds = [f"{k + 1} 1 {k + 1} {4 * (k // 4) + (k + 1) % 4 + 1}" for k in range(8)]
+    for held in (8, 4, 0):
+        tail = "\nBonds\n\n" + "\n".join(bonds[:held]) + "\n" if held else ""
+        path = data(tmp_path / "d.data", rows, "Atoms # bond", tail, types=1)
+        path.write_text(path.read_text().replace("1 atom types", "8 bonds\n1 atom types"))
+        if held == 8:
+            assert jamlab.read(path, params={"a0": 1.0}).n == 2
+        else:
+            with pytest.raises(StorageError, match=f"announces 8 bonds and holds {held}"):
+                jamlab.read(path, radii=0.5)
+
+
 def test_frames_before_the_end_of_a_file_are_read_with_a_warning(tmp_path):
     """Wherever a dump of three frames ends: what is read is whole, and nothing is missing without a word."""
     whole = "".join(frame("id type x y z radius", PLAIN, step) for step in (0, 100, 200))
