@@ -13,7 +13,7 @@ from typer.exceptions import TyperException
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
 from jamlab.cli.interruption import last_line, stopping_signal
-from jamlab.errors import JamlabError, naming_options
+from jamlab.errors import InputError, JamlabError, naming_options
 from jamlab.habits import AGAIN, LIMITS, SHELL
 from jamlab.habits import COMMANDS as HABITS
 from jamlab.hints import meant, misspelt
@@ -105,6 +105,8 @@ class OwnCommand(TyperCommand):
         """Read the words of the command."""
         given = list(args)
         try:
+            *_, order = self.make_parser(ctx).parse_args(args=list(args))
+            self._check_once(order)
             return super().parse_args(ctx, args)
         except TyperException as error:
             if type(error) is typer.BadParameter and not any(word in error.message for word in given):
@@ -113,6 +115,13 @@ class OwnCommand(TyperCommand):
                 error.possibilities = None  # names that look alike, whatever they mean
                 error.message += f"; {self._option_meant(name)}"
             raise
+
+    @staticmethod
+    def _check_once(order: list[Any]) -> None:
+        """Refuse an option that is given again, of which one value would be ignored. `order`: of the options given."""
+        for k, each in enumerate(order):
+            if each in order[:k] and not each.multiple and not each.is_flag:
+                raise InputError(f"{each.opts[0]} is given twice: give one value")
 
     def _option_meant(self, name: str) -> str:
         """What to use instead of an option that the command does not have."""

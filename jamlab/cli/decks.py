@@ -152,13 +152,16 @@ def _path_of(name: str) -> Path:
 
 
 def _options(words: list[str]) -> Iterator[tuple[str, str]]:
-    rest = iter(words)
+    rest, seen = iter(words), set()
     for word in rest:
         name, equals, text = word.removeprefix("--").partition("=")
         value = text if equals else next(rest, None)
         if not word.startswith("--") or value is None:
             raise InputError(f"{word}: give a variable of the deck as --NAME VALUE")
-        yield name.replace("-", "_"), value
+        if (variable := name.replace("-", "_")) in seen:
+            raise InputError(f"--{name} is given twice: give one value")
+        seen.add(variable)
+        yield variable, value
 
 
 def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[str, Any]:

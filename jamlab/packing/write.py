@@ -51,7 +51,6 @@ def write(
         >>> jamlab.read("onset.data").n, len(jamlab.read_all("sweep.h5")) > 1
         (16, True)
     """
-    check_ending(path, *_KINDS)
     kind, ending = kind_of(path), Path(path).suffix.lower()
     if observables and kind != "packings":
         raise InputError(f"observables {', '.join(observables)}: a {ending} file holds none, write HDF5, such as x.h5")
@@ -76,7 +75,8 @@ def write(
 
 
 def kind_of(path: FilePath) -> str:
-    """The format that a name promises: of `FORMATS`."""
+    """The format that a name promises, of `FORMATS`; another than those of packings is refused."""
+    check_ending(path, *_KINDS)
     ending = Path(path).suffix.lower()
     return next((kind for kind in _KINDS if ending in FORMATS[kind]), begins_as(path) or "packings")
 

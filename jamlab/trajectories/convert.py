@@ -51,9 +51,10 @@ def convert(source: FilePath, target: FilePath, frame: int | None = None, **read
         >>> convert("a.h5", "b.h5").lost, convert("a.h5", "b.dump").lost
         ((), ('provenance', 'observables rho, z'))
     """
+    kind = kind_of(target)
     packings = read_all(source, **reading) if frame is None else [read(source, frame, **reading)]
     records, observables = _beside(source) if is_hdf5(source) else ([], {})
-    if kind_of(target) != "packings":
+    if kind != "packings":
         lost = write(target, packings) or ()
         named = [f"observables {', '.join(sorted(observables))}"] if observables else []
         return Converted(packings, (*lost, *named, *records))

@@ -168,6 +168,29 @@ def test_what_is_given_and_not_used_is_refused_by_name(asked, line, flag):
     assert said.startswith("error: ") and said.count("\n") == 1 and f"{flag} is used only" in said and not log, said
 
 
+@pytest.mark.parametrize(
+    ("line", "flag"),
+    [
+        ("pack -n 8 --pressure 1e-2 --n 10", "--n"),
+        ("jam --seed 1 --seed=2", "--seed"),
+        ("shear p.h5 --rate 0.1 --rate 0.2", "--rate"),
+        ("compress p.h5 --to 0.9 --first-step 0.001 --nearest 0.002", "--first-step"),
+        ("deck in.sp.jam --n 16 --n=32", "--n"),
+    ],
+)
+def test_an_option_of_one_value_is_given_once(asked, line, flag):
+    said, log = asked(*line.split())
+    assert said == f"error: {flag} is given twice: give one value\n" and not log
+
+
+def test_flags_and_options_of_several_values_may_be_repeated(asked):
+    for line in (
+        "flow-curve p.h5 --rate 0.1 --rate 0.2 --json --json",
+        "pack -n 8 --phi 0.7 --law k=2 --law exponent=3",
+    ):
+        assert "twice" not in asked(*line.split())[0]
+
+
 READING = {name for name, command in COMMANDS.items() if name not in APART} - {"jam", "pack", "demo"}
 
 

@@ -248,6 +248,17 @@ def test_wrapped_droplets_with_edges_longer_than_half_the_box_are_refused_by_nam
         jamlab.from_universe(u)
 
 
+def test_what_is_no_format_of_packings_is_not_written(tmp_path):
+    """Whatever the source: a table is no HDF5 by another name."""
+    p = jamlab.Packing("sp", 3 * np.eye(2), [[1.0, 1.0]], {"k": 1.0}, "k", [1.0])
+    for source in ("p.h5", "p.xyz"):
+        jamlab.write(tmp_path / source, p)
+        for name in ("q.csv", "q.png", "q.gsd"):
+            with pytest.raises(jamlab.InputError, match="name a file that ends in"):
+                convert(tmp_path / source, tmp_path / name)
+            assert not (tmp_path / name).exists()
+
+
 def test_converting_keeps_observables_and_records_or_names_them(tmp_path):
     p = jamlab.pack(n=16, pressure=1e-2, seed=1)
     run = jamlab.shear(p, rate=1.0, strain=0.02, n_rows=3, path=tmp_path / "run.h5")

@@ -185,7 +185,7 @@ def test_a_file_of_jamlab_that_ends_within_its_last_line_is_not_read(tmp_path):
 
 def test_a_data_file_that_holds_fewer_bonds_than_it_announces_is_cut_off(tmp_path):
     """The last droplet, without bonds, would be single disks."""
-    rows = [(k + 1, k // 4 + 1, 1, 3 * (k // 4) + (k % 4 in (1, 2)), k % 4 > 1, 0) for k in range(8)]
+    rows = [(k + 1, k // 4 + 1, 1, 3 * (k // 4) + (k % 4 in (1, 2)), int(k % 4 > 1), 0) for k in range(8)]
     bonds = [f"{k + 1} 1 {k + 1} {4 * (k // 4) + (k + 1) % 4 + 1}" for k in range(8)]
     for held in (8, 4, 0):
         tail = "\nBonds\n\n" + "\n".join(bonds[:held]) + "\n" if held else ""
