@@ -37,7 +37,8 @@ _NAMES = {  # of columns of tables, by what programs call them
     **{"position_x": "x", "position_y": "y", "position_z": "z"},  # TrackMate
 }
 # columns that number the states of one table
-_FRAMES = ("frame", "slice", "step", "timestep", "time", "position_t", "imagenumber")
+_NAMED_FRAMES = ("image", "snapshot")  # by number or by the name of a file
+_FRAMES = ("frame", "slice", "step", "timestep", "time", "position_t", "imagenumber", *_NAMED_FRAMES)
 _PARTICLES = ("particle", "track_id", "id")  # columns that name a particle in all states, the surest first
 _UNIT = re.compile(r"\s*[\[(/].*")  # behind the name of a column
 _KEYS = re.compile(r'([^\s="]+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
@@ -129,7 +130,10 @@ def _states(columns: Columns) -> Iterator[Columns]:
             numbered = "t"
         elif "type" not in columns:
             columns = columns.renamed("t", "type")
-    clock = np.zeros(len(columns)) if numbered is None else columns.numbers(numbered)
+    if numbered in _NAMED_FRAMES and not _is_number(columns.words(numbered)):
+        clock = np.unique(columns.words(numbered), return_inverse=True)[1].astype(np.float64)
+    else:
+        clock = np.zeros(len(columns)) if numbered is None else columns.numbers(numbered)
     for value in dict.fromkeys(clock.tolist()):
         state = columns.taken(clock == value)
         for other in (name for name in _FRAMES if name in columns and name != numbered):

@@ -169,6 +169,14 @@ def noticed(path, **given):
     return read, said
 
 
+@pytest.mark.parametrize(("column", "values"), [("Image", "12"), ("snapshot", "73"), ("image", ("a.png", "b.png"))])
+def test_disks_of_several_pictures_are_several_states(tmp_path, column, values):
+    rows = [f"{value},{k},{1 + 2 * k},{r}" for value, r in zip(values, (0.5, 0.7), strict=True) for k in range(3)]
+    (tmp_path / "t.csv").write_text(f"{column},x,y,radius\n" + "\n".join(rows) + "\n")
+    read = jamlab.read_all(tmp_path / "t.csv", box=[9, 9], **GIVEN)
+    assert [(p.n, p.diameters[0]) for p in read] == [(3, 1.0), (3, 1.4)]
+
+
 def test_a_file_of_jamlab_that_ends_within_its_last_line_is_not_read(tmp_path):
     """Each disk has its own diameter, in the last lines of a data file: 1.32 instead of 1.3246 is another packing."""
     rng = np.random.default_rng(1)
