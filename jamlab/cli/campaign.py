@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jamlab.cli.commands import Once
 from jamlab.cli.console import err_console, print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json, written_as
@@ -33,7 +34,7 @@ Only = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Name of a 
 Count = Annotated[int | None, typer.Option(help="Number of worker processes; default: all cores.")]
 
 
-@app.command(epilog="Example: jamlab campaign new campaign.toml")
+@app.command(cls=Once, epilog="Example: jamlab campaign new campaign.toml")
 def new(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.", callback=written_as("campaign"))
@@ -54,7 +55,7 @@ def new(
     print_note(f"wrote {file}; next: jamlab campaign plan {file}")
 
 
-@app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
+@app.command(cls=Once, epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
     """Count tasks and estimate time and disk space of the remaining tasks.
 
@@ -100,7 +101,7 @@ def _format_size(size: int | None) -> str:
     return "?" if size is None else f"{size / 1e6:.1f} MB"
 
 
-@app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
+@app.command(cls=Once, epilog="Example: jamlab campaign run campaign.toml --workers 2")
 def run(
     file: Where,
     out: Folder = None,
@@ -147,7 +148,7 @@ def run(
     raise typer.Exit(1 if ran.failed else 0)
 
 
-app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+app.command("resume", cls=Once, epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 
 def _share(text: str) -> tuple[int, int]:
@@ -175,7 +176,7 @@ def _describe(campaign: "Campaign", only: list[str] | None) -> str:
     return f"{finished} of {len(names)} tasks are finished in {campaign.folder.path}{again}"
 
 
-@app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
+@app.command(cls=Once, epilog="Example: jamlab campaign status campaign.toml --verify")
 def status(
     file: Where,
     out: Folder = None,
@@ -209,7 +210,7 @@ def status(
         print_line(line)
 
 
-@app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --table states")
+@app.command(cls=Once, epilog="Example: jamlab campaign export campaign.toml --to tables --table states")
 def export(
     file: Where,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("tables"),

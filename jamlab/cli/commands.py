@@ -98,15 +98,25 @@ _OF_TOPICS = {
 TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.split()}
 
 
-class OwnCommand(TyperCommand):
+class Once(TyperCommand):
+    """A command that refuses an option given again, of which one value would be ignored."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words of the command."""
+        *_, order = self.make_parser(ctx).parse_args(args=list(args))
+        for k, each in enumerate(order):
+            if each in order[:k] and not each.multiple and not getattr(each, "is_flag", False):
+                raise InputError(f"{each.opts[0]} is given twice: give one value")
+        return super().parse_args(ctx, args)
+
+
+class OwnCommand(Once):
     """A command whose help lists its options by topic, and that says what to use for options typed from habit."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words of the command."""
         given = list(args)
         try:
-            *_, order = self.make_parser(ctx).parse_args(args=list(args))
-            self._check_once(order)
             return super().parse_args(ctx, args)
         except TyperException as error:
             if type(error) is typer.BadParameter and not any(word in error.message for word in given):
@@ -115,13 +125,6 @@ class OwnCommand(TyperCommand):
                 error.possibilities = None  # names that look alike, whatever they mean
                 error.message += f"; {self._option_meant(name)}"
             raise
-
-    @staticmethod
-    def _check_once(order: list[Any]) -> None:
-        """Refuse an option that is given again, of which one value would be ignored. `order`: of the options given."""
-        for k, each in enumerate(order):
-            if each in order[:k] and not each.multiple and not each.is_flag:
-                raise InputError(f"{each.opts[0]} is given twice: give one value")
 
     def _option_meant(self, name: str) -> str:
         """What to use instead of an option that the command does not have."""

@@ -176,6 +176,7 @@ def test_what_is_given_and_not_used_is_refused_by_name(asked, line, flag):
         ("shear p.h5 --rate 0.1 --rate 0.2", "--rate"),
         ("compress p.h5 --to 0.9 --first-step 0.001 --nearest 0.002", "--first-step"),
         ("deck in.sp.jam --n 16 --n=32", "--n"),
+        ("campaign run c.toml --share 1/2 --share 2/2", "--share"),
     ],
 )
 def test_an_option_of_one_value_is_given_once(asked, line, flag):
