@@ -52,6 +52,10 @@ INSTEAD = {
     ),
 }
 
+# file formats and programs in names such as read_data or to_numpy
+_FORMATS = ("data dump lammps xyz extxyz hdf5 h5 npz npy json vtk gsd pdb ase ovito file trajectory snapshot "
+            "configuration packing packings").split()  # fmt: skip
+_PICTURES = ("tiff tif png jpg jpeg image images picture pictures mask masks labels stack nd2 czi lif avi").split()
 _RUN = {
     "QuasistaticShear": "`jamlab.flow_curve({p}, rates)`",
     "ShearRun": "`stress / rate`",
@@ -59,26 +63,29 @@ _RUN = {
     "FlowCurve": "`stress / rates`",
     "HerschelBulkley": "`stress / rates`",
 }
-_NOT_HERE = dict.fromkeys((MODULE, SHELL, "Packing", "pack", "jam", "shear", "compress", "scene"), LIMITS)
+_NOT_HERE = dict.fromkeys((MODULE, SHELL, "Packing", "Contacts", "ContactForces", "pack", "jam", "shear", "compress",
+            "scene"), LIMITS)
 _SPECTRUM = "`jamlab.complex_modulus({p}, omega).%s`"
 _QUASISTATIC = "`jamlab.quasistatic_shear({p}, strain)`"
 _SPECTRA_OF_MODES = "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"
 
 CONCEPTS = (
     # oscillation
-    Concept("Gp gp gprime g_prime G_prime Gprime G1 storage_modulus storage_mod elastic elastic_part", "storage",
+    Concept("Gp gp gprime g_prime G_prime Gprime G1 storage_modulus storage_mod elastic elastic_part real real_part",
+            "storage",
             _SPECTRUM % "storage"),
     Concept("Gpp gpp gdoubleprime g_double_prime G_double_prime Gdoubleprime G2 loss_modulus loss_mod viscous "
-            "viscous_part", "loss",
+            "viscous_part imag imaginary imaginary_part", "loss",
             _SPECTRUM % "loss"),
-    Concept("gstar Gstar G_star g_star complex complex_shear_modulus dynamic_modulus viscoelastic_modulus G_complex",
+    Concept("gstar Gstar G_star g_star complex complex_shear_modulus dynamic_modulus dynamic_moduli "
+            "viscoelastic_modulus G_complex",
             "", "`jamlab.complex_modulus({p}, omega)`",
             {**dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`storage + 1j * loss`"),
              "RelaxationSpectrum": "`modulus(omega)`"}),
     Concept("abs modulus magnitude", "modulus", "`jamlab.shear_modulus({p})`",
             {**dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`abs(storage + 1j * loss)`"),
              "ElasticTensor": "`relaxed`, or `jamlab.shear_modulus(packing)`"}),
-    Concept("tan_delta tandelta loss_tangent loss_factor", "", _SPECTRUM % "loss",
+    Concept("tan_delta tandelta tand loss_tangent loss_factor", "", _SPECTRUM % "loss",
             dict.fromkeys(("ComplexModulus", "NonlinearModulus", "Oscillation"), "`loss / storage`")),
     Concept("phase phase_angle phase_lag delta", "", "",
             {**dict.fromkeys(("ComplexModulus", "NonlinearModulus"), "`np.arctan2(loss, storage)`"),
@@ -94,7 +101,7 @@ CONCEPTS = (
             {**_RUN, "ComplexModulus": "`eta0`, `eta_inf` or `loss / omega`", "NonlinearModulus": "`loss / omega`",
              "RelaxationSpectrum": "`eta0`", "Oscillation": "`loss / omega`"}),
     Concept("eta_0 zero_shear_viscosity", "eta0", _SPECTRUM % "eta0"),
-    Concept("tau relaxation_time relaxation_times taus times_of_relaxation lifetime", "tau_star tau", "",
+    Concept("tau relaxation_time relaxation_times terminal_time taus times_of_relaxation lifetime", "tau_star tau", "",
             {MODULE: "`jamlab.complex_modulus(packing, omega).tau_star`", "RelaxationSpectrum": "`1 / rates`",
              "ComplexModulus": "`tau_star`, or `spectrum.rates` of all elements", "ModeCharacter": "`1 / rates`"}),
     Concept("relaxation_spectrum spectra_of_times", "spectrum", _SPECTRUM % "spectrum"),
@@ -125,9 +132,10 @@ CONCEPTS = (
             "`jamlab.scaling_collapse(pressures, spectra)`"),
     Concept("correlation_length xi", "length", "`jamlab.displacement_correlation({p}, omega).length`"),
     # flow
-    Concept("sigma tau_xy shear_stress sigma_xy sxy s_xy", "stress", "`jamlab.evaluate({p}).stress`",
+    Concept("tau_xy shear_stress sigma_xy sxy s_xy xy_stress", "stress", "`jamlab.evaluate({p}).stress`"),
+    Concept("sigma tau", "stress", "`jamlab.evaluate({p}).stress`",
             {"Packing": "`diameters`, or `jamlab.evaluate({p}).stress`"}),
-    Concept("stress stresses stress_tensor virial cauchy_stress normal_stress virial_stress sigma_ij", "stress",
+    Concept("stress stresses stress_tensor virial pressure_tensor cauchy_stress virial_stress sigma_ij", "stress",
             "`jamlab.evaluate({p}).stress`"),
     Concept("gamma strain shear_strain total_strain gamma_max max_strain strains final_strain",
             "strain strain_asked amplitude"),
@@ -138,6 +146,8 @@ CONCEPTS = (
     Concept("N1 n1 first_normal_stress first_normal_stress_difference normal_stress_differences",
             "normal_stress_difference",
             "`jamlab.shear({p}, rate).normal_stress_difference`"),
+    Concept("normal_stress normal_stresses", "", "`jamlab.evaluate({p}).stress`",
+            dict.fromkeys(("FlowRun", "FlowCurve"), "`pressure` and `normal_stress_difference`")),
     Concept("p P pressures pressure press", "pressure pressures", "`jamlab.measure({p}, 'pressure')['pressure']`",
             {"jam": "`jamlab.pack(n, pressure)`, which makes packings at a pressure", "jamlab jam": "`jamlab pack`",
              "scene": "`jamlab.pack(n, pressure)`",
@@ -151,19 +161,22 @@ CONCEPTS = (
     Concept("steady_state steady_shear flow_sweep flowcurve flow flow_curves constitutive", "steady",
             "`jamlab.flow_curve({p}, rates)`"),
     Concept("overshoot stress_overshoot maximum max max_stress peak_stress", "peak"),
-    Concept("plateau plateau_stress", "steady"),
+    Concept("plateau plateau_stress flow_stress", "steady g0"),
     Concept("movie animate animation video write_movie", "", "`jamlab.write_movie(run, path)`",
-            dict.fromkeys(("Packing", "Contacts"), "`jamlab.write_movie(run, path)` of a flow")),
+            {**dict.fromkeys(("Packing", "Contacts"), "`jamlab.write_movie(run, path)` of a flow"),
+            "Modes": "`plot()`"}),
     Concept("yield_stress sigma_y tau_y tau0 tau_0 sigma0", "yield_stress",
             "`jamlab.flow_curve({p}, rates).herschel_bulkley()`",
             {"FlowCurve": "`herschel_bulkley().yield_stress`", "ShearRun": "`steady()`, or `peak` for the overshoot"}),
     Concept("yield_strain yielding yield_point", "", _QUASISTATIC + ", where the stress levels off",
             {"ShearRun": "`peak`"}),
-    Concept("herschel_bulkley hb HB herschel_bulkley_fit fit_herschel_bulkley yield_stress_fit", "herschel_bulkley",
+    Concept("herschel_bulkley hb HB herschel_bulkley_fit fit_herschel_bulkley yield_stress_fit "
+            "fit_hb hb_fit bingham casson power_law power_law_fit fit_flow_curve", "herschel_bulkley",
             "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
-    Concept("n index flow_index power", "exponent", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
-    Concept("k K consistency_index", "consistency"),
-    Concept("startup startup_shear start_up simulate simple_shear lees_edwards steady_shearing bubble_model durian "
+    Concept("n index flow_index power exponent", "exponent", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
+    Concept("k K consistency consistency_index", "consistency", "", {"FlowCurve": "`herschel_bulkley().consistency`"}),
+    Concept("startup startup_shear start_up simulate simple_shear lees_edwards stress_growth steady_shearing "
+            "bubble_model durian "
             "couette deform strain_controlled strain_controlled_shear constant_rate", "", "`jamlab.shear({p}, rate)`"),
     Concept("aqs AQS athermal_quasistatic quasistatic avalanches plastic_events rearrangements shear_quasistatic "
             "stress_drop T1 t1 t1_events stress_drops", "events plastic_events", _QUASISTATIC),
@@ -190,25 +203,29 @@ CONCEPTS = (
     Concept("young_modulus youngs_modulus young E elasticity stiffness elastic_moduli elastic_constants "
             "elastic_modulus stiffness_tensor "
             "stiffness_matrix lame", "", "`jamlab.elastic_tensor({p}).to_dataframe()`",
-            {"ElasticTensor": "`to_dataframe()`"}),
+            {"Contacts": "`packing.params` of the law of force, or `jamlab.hessian(packing)`",
+            "ElasticTensor": "`to_dataframe()`"}),
     Concept("poisson poisson_ratio poissons_ratio", "",
             "`jamlab.elastic_tensor({p}).to_dataframe()['nu']`", {"ElasticTensor": "`to_dataframe()['nu']`"}),
     Concept("voigt C c_ijkl cij tensor C_ijkl", "relaxed", "`jamlab.elastic_tensor({p}).relaxed`",
             {"ElasticTensor": "`relaxed`, or `to_dataframe()` in Voigt's notation"}),
     Concept("born born_modulus affine_modulus", "affine", "`jamlab.shear_modulus({p}, 'affine')`"),
     Concept("modes dos vdos density_of_states normal_modes eigenmodes eigenvalues phonons spectrum_of_modes "
-            "vibrational_modes density soft_modes soft_spots quasilocalized quasilocalised low_frequency_modes",
+            "vibrational_modes density D D_omega boson_peak omega_star w_star diagonalize eigh eig eigsh soft_modes "
+            "soft_spots quasilocalized quasilocalised low_frequency_modes",
             "frequencies eigenvalues", _SPECTRA_OF_MODES),
-    Concept("values eigenvals eigs w2 omega2 lowest", "eigenvalues"),
-    Concept("eigenvectors displacement displacements eigvecs mode polarization polarizations mode_shapes",
+    Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
+    Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
+            "mode_shapes",
             "vectors displacements",
-            "`jamlab.lowest_modes({p}).vectors`"),
+            "`jamlab.lowest_modes({p}).vectors`, or `jamlab.track_droplets(source)` of pictures"),
     Concept("participation mode_participation localization localisation participation_ratio participation_ratios "
-            "ipr", "", "`jamlab.lowest_modes({p}).vectors`",
+            "ipr pr", "", "`jamlab.lowest_modes({p}).vectors`",
             {"Modes": "`vectors`, of which it is a mean"}),
-    Concept("hessian dynamical_matrix dynmat stiffness_of_sites force_constants", "",
+    Concept("hessian dynamic_matrix dynamical_matrix dynmat stiffness_of_sites force_constants", "",
             "`jamlab.hessian({p})`, or `jamlab.dynamical_matrices({p})`"),
-    Concept("self_stress self_stresses states_of_self_stress floppy_modes isostatic isostaticity constraint_counting",
+    Concept("self_stress self_stresses states_of_self_stress floppy_modes isostatic isostaticity constraint_counting "
+            "constraints maxwell",
             "self_stress_states isostatic floppy_modes", "`jamlab.maxwell_count({p})`"),
     Concept("pebble_game rigid_cluster rigidity clusters", "sizes", "`jamlab.rigid_clusters({p})`",
             {"Micrograph": "`jamlab.rigid_clusters(m.packing('sp'))`"}),
@@ -216,32 +233,45 @@ CONCEPTS = (
     Concept("coordination coordination_number contact_number mean_contacts z_mean Z", "z z_all",
             "`jamlab.contacts({p}).z`"),
     Concept("z", "z_all", "`jamlab.contacts({p}).z`"),
-    Concept("contacts contact_network contact_list find_contacts neighbor_list neighbour_list bonds",
+    Concept("contacts contact_network contact_list find_contacts neighbor_list neighbour_list pair_list bonds "
+            "adjacency adjacency_matrix",
             "bonds contacts pairs",
             "`jamlab.contacts({p})`"),
     Concept("forces force", "forces on_j", "`jamlab.evaluate({p}).forces`, or `jamlab.contacts({p}).forces`",
             {"Contacts": "`forces`"}),
     Concept("fn f_n normal_force normal_forces contact_forces force_distribution force_chains force_network "
-            "magnitude_of_force f overlap overlaps delta_n indentation", "", "`jamlab.contacts({p}).forces`",
+            "magnitude_of_force force_magnitude f gap gaps overlap overlaps delta delta_n indentation", "",
+            "`jamlab.contacts({p}).forces`",
             {"Contacts": "`forces`, with gap and size", "ContactForces": "`size`, `on_j` or `gap`"}),
-    Concept("i j ids indices pair edges adjacency bonds", "pairs", "", {"ContactForces": "`to_dataframe()`"}),
-    Concept("distances distance separation r_ij normals fabric fabric_tensor vectors lengths length angles", "",
+    Concept("i j ij id1 id2 ids indices pair edges adjacency bonds", "pairs", "",
+            {"ContactForces": "`to_dataframe()`"}),
+    Concept("distances distance separation r_ij normals fabric fabric_tensor vectors angles theta branch "
+            "branch_vectors "
+            "contact_angles directions bond_vectors", "", "`jamlab.contacts({p}).r`", {"Contacts": "`r`, vectors "
+            "between centres"}),
+    Concept("lengths length", "",
             "`jamlab.contacts({p}).r`",
             {"Packing": "`box`, or `jamlab.contacts({p}).r` of contacts", "Contacts": "`r`, vectors between centres"}),
     Concept("rattlers rattler floaters", "rattlers", "`jamlab.contacts({p}).rattlers`"),
-    Concept("jammed unjammed is_jammed stable is_stable", "", "`jamlab.contacts({p}).unjammed`",
+    Concept("jammed unjammed is_jammed stable is_stable unstable mechanically_stable mechanical_stability", "",
+            "`jamlab.contacts({p}).unjammed`",
             {"Contacts": "`not unjammed`", "MaxwellCount": "`floppy_modes == 0`"}),
     Concept("neighbors neighbours n_neighbours n_neighbors nearest_neighbors", "neighbours neighbors pairs",
             "`jamlab.tessellation({p})`, or `jamlab.contacts({p}).pairs`", {"Tessellation": "`sides`"}),
-    Concept("voronoi voronoi_cells cells delaunay", "cells", "`jamlab.tessellation({p})`"),
-    Concept("rdf g_r gr pair_correlation radial_distribution structure_factor sq S_q to_ase pair_distribution "
+    Concept("voronoi voronoi_cells cells delaunay tessellation triangulation delaunay_triangulation free_volume "
+            "free_area", "cells",
+            "`jamlab.tessellation({p})`"),
+    Concept("rdf g_r gr g_of_r s_of_q pair_correlation radial_distribution radial_distribution_function "
+            "pair_distribution_function structure_factor sq S_q to_ase pair_distribution "
             "to_ovito to_freud ovito freud", "",
             "`jamlab.universe({p})` for MDAnalysis, or `jamlab.write(path, {p})` for freud and OVITO"),
     Concept("psi6 psi_6 hexatic bond_order boo steinhardt bond_angles bond_orientational_order hexatic_order "
             "orientational_order", "local psi_6",
             "`jamlab.hexatic_order({p})`"),
     Concept("circularity shape_factor shape_index asphericity deformation anisotropy shape", "shape",
-            "`jamlab.shape_factors({p})`"),
+            "`jamlab.shape_factors({p})`",
+            {"Contacts": "`r`: the fabric is the mean of its directions", "Packing": "`jamlab.shape_factors({p})`, "
+             "`jamlab.evaluate({p}).stress`, or `jamlab.contacts({p}).r` for the fabric"}),
     Concept("area areas cell_areas polygon_area particle_area", "areas area", "`jamlab.particle_areas({p})`",
             {"Packing": "`polygon_areas`, or `jamlab.particle_areas({p})`",
              "FlowRun": "`jamlab.particle_areas(packing)`"}),
@@ -255,28 +285,51 @@ CONCEPTS = (
              "jamlab jam": "`jamlab compress`, from onset", "jamlab pack": "`--pressure`, or `jamlab compress`",
              "FlowRun": "`jamlab.packing_fraction(packing)`"}),
     Concept("jamming_point phi_j phi_c phi_J find_jamming onset jamming jamming_onset phi_jam rcp "
+            "critical_density critical_packing_fraction jamming_density jamming_fraction "
             "random_close_packing", "onset",
             "`jamlab.jam(n).phi`"),
+    Concept("void_fraction porosity", "", "`1 - jamlab.packing_fraction({p})`", {"Micrograph": "`1 - rho`"}),
     Concept("void pores holes pore_sizes", "voids", "`jamlab.voids({p})`"),
+    Concept("z_iso isostatic_z", "isostatic", "`jamlab.contacts({p}).isostatic`, the contacts needed"),
+    Concept("excess_coordination delta_z dz excess_contacts z_excess", "", "`jamlab.contacts({p})`: 2 (n_contacts - "
+            "isostatic) / n_backbone", {"Contacts": "`2 * (n_contacts - isostatic) / n_backbone`"}),
+    Concept("rattler_fraction fraction_of_rattlers f_r", "", "`jamlab.contacts({p}).rattlers.mean()`",
+            {"Contacts": "`rattlers.mean()`"}),
+    Concept("backbone rigid_backbone", "n_backbone", "`jamlab.remove_rattlers({p})`"),
+    Concept("zero_modes n_zero n_zero_modes null_modes", "", "`jamlab.count_zero_modes({p})`"),
     # particles
+    Concept("polydispersity dispersity size_dispersity", "", "", {"Packing": "`diameters.std() / diameters.mean()`",
+            "Micrograph": "`areas`"}),
+    Concept("sizes size size_distribution size_ratio radii_ratio bidispersity diameter_ratio", "diameters areas"),
+    Concept("eps epsilon k kn ka stiffness spring_constant exponent stickiness force_law law_parameters", "", "",
+            {"Packing": "`params`, the parameters of the law of force"}),
+    Concept("strain gamma shear_strain", "", "", {"Packing": "`box`, whose rows are its edges, or `params`"}),
+    Concept("ids id indices tags particle_ids", "", "", {"Packing": "`positions`: particles are counted from 0 in its "
+            "order"}),
+    Concept("dt time timestep", "", "", {"Packing": "`jamlab.shear({p}, rate)`: a packing is at rest, without time"}),
     Concept("radii radius r_i R sizes_of_particles", "diameters", "`jamlab.particle_areas({p})`",
             {**dict.fromkeys(("pack", "jam"), "`sizes`, diameters in any unit"),
              "Packing": "`disk_diameters / 2`", "Micrograph": "`np.sqrt(areas / np.pi)`"}),
     Concept("diameter diameters equivalent_diameter equivalent_diameters d", "diameters",
             "`jamlab.particle_areas({p})`", {**dict.fromkeys(("pack", "jam"), "`sizes`"),
              "Micrograph": "`np.sqrt(4 * areas / np.pi)`"}),
-    Concept("centers centres centroids xy positions coords coordinates pos points get_positions wrap x y",
+    Concept("center_of_mass centers_of_mass centers centres centroids xy positions coords coordinates pos points "
+            "get_positions wrap x y",
             "centres positions centroids centroid"),
     Concept("coords pos x wrap arrays", "positions"),
     Concept("polygons vertices contours boundaries outlines edges_of_particles", "outlines", "",
             {"Packing": "`outlines()`", "pack": "`jamlab.jam(n, 'dp', vertices=16)`, of droplets"}),
-    Concept("N num num_particles n_particles natoms n_atoms particles number size num_droplets n_droplets npart count "
-            "num_contacts n",
+    Concept("N num num_particles n_particles natoms n_atoms particles number num_droplets droplet_count droplets "
+            "n_droplets npart count "
+            "num_contacts n nc",
             "n n_contacts count n_particles", "", {"Estimate": "`packings`", "Choice": "`packings`"}),
-    Concept("box_length box_size L", "", "", dict.fromkeys(("pack", "jam"), "`n`: the size of the box follows")),
-    Concept("L cell lattice lx Lx ly Ly box volume boxsize dimensions", "box", "", {"Packing": "`box`, or `area`"}),
+    Concept("box_length box_size L Lx box boxsize side", "", "", dict.fromkeys(("pack", "jam"), "`n`: the size of the "
+            "box follows")),
+    Concept("L cell lattice lx Lx ly Ly box box_length box_size volume boxsize dimensions", "box", "",
+            {"Packing": "`box`, or `area`"}),
     Concept("remove subset mask without keep filter", "select"),
-    Concept("boundary boundaries_of_box periodic pbc boundary_conditions", "walls"),
+    Concept("boundary boundaries_of_box periodic pbc boundary_conditions wall", "walls", "",
+            dict.fromkeys(("pack", "jam"), "`jamlab.with_walls` afterwards: the box is periodic")),
     Concept("n_vertices num_vertices vertices_per_particle", "offsets"),
     Concept("types type species", "", "", {"Packing": "`diameters`: a particle has a size, no type"}),
     Concept("masses mass inertia", "", "`jamlab.shear({p}, rate)`: motion is overdamped, without masses"),
@@ -290,8 +343,35 @@ CONCEPTS = (
     Concept("energy potential_energy energies U total_energy energy_per_particle", "energy",
             "`jamlab.evaluate({p}).energy`"),
     Concept("to_numpy as_array", "", "", {"Packing": "`positions`"}),
+    Concept("elastic_energy strain_energy", "energy", "`jamlab.evaluate({p}).energy`"),
     # files and tables
-    Concept("load open from_file read_file load_hdf5 read_hdf5 read_csv from_lammps read_lammps load_packing io", "",
+    Concept(" ".join(f"{do}_{what}" for do in ("read", "load", "open", "import", "from") for what in _PICTURES), "",
+            "`jamlab.micrograph(picture)`"),
+    Concept(" ".join(f"{do}_{what}" for do in ("read", "load", "open", "import") for what in _FORMATS), "",
+            "`jamlab.read(path)`"),
+    Concept("from_csv read_csv load_csv read_table", "", "", {MODULE: "pandas.read_csv: tables are plain CSV files"}),
+    Concept(" ".join(f"{do}_{what}" for do in ("write", "save", "to", "export", "dump") for what in _FORMATS), "", "",
+            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`write(path)`, or `jamlab.write(path, packings)`"}),
+    Concept("to_excel to_parquet to_latex to_markdown to_string to_records groupby hist histogram head tail iloc loc "
+            "columns index sort_values query median describe rolling pivot merge", "", "",
+            {**dict.fromkeys(("Result", "Micrograph"), "`to_dataframe()`, a table of pandas"),
+             "Campaign": "`table()`, a table of pandas", "Packing": "`jamlab.measure([{p}])`, columns of a table"}),
+    Concept("stress_strain stress_strain_curve curve", "", "", {"FlowRun": "`to_dataframe()[['strain', 'stress']]`, or "
+            "`plot()`", "FlowCurve": "`to_dataframe()`, or `plot()`"}),
+    Concept("energy_drops avalanche_sizes drop_sizes event_sizes", "", "", {"QuasistaticShear": "`events.released`"}),
+    Concept("mu mu_I friction_coefficient macroscopic_friction stress_ratio", "", "",
+            dict.fromkeys(("FlowCurve", "FlowRun"), "`stress / pressure`")),
+    Concept("inertial_number", "", "", {"FlowCurve": "`rates`: motion is overdamped, without inertia", "ShearRun":
+            "`rate`: motion is overdamped, without inertia"}),
+    Concept("Kn harmonic potential potentials hertzian hertz soft_sphere soft_spheres force_law pair_style "
+            "pair_potential interaction", "", "`jamlab.pack(n, pressure)`, whose argument exponent is that of the "
+            "energy",
+            {"Packing": "`law` and `params`"}),
+    Concept("bidisperse binary binary_mixture polydisperse monodisperse", "", "", {MODULE: "the arguments size_ratio "
+            "and sizes of `jamlab.pack` or `jamlab.jam`"}),
+    Concept("run fix unfix pair_coeff thermo", "", "", {MODULE: "`jamlab.Session(packing)`, which takes LAMMPS "
+            "commands"}),
+    Concept("load open from_file read_file load_hdf5 read_hdf5 from_lammps read_lammps load_packing io", "",
             "`jamlab.read(path)`"),
     Concept("read_trajectory trajectory_of_file load_trajectory Trajectory iterread read_frames", "",
             "`jamlab.read_all(path)`"),
@@ -302,63 +382,94 @@ CONCEPTS = (
              "Session": "`jamlab.write(path, {p})`"}),
     Concept("to_dataframe df dataframe table results data to_pandas as_dataframe asdict pandas", "to_dataframe table",
             "`jamlab.measure([{p}])`, a table of observables"),
-    Concept("plot draw show overlay imshow view figure render", "plot", "`{p}.plot()`, or plot() of most results",
+    Concept("overlay", "plot", "`m.draw(path)` of a micrograph m"),
+    Concept("plot draw show imshow view figure render loglog semilogx semilogy scatter quiver contour", "plot",
+            "`{p}.plot()`, or plot() of most results",
             {"Campaign": "`table()` or `aggregate(values)`: a table with plot()", MODULE: "`packing.plot()`, or "
              "`jamlab.synthetic_micrograph(packing)`"}),
     Concept("measure observables compute analyze", "", "`jamlab.measure({p})`"),
     Concept("path filename fname", "", "", {"Campaign": "`file` or `folder`"}),
     # making
-    Concept("quench find_minimum minimize minimise fire FIRE relax relaxation_of_energy energy_minimization", "",
+    Concept("cg sd hftn minimizer conjugate_gradient steepest_descent equilibrate quench find_minimum minimize "
+            "minimise fire FIRE relax relaxation_of_energy "
+            "energy_minimization", "",
             "`jamlab.relax({p})`"),
     Concept("compress isotropic_compression compression sweep inflate swell swelling pressure_sweep", "",
             "`jamlab.compress({p}, to=0.95)`, or `jamlab.pack(n, pressure)` for each pressure"),
     Concept("unjam unload decompression expand", "", "`jamlab.decompress({p}, pressure)`"),
     Concept("box_relax box_relaxation npt variable_cell enthalpy_minimization constant_pressure", "",
             "`jamlab.pack(n, pressure)`, or `jamlab.BoxStrains` in a Session"),
-    Concept("random_packing generate create make_packing make random hertzian hertz make_packings new_packing", "",
+    Concept("random_packing generate create make_packing make random initialize sample initial_configuration "
+            "make_packings new_packing", "",
             "`jamlab.pack(n, pressure)`, or `jamlab.jam(n)` at onset"),
     Concept("emulsion foam soft_disks jammed_packing particles_of_foam", "", "`jamlab.jam(n, model)`, or "
             "`jamlab.pack(n, pressure)`"),
-    Concept("ensemble campaign Campaign job_array run_campaign", "", "`jamlab.open_campaign(path)`, or "
+    Concept("ensemble campaign Campaign job_array run_campaign submit slurm sbatch qsub queue workflow", "",
+            "`jamlab.open_campaign(path)`, or "
             "`jamlab.estimate`"),
     Concept("run batch parallel", "steps run",
             "`jamlab.open_campaign(path)`, or `jamlab.track_droplets(pictures)` of a series"),
     Concept("Simulation simulation Engine lammps", "", "`jamlab.Session({p})`"),
-    Concept("System Box Particles Config Configuration Disks Droplets Snapshot Frame State from_ase", "",
+    Concept("System Box create_box from_arrays from_numpy from_positions Particles Config Configuration Disks "
+            "Droplets Snapshot Frame State from_ase", "",
             "`jamlab.Packing`"),
     # pictures
-    Concept("track link track_particles tracking linking trajectories tracks", "",
+    Concept("track link link_df trackpy track_particles tracking linking trajectories tracks", "",
             "`jamlab.track_droplets(source)`"),
-    Concept("locate segment segmentation detect analyze_image image load_image imread watershed find_droplets "
-            "read_image analyse_image threshold_image force_inference stress_from_image picture regionprops_table",
+    Concept("load_mask read_mask otsu threshold_otsu binarize hough hough_circles "
+            "connected_components cellpose stardist locate segment segmentation detect analyze_image image load_image "
+            "imread watershed find_droplets "
+            "read_image analyse_image threshold_image force_inference stress_from_image picture",
             "picture labels", "`jamlab.micrograph(picture)`"),
     Concept("image frame picture_array raw", "picture"),
     Concept("render render_packing draw_packing", "", "`jamlab.synthetic_micrograph({p})`, or `{p}.plot()`"),
     Concept("gap film_thickness", "film"),
-    Concept("n_labels", "count"),
+    Concept("n_labels num_labels number_of_labels n_objects n_regions", "count"),
     Concept("adjacency network", "touching"),
-    Concept("threshold", "contrast"),
     Concept("summary report confidence errors error", "numbers"),
     Concept("reliability is_reliable reliable good", "quality"),
     Concept("extract", "table"),
-    Concept("label mask regions segmentation_mask label_image", "labels"),
-    Concept("regionprops properties props", "", "", {"Micrograph": "`table()`"}),
-    Concept("pixel_size scale microns_per_pixel um_per_px mpp pixelsize pixel_size_um", "pixel"),
+    Concept("label mask regions segmentation_mask label_image", "labels", "`jamlab.micrograph(labels=picture)`"),
+    Concept("regionprops regionprops_table properties props", "", "`jamlab.micrograph(labels=picture).table()`",
+            {"Micrograph": "`table()`"}),
+    Concept("pixel_size scale microns_per_pixel calibration um_per_px mpp pixelsize pixel_size_um", "pixel"),
     Concept("snr signal_to_noise", "noise"),
-    Concept("intensity brightness", "contrast"),
     Concept("units", "unit unit_names", "", {MODULE: "`packing.unit_names`"}),
     # shell and package
-    Concept("test tests show_versions selftest check_installation doctor", "", "the command `jamlab doctor`"),
+    Concept("lammps_version test tests show_versions selftest check_installation doctor", "", "the command `jamlab "
+            "doctor`"),
     Concept("version VERSION get_version", "__version__", "", {MODULE: "`jamlab.__version__`"}),
-    Concept("exceptions errors Error exception JamlabException error", "", "", {MODULE: "`jamlab.JamlabError`"}),
+    Concept("exceptions errors Error exception JamlabException error JammingError", "", "",
+            {MODULE: "`jamlab.JamlabError`"}),
     Concept("types classes", "", "", {MODULE: "`jamlab.results`"}),
-    Concept("msd MSD drift mean_squared_displacement diffusion", "", "", {MODULE: LIMITS}),
-    Concept("velocity_field strain_field piv", "", "", {MODULE: LIMITS}),
-    Concept("eccentricity", "", "", dict.fromkeys((MODULE, "Micrograph", "Packing"), LIMITS)),
+    Concept("msd MSD imsd emsd mean_squared_displacement diffusion mean_square_displacement drift subtract_drift "
+            "compute_drift van_hove", "",
+            "", {MODULE: LIMITS}),
+    Concept("velocity_field strain_field displacement_field piv dic optical_flow", "", "", {MODULE: LIMITS}),
+    Concept("eccentricity", "", "", dict.fromkeys((MODULE, "Packing"), LIMITS)),
+    Concept("eccentricity bbox bounding_box solidity convexity extent euler_number convex_area convex_hull filled_area "
+            "major_axis_length minor_axis_length axis_major_length axis_minor_length major_axis minor_axis orientation "
+            "moments moments_hu inertia_tensor feret_diameter_max feret elongation aspect_ratio roundness compactness "
+            "intensity brightness intensity_mean mean_intensity max_intensity intensity_image weighted_centroid", "",
+            "",
+            {"Micrograph": "`labels`, of which skimage.measure.regionprops has it"}),
+    Concept("crop rotate flip resize rescale smooth blurred denoise gaussian median_filter filter background "
+            "subtract_background normalize invert clean dilate erode opening closing skeleton threshold", "", "",
+            {"Micrograph": "`picture`, an array: change it before `jamlab.micrograph(picture)`",
+             MODULE: "scikit-image for it, before `jamlab.micrograph(picture)`"}),
+    Concept("edges edge boundary", "outlines"),
+    Concept("scale_bar scalebar", "pixel"),
+    Concept("as_packing to_packing make_packing to_model", "packing"),
+    Concept("droplet_forces forces_from_shape infer_forces forces_from_image contact_forces", "",
+            "`jamlab.contacts(m.packing('dp')).forces` of a micrograph m"),
+    Concept("photoelastic photoelasticity pegs", "", "", {MODULE: LIMITS}),
+    Concept("local_density local_phi local_rho", "", "`jamlab.local_packing_fraction({p})`"),
     Concept("cite citation bibtex", "", "", {MODULE: "the file CITATION.cff of the repository"}),
-    Concept("logger logging log set_log_level", "", "", {MODULE: "`logging.getLogger('jamlab')`"}),
+    Concept("logger logging log set_log_level verbose verbosity debug", "", "",
+            {MODULE: "`logging.getLogger('jamlab')`"}),
     Concept("bulk_viscosity gpu cuda", "", "", _NOT_HERE),
-    Concept("dim dimension dimensions friction mu_friction gravity temperature kT T activity", "", "", _NOT_HERE),
+    Concept("dim dimension dimensions friction mu_friction ft tangential tangential_forces torque torques gravity "
+            "temperature kT T activity", "", "", _NOT_HERE),
     Concept("set_num_threads num_threads", "ranks", "the argument ranks of `jamlab.jam` or `jamlab.pack`"),
     Concept("lmp lammps_command cmd execute", "command"),
     Concept("step steps run_steps integrate", "steps"),
@@ -371,80 +482,6 @@ CONCEPTS = (
     Concept("lam lmbda", "lambda_"),
     Concept("slope Delta", "delta"),
     Concept("crossover crossover_frequency", "tau_star"),
-    Concept("maxwell prony prony_series", "spectrum"),
+    Concept("maxwell prony prony_series maxwell_modes maxwell_elements fit generalized_maxwell", "spectrum"),
     Concept("strong backbone_contacts", "bearing"),
 )  # fmt: skip
-
-# the same for arguments of functions and options of commands, asked before those above
-ARGUMENTS = (
-    Concept("path filename file fname output outfile filepath dest", "path out"),
-    Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"}),
-    Concept("random_state rng seeds seed_number", "seed"),
-    Concept("polydispersity size_distribution sigma_d disp", "sizes", "",
-            dict.fromkeys(("pack", "jam"), "`sizes`, such as sizes='lognormal:0.2'")),
-    Concept("bidispersity ratio bidisperse_ratio d_ratio", "size_ratio ratio"),
-    Concept("large fraction_of_large x_large", "fraction_large"),
-    Concept("verbose show_progress tqdm", "progress as_json"),
-    Concept("tol ftol force_tol etol eps_f force_tolerance rtol precision", "tolerance"),
-    Concept("n_jobs workers nproc num_workers njobs n_workers", "processes workers ranks"),
-    Concept("threads cores omp_num_threads", "ranks processes"),
-    Concept("dt timestep time_step", "tolerance", "", {kind: "`tolerance`: time steps follow from the error that they "
-            "may make" for kind in ("shear", "creep", "oscillate", "relax_stress", "flow_curve", "stop_flow")}),
-    Concept("n_cycles num_cycles periods", "cycles"),
-    Concept("line_tension surface_tension", "gamma"),
-    Concept("solver algorithm", "method"),
-    Concept("parallel", "processes ranks"),
-    Concept("eta viscosity", "damping"),
-    Concept("n_vertices num_vertices nv", "vertices"),
-    Concept("save", "out path"),
-    Concept("duration", "strain"),
-    Concept("f", "omega"),
-    Concept("t_max tmax total_time run_time time_max", "duration"),
-    Concept("save_every dump_every output_every every_n", "snapshot_every every frames"),
-    Concept("target target_phi phi_max phi_target", "to pressure"),
-    Concept("target_pressure p_target", "pressure"),
-    Concept("dphi drho n_steps dgamma increment delta_phi stepsize step_size", "step"),
-    Concept("potential alpha law hertz force_law pair_style interaction", "law exponent", "",
-            dict.fromkeys(("pack", "jam"), "`exponent`, such as exponent=2.5 for Hertzian disks")),
-    Concept("k stiffness spring_constant eps epsilon", "", "", dict.fromkeys(("pack", "jam"),
-            "other units: the strength of contacts and the mean diameter are always 1")),
-    Concept("theta direction_angle phi_angle", "angle direction"),
-    Concept("n fold l symmetry", "k"),
-    Concept("image pic array img", "picture"),
-    Concept("index frame_number i_frame", "frame"),
-    Concept("n_modes num_modes k how_many", "count"),
-    Concept("show view", "", "", {SHELL: "`jamlab explore`, which writes a page"}),
-    Concept("phi rho packing_fraction density", "phi to", "", {"jamlab jam": "`jamlab pack --phi`, or `jamlab compress "
-            "--to` from onset"}),
-    Concept("amplitude", "strain", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
-            "response has no amplitude"}),
-)  # fmt: skip
-
-AGAIN = ("restart", "resume", "continue")  # words for which an interrupted command is given again
-# words of the shell that are no command -> the command, as it is written
-COMMANDS = {
-    **dict.fromkeys(("minimize", "minimise"), "relax"),
-    "decompress": "compress",
-    **dict.fromkeys(
-        ("measure", "info", "analyse", "image", "segment", "track", "micrograph", "stats", "statistics"), "analyze"
-    ),
-    **dict.fromkeys(
-        ("modulus", "moduli", "frequency-sweep", "g-star", "rheology", "spectrum", "saos", "elastic"), "gstar"
-    ),
-    **dict.fromkeys(("quasistatic", "aqs", "startup", "quasistatic-shear", "steady"), "shear"),
-    **dict.fromkeys(("stress-relaxation", "relaxation", "step-strain"), "relax-stress"),
-    **dict.fromkeys(("oscillatory", "laos", "amplitude-sweep"), "oscillate"),
-    **dict.fromkeys(("flow-sweep", "flow", "flowcurve", "viscosity"), "flow-curve"),
-    **dict.fromkeys(("export", "write", "save"), "convert"),
-    **dict.fromkeys(("view", "plot", "movie", "show", "page", "draw", "visualize", "visualise", "html"), "explore"),
-    **dict.fromkeys(("run", "lmp", "lammps", "script"), "deck"),
-    **dict.fromkeys(("check", "test", "install", "selftest"), "doctor"),
-    **dict.fromkeys(("list", "examples"), "decks"),
-    **dict.fromkeys(("generate", "make", "create", "random", "packing", "simulate"), "pack"),
-    **dict.fromkeys(("init", "new"), "campaign new"),
-    **dict.fromkeys(("batch", "ensemble"), "campaign run"),
-    **dict.fromkeys(AGAIN, "campaign resume"),
-    **dict.fromkeys(("sweep", "compression"), "compress"),
-    **dict.fromkeys(("onset", "jamming"), "jam"),
-    "status": "campaign status",
-}

@@ -7,17 +7,31 @@ module: names are looked up there, and `tests/test_hints.py` evaluates all other
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+import jamlab
+from jamlab.argument_habits import ARGUMENTS
 from jamlab.errors import Renamed
-from jamlab.habits import ARGUMENTS, CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
+from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 _MISSPELT = 0.85  # likeness of two spellings of one name
 _MOST_LISTED = 60  # names in a message
-_BEFORE = ("get_", "compute_", "calc_", "calculate_", "find_", "n_", "num_", "mean_", "avg_", "average_")
+# parts that say little of what is meant
+_VAGUE = {
+    *("elastic", "viscous", "complex", "plastic", "local", "mean", "total", "average", "real", "relative", "error")
+}
+_VAGUE |= {
+    *("data", "from", "with", "write", "read", "load", "save", "make", "find", "plot", "show", "number", "count")
+}
+_VAGUE |= {*("index", "size", "values", "list", "array", "table", "scale", "time", "area", "step", "rate", "file")}
+_SHORT = 3  # letters of names whose words are in one order only
+_ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
+_BEFORE = ("get_", "compute_", "calc_", "calculate_", "find_", "n_", "num_", "mean_", "avg_", "average_", "total_")
+_AFTER = ("_matrix", "_list", "_array", "_values", "_table")
 
 
 def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = False) -> str:
@@ -31,7 +45,7 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
     """
     there, concepts = set(known), _concepts(name, argument)
     place = "jamlab." * (kinds[0] == MODULE)
-    if not concepts:
+    if not concepts or name not in (_ARGUMENTS if argument else _ATTRIBUTES):
         for own in _forms(name):
             if own in there:
                 return f"`{place}{own}`"
@@ -48,15 +62,27 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
 
 def _concepts(name: str, argument: bool) -> list[Concept]:
     words = _ARGUMENTS if argument else _ATTRIBUTES
+    if name.endswith("Error") and not argument:
+        name = "exception"
     return next((words[form] for form in (name, *_forms(name)) if form in words), [])
 
 
 def _forms(name: str) -> Iterable[str]:
-    """Other forms of a name with its meaning: in small letters, one or several, without a verb or "number of"."""
-    small = name.lower()
+    """Other forms of a name with its meaning: in small letters, unless it is one letter, one or several, without a verb
+    or "number of", without what says that it is an array, and with its words in any order or without a gap."""
+    small = name.lower() if len(name) > 1 else name
     stems = [small, *(small.removeprefix(before) for before in _BEFORE if small.startswith(before))]
+    stems += [stem.removesuffix(after) for stem in stems for after in _AFTER if stem.endswith(after)]
     for stem in stems:
         yield from (stem, f"{stem}s", stem.removesuffix("s"))
+    yield from _alike(name)
+
+
+def _alike(name: str) -> Iterable[str]:
+    """What names of one meaning share: their words in any order and form, or all their letters; none is a name."""
+    parts = name.lower().split("_")
+    yield " ".join(["", *sorted(_ENDING.sub("", part) for part in parts)])
+    yield f"={''.join(parts)}"
 
 
 def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterable[str] = ()) -> str:
@@ -73,14 +99,33 @@ def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterab
         return f" {use}" if use == LIMITS else f": use {use}"
     if name in measured:
         return _filled(f": use `jamlab.measure({{p}}, {name!r})`", kinds)
+    if kinds[0] != MODULE and name in jamlab.__all__:
+        return f": use `jamlab.{name}`"
     if not _concepts(name, False) and (near := misspelt(name, known)):
         return f": did you mean `{near}`?"
+    if use := _by_parts(name, kinds, known):
+        return f"; {use}"
     if len(known) > _MOST_LISTED:
         shared = [each for each in known if _parts(each) & _parts(name)]
         if shared:
             return f"; names with a word of it: {', '.join(shared)}; help(jamlab) lists all"
         return f"; help(jamlab{'' if kinds[0] == MODULE else '.' + kinds[0]}) lists what there is"
     return f"; it has {', '.join(known)}"
+
+
+def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
+    """What the longest part of a name means, and which part that is; "" where nothing is known of any."""
+    words = name.lower().split("_")
+    spans = [(start, stop) for start in range(len(words)) for stop in range(start + 1, len(words) + 1)]
+    for start, stop in sorted(spans, key=lambda span: (span[0] - span[1], -span[1])):
+        part = "_".join(words[start:stop])
+        if len(part) <= _SHORT or part in _VAGUE or part == name:
+            continue
+        place = "jamlab." * (kinds[0] == MODULE)
+        use = f"`{place}{part}`" if part in known else meant(part, kinds, known)
+        if use and use != LIMITS:
+            return f"for {part!r} use {use}"
+    return ""
 
 
 def _parts(name: str) -> set[str]:
@@ -152,6 +197,9 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
     for concept in concepts:
         for word in concept.words.split():
             found.setdefault(word, []).append(concept)
+    for word in [word for word in found if len(word) > _SHORT and word.islower()]:  # not classes of other programs
+        for form in _alike(word):
+            found.setdefault(form, found[word])
     return found
 
 

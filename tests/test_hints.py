@@ -11,8 +11,10 @@ import typer
 from one_of_each import STATES, objects
 
 import jamlab
+from jamlab.argument_habits import ARGUMENTS
+from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
-from jamlab.habits import ARGUMENTS, COMMANDS, CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
+from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
 from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
 from jamlab.packing.quantities import MEASURED
 from jamlab.protocols.law_arguments import law_arguments
@@ -50,7 +52,9 @@ def names_at_hand(things):
     spared = types.SimpleNamespace(**{name: getattr(jamlab, name) for name in PUBLIC} | own)
     names = {"jamlab": spared, "np": np, "packing": packing, "omega": np.ones(1), "rates": [0.1], "strain": 0.1}
     names |= {
-        "m": types.SimpleNamespace(packing=lambda model: droplets if model == "dp" else packing),
+        "m": types.SimpleNamespace(
+            packing=lambda model: droplets if model == "dp" else packing, draw=lambda path: None
+        ),
         "session": types.SimpleNamespace(packing=lambda: packing),
         "rate": 0.1,
     }

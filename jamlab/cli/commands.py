@@ -10,12 +10,14 @@ from rich.text import Text
 from typer.core import TyperCommand, TyperGroup
 from typer.exceptions import TyperException
 
+import jamlab
+from jamlab.cli.command_habits import AGAIN
+from jamlab.cli.command_habits import COMMANDS as HABITS
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
 from jamlab.cli.interruption import last_line, stopping_signal
 from jamlab.errors import InputError, JamlabError, naming_options
-from jamlab.habits import AGAIN, LIMITS, SHELL
-from jamlab.habits import COMMANDS as HABITS
+from jamlab.habits import LIMITS, MODULE, SHELL
 from jamlab.hints import meant, misspelt
 
 
@@ -30,11 +32,19 @@ class Hinting(TyperGroup):
             known, group = self.list_commands(ctx), f"{ctx.info_name} " * (ctx.parent is not None)
             near, use = misspelt(args[0], known), HABITS.get(args[0], "")
             use = f"{group}{near}" if near else use if use.startswith(group) else ""
-            said = f"use `jamlab {use}`" if use else f"use one of {', '.join(known)}"
+            in_python = "" if use or group else _in_python(args[0])
+            said = f"use `jamlab {use}`" if use else in_python or f"use one of {', '.join(known)}"
             if not group and args[0] in AGAIN:
                 said = "give the command again that was interrupted: it resumes"
             error.message = f"No such command {args[0]!r}: {said}"
             raise
+
+
+def _in_python(word: str) -> str:
+    """What a word means for which there is no command, but a function of Python; "" where nothing is known."""
+    name = word.replace("-", "_")
+    use = f"`jamlab.{name}`" if name in jamlab.__all__ else meant(name, [MODULE], jamlab.__all__)
+    return f"it {use}" if use == LIMITS else f"there is none; in Python use {use}" if use else ""
 
 
 class Commands(Hinting):
