@@ -11,6 +11,11 @@ ARGUMENTS = (
     Concept("diameter min_diameter max_diameter particle_size separation", "", "", dict.fromkeys(
             ("micrograph", "track_droplets"), "the picture as it is: droplets of all sizes are found")),
     Concept("px resolution micron_per_pixel um_per_pixel", "pixel"),
+    Concept("search_range max_displacement max_disp max_distance", "", "", {"track_droplets": "the pictures as they "
+            "are: a "
+            "droplet is sought up to half the spacing away"}),
+    Concept("trajectory_error", "", "", {"flow_curve": "a second curve at another `tolerance`, which shows the error",
+            "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error"}),
     Concept("invert inverted dark bright polarity", "contrast"),
     Concept("path filename file fname output outfile filepath dest", "path out"),
     Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"}),

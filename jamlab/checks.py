@@ -66,11 +66,19 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def as_plain(value: Any) -> Any:
-    """Convert a numpy scalar, or an array without dimensions, to a number of Python; return anything else as it is. A
-    float32 would overflow in comparisons with large limits, and lose digits of numbers that it is combined with."""
+    """Convert a numpy scalar, or an array without dimensions, to a number of Python, also in a list, a tuple or a dict;
+    return anything else as it is. A float32 would overflow in comparisons with large limits, and lose digits of numbers
+    that it is combined with."""
     if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 and value.dtype.kind in _NUMBERS:
         return _NUMBERS[value.dtype.kind](value)
+    if type(value) in (list, tuple) and any(isinstance(each, _HOLDING) for each in value):
+        return type(value)(map(as_plain, value))
+    if type(value) is dict and any(isinstance(each, _HOLDING) for each in value.values()):
+        return {name: as_plain(each) for name, each in value.items()}
     return value
+
+
+_HOLDING = (np.generic, np.ndarray, list, tuple, dict)  # what is a number of numpy, or may hold one
 
 
 _NUMBERS: dict[str, Callable[[Any], Any]] = {"b": bool, "i": int, "u": int, "f": float, "c": complex}

@@ -63,8 +63,9 @@ _RUN = {
     "FlowCurve": "`stress / rates`",
     "HerschelBulkley": "`stress / rates`",
 }
-_NOT_HERE = dict.fromkeys((MODULE, SHELL, "Packing", "Contacts", "ContactForces", "pack", "jam", "shear", "compress",
-            "scene"), LIMITS)
+_NOT_HERE = dict.fromkeys(
+    (MODULE, SHELL, "Packing", "Contacts", "ContactForces", "pack", "jam", "shear", "compress", "scene"), LIMITS
+)
 _SPECTRUM = "`jamlab.complex_modulus({p}, omega).%s`"
 _QUASISTATIC = "`jamlab.quasistatic_shear({p}, strain)`"
 _SPECTRA_OF_MODES = "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"

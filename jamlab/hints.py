@@ -10,15 +10,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
-import jamlab
 from jamlab.argument_habits import ARGUMENTS
 from jamlab.errors import Renamed
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 _MISSPELT = 0.85  # likeness of two spellings of one name
+_REMEMBERED = 10_000  # names
 _MOST_LISTED = 60  # names in a message
 # parts that say little of what is meant
 _VAGUE = {
@@ -60,6 +60,7 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
     return _filled(uses[0], kinds) if uses else ""
 
 
+@lru_cache(_REMEMBERED)
 def _concepts(name: str, argument: bool) -> list[Concept]:
     words = _ARGUMENTS if argument else _ATTRIBUTES
     if name.endswith("Error") and not argument:
@@ -67,25 +68,25 @@ def _concepts(name: str, argument: bool) -> list[Concept]:
     return next((words[form] for form in (name, *_forms(name)) if form in words), [])
 
 
-def _forms(name: str) -> Iterable[str]:
+@lru_cache(_REMEMBERED)
+def _forms(name: str) -> tuple[str, ...]:
     """Other forms of a name with its meaning: in small letters, unless it is one letter, one or several, without a verb
     or "number of", without what says that it is an array, and with its words in any order or without a gap."""
     small = name.lower() if len(name) > 1 else name
     stems = [small, *(small.removeprefix(before) for before in _BEFORE if small.startswith(before))]
     stems += [stem.removesuffix(after) for stem in stems for after in _AFTER if stem.endswith(after)]
-    for stem in stems:
-        yield from (stem, f"{stem}s", stem.removesuffix("s"))
-    yield from _alike(name)
+    return (*(form for stem in stems for form in (stem, f"{stem}s", stem.removesuffix("s"))), *_alike(name))
 
 
-def _alike(name: str) -> Iterable[str]:
+def _alike(name: str) -> tuple[str, str]:
     """What names of one meaning share: their words in any order and form, or all their letters; none is a name."""
     parts = name.lower().split("_")
-    yield " ".join(["", *sorted(_ENDING.sub("", part) for part in parts)])
-    yield f"={''.join(parts)}"
+    return " ".join(["", *sorted(_ENDING.sub("", part) for part in parts)]), f"={''.join(parts)}"
 
 
-def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterable[str] = ()) -> str:
+def hint(
+    name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterable[str] = (), functions: Iterable[str] = ()
+) -> str:
     """What to use for an attribute that does not exist, as the end of a message; else what there is.
 
     Args:
@@ -93,13 +94,14 @@ def hint(name: str, kinds: Iterable[str], known: Iterable[str], measured: Iterab
         kinds: names of the class and its bases, or "jamlab".
         known: names that are there.
         measured: quantities of `jamlab.measure`.
+        functions: of jamlab, which take such an object.
     """
     kinds, known = list(kinds), list(known)
     if use := meant(name, kinds, known):
         return f" {use}" if use == LIMITS else f": use {use}"
     if name in measured:
         return _filled(f": use `jamlab.measure({{p}}, {name!r})`", kinds)
-    if kinds[0] != MODULE and name in jamlab.__all__:
+    if name in functions:
         return f": use `jamlab.{name}`"
     if not _concepts(name, False) and (near := misspelt(name, known)):
         return f": did you mean `{near}`?"
@@ -179,11 +181,17 @@ class Hinted:
             if name.startswith("_"):
                 raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}", name=name, obj=self)
             article = "an" if cls.__name__[0] in "AEIOU" else "a"
-            use = hint(name, [each.__name__ for each in cls.__mro__], attributes(cls), self._measured())
+            use = hint(
+                name, [each.__name__ for each in cls.__mro__], attributes(cls), self._measured(), self._functions()
+            )
             raise AttributeError(f"{article} {cls.__name__} has no attribute {name!r}{use}", name=name, obj=self)
 
     def _measured(self) -> Iterable[str]:
         """Quantities of `jamlab.measure` that are hinted at."""
+        return ()
+
+    def _functions(self) -> Iterable[str]:
+        """Functions of jamlab that are hinted at."""
         return ()
 
 

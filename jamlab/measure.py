@@ -136,7 +136,8 @@ def _by_name(quantities: str | _Own | Iterable[str | _Own]) -> _Wanted:
     """What is wanted by name; names of jamlab may be given twice, those of functions not."""
     wanted: _Wanted = {}
     for each in [quantities] if isinstance(quantities, str) or callable(quantities) else quantities:
-        name = each if isinstance(each, str) else str(getattr(each, "__name__", type(each).__name__))
+        named = each.func if isinstance(each, partial) else each
+        name = each if isinstance(each, str) else str(getattr(named, "__name__", type(each).__name__))
         if isinstance(each, str):
             check_choice("quantity", name, QUANTITIES)
         if wanted.get(name, each) is not each and not (isinstance(each, str) and wanted[name] is None):
@@ -221,6 +222,9 @@ def _measure_state(
         return _measure_one(packing, wanted)
     except JamlabError as error:
         raise type(error)(f"state {index}: {error}") from error
+    except Exception as error:  # of a function of the user, which is not ours to word
+        error.add_note(f"state {index}")
+        raise
 
 
 def _count_processes(left: int, seconds: float, most: int | None) -> int:

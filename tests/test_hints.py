@@ -27,8 +27,8 @@ CODE = re.compile("`([^`]*)`")
 
 
 @pytest.fixture(scope="module")
-def things(tmp_path_factory):
-    return objects(tmp_path_factory.mktemp("hints"))
+def things():
+    return objects()
 
 
 @pytest.fixture(scope="module")
@@ -171,7 +171,9 @@ def test_what_stands_in_place_of_an_object_are_classes(things):
     [("loss_modulus", "complex_modulus"), ("storage_modulus", "complex_modulus"), ("stress_relaxation", "relax_stress"),
      ("relaxation_modulus", "relax_stress"), ("yield_stress", "flow_curve"), ("poisson_ratio", "elastic_tensor"),
      ("stress_tensor", "evaluate"), ("pair_correlation", "universe"), ("vdos", "lowest_modes"),
-     ("get_forces", "evaluate"),
+     ("get_forces", "evaluate"), ("minimise_energy", "jamlab.relax"), ("energy_minimization", "jamlab.relax"),
+     ("read_dump", "jamlab.read(path)"), ("load_mask", "jamlab.micrograph"), ("AnyError", "jamlab.JamlabError"),
+     ("hydrostatic_compression", "for 'compression' use `jamlab.compress"), ("hessian_matrix", "jamlab.hessian"),
      ("sweep", "compress"), ("version", "__version__"), ("cite", "CITATION"), ("shear_moduls", "shear_modulus"),
      ("b", "bulk_modulus"), ("void_area", "measure"), ("quasistatics_shear", "quasistatic_shear"),
      ("flow_stop", "stop_flow"), ("gravity", "limits.md")],
@@ -193,9 +195,28 @@ def test_names_that_look_alike_are_no_hint(things):
     assert LIMITS in argument_hint("friction", "pack", ["n"])
 
 
+@pytest.mark.parametrize(
+    ("thing", "name", "use"),
+    [("Modes", "D", "use `frequencies`"), ("Contacts", "anisotropy", "use `r`"), ("Micrograph", "mean_z", "use `z`"),
+     ("FlowCurve", "normal_stress", "`pressure` and `normal_stress_difference`"), ("Micrograph", "sizes", "`areas`"),
+     ("Micrograph", "threshold", "`picture`"), ("Micrograph", "intensity", "`labels`"), ("Packing", "creep", "creep"),
+     ("Micrograph", "quality_flags", "for 'quality' use `quality`"), ("Packing", "centers_of_mass", "`positions`"),
+     ("Contacts", "histogram", "`to_dataframe()`"), ("Contacts", "stiffness", "packing.params")],
+)  # fmt: skip
+def test_a_name_means_one_thing_of_its_class(things, thing, name, use):
+    """A part is named where only that is known: each of these led astray, or nowhere."""
+    with pytest.raises(AttributeError, match=re.escape(use)):
+        getattr(things[thing], name)
+
+
 def test_only_the_law_may_add_arguments():
     for call, told in {
         "pack(32, 1e-3, timeout=1)": "pack has no argument 'timeout'; it takes n, pressure, seed",
+        "micrograph(p, minmass=3)": "specks and droplets cut by its edge are set aside",
+        "track_droplets([p, p], diameter=3)": "track_droplets has no argument 'diameter': use the picture as it is",
+        "track_droplets([p, p], search_range=3)": "half the spacing",
+        "flow_curve(p, [1.0], trajectory_error=True)": "another `tolerance`",
+        "BoxStrains([[0.0, 1.0], [0.0, 0.0]])": "shape (any, 2, 2)",
         "pack(32, 1e-3, law='hertz')": "pack has no argument 'law': use `exponent`, such as exponent=2.5",
         "pack(32, 1e-3, k=2.0)": "are always 1",
         "pack(32, 1e-3, gamma=0.1)": "of model dp",

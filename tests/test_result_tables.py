@@ -1,6 +1,7 @@
 """Every result is a table of what a user would write down, and says which of its arrays are not in it."""
 
 from dataclasses import fields
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -11,9 +12,8 @@ import jamlab
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    found = objects(tmp_path_factory.mktemp("tables"))
-    return {name: thing for name, thing in found.items() if name not in ("Packing", "Campaign")}
+def results():
+    return {name: thing for name, thing in objects().items() if name not in ("Packing", "Campaign")}
 
 
 def test_no_array_is_left_out_without_a_word(results):
@@ -81,6 +81,16 @@ def test_frequencies_are_roots_of_eigenvalues(results):
     assert unstable.frequencies.tolist() == [-2.0, 3.0]
 
 
+def test_a_part_of_a_function_has_its_name_and_an_error_its_state(results):
+    """Of several packings the error of a function says in a note which one it failed for."""
+    p = jamlab.pack(16, 1e-2, seed=1)
+    found = jamlab.measure(p, [partial(strongest), "z"])
+    assert found["strongest"] == strongest(p)
+    with pytest.raises(ZeroDivisionError) as failed:
+        jamlab.measure([p, p], lambda packing: 1 / 0)
+    assert failed.value.__notes__ == ["state 0"]
+
+
 def strongest(packing):
     return jamlab.contacts(packing).forces.size.max()
 
@@ -126,6 +136,11 @@ def test_numbers_of_numpy_are_numbers():
     made = jamlab.Packing("sp", p.box, p.positions, {"k": np.float32(1.0)}, "k", p.diameters)
     strained = [jamlab.shear_modulus(made, "finite-strain", strain=kind(2.0**-20)) for kind in (np.float32, float)]
     assert strained[0] == strained[1]
+    parts = [np.array(0.1), np.float32(0.2), 0.3]  # in sequences and mappings too
+    curve = [jamlab.flow_cost(p, rates)["rate"].tolist() for rates in (parts, tuple(parts), [*map(float, parts)])]
+    assert curve[0] == curve[1] == curve[2] and all(type(rate) is float for rate in curve[0])
+    tolerance = {"z": np.array(0.5)}
+    assert repr(jamlab.choose(0.9, tolerance)) == repr(jamlab.choose(0.9, {"z": 0.5}))
     for wrong in (np.float32(np.nan), np.float32(np.inf), np.bool_(True), np.array([1e-2])):
         with pytest.raises(jamlab.InputError, match="pressure"):
             jamlab.pack(8, wrong)

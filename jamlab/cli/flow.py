@@ -50,6 +50,12 @@ Background = Annotated[
         help="Stokes drag added to contact damping, k tau_1 (default at a rate: disks 1e-4, droplets 1e-2; else 0)."
     ),
 ]
+Trajectory = Annotated[
+    bool,
+    typer.Option(
+        "--trajectory-error", help="Repeat the run at a tenth of the tolerance; state the largest difference."
+    ),
+]
 Within = Annotated[float | None, typer.Option(help="Longest predicted run time (s); longer runs do not start.")]
 Plot = Annotated[Path | None, typer.Option(help="Picture to write (.png, .pdf, .svg).", callback=written_as("picture"))]
 Csv = Annotated[Path | None, typer.Option(help="Table of all rows to write (.csv).", callback=written_as("table"))]
@@ -85,15 +91,23 @@ class Job:
         with progress_bar(name) as progress, replacing(self.force):
             return flow(self.packing(), *point, progress=progress, **how)
 
-    def say_seconds(self, rates: list[float], strain: float, within: float | None, processes: int = 1) -> None:
-        """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`."""
+    def say_seconds(
+        self, rates: list[float], strain: float, within: float | None, processes: int = 1, twice: bool = False
+    ) -> None:
+        """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`.
+        `twice`: each runs again at a tenth of its tolerance."""
         from jamlab.flow.flow_curve import flow_cost, require_time
+        from jamlab.flow.flow_run import FINER
+        from jamlab.flow.shear import TOLERANCE
 
         if within is not None and not within > 0:
             raise InputError(f"--within {within}: must be a number of seconds above 0")
         if self.out.exists():
             return
         cost = flow_cost(self.packing(), rates, self.law, strain=strain, **self.accuracy)
+        if twice:
+            finer = self.accuracy | {"tolerance": FINER * self.accuracy.get("tolerance", TOLERANCE)}
+            cost["seconds"] += flow_cost(self.packing(), rates, self.law, strain=strain, **finer)["seconds"]
         if within is not None:
             require_time(cost, within)
         seconds = cost["seconds"]
@@ -193,6 +207,7 @@ def _command(function: Callable[..., None]) -> Callable[..., None]:
 
 _SHEAR = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}
 _SHEAR |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".3f"}
+_SHEAR |= {"trajectory_error": ".2g"}
 
 
 @_command
@@ -210,6 +225,7 @@ def shear(
     ] = None,
     rows: Annotated[int, typer.Option(help="Output rows.")] = 200,
     frames: Annotated[float | None, typer.Option(help="Strain interval between stored packings.")] = None,
+    trajectory_error: Trajectory = False,
     within: Within = None,
 ) -> None:
     """Shear a packing at a constant rate, or quasi-statically.
@@ -220,14 +236,16 @@ def shear(
     from jamlab.flow.shear import shear as flow
 
     found: Any
+    how: dict[str, Any]
     if rate == 0:
-        how: dict[str, Any] = {"direction": _read_direction(direction), "every": frames}
+        how = {"direction": _read_direction(direction), "every": frames}
         how["pressure"] = _number_or_text(pressure)
         found = job.drive(quasistatic_shear, "shear", strain, step, timed=False, **how)
     else:
         if rate > 0:
-            job.say_seconds([rate], strain, within)
-        found = job.drive(flow, "shear", rate, strain, n_rows=rows, snapshot_every=frames)
+            job.say_seconds([rate], strain, within, twice=trajectory_error)
+        how = {"n_rows": rows, "snapshot_every": frames, "trajectory_error": trajectory_error}
+        found = job.drive(flow, "shear", rate, strain, **how)
     note = f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"
     job.give(found, _SHEAR, note)
 
@@ -275,6 +293,7 @@ def flow_curve(
 
 _IN_TIME = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "modulus": ".6g", "rate": ".4g", "stress": ".6g"}
 _IN_TIME |= {"elastic_stress": ".6g", "viscous_stress": ".5g", "pressure": ".5g", "z_all": ".3f"}
+_IN_TIME |= {"trajectory_error": ".2g"}
 
 
 @_command
@@ -286,6 +305,7 @@ def oscillate(
         int, typer.Option(help="Largest number of cycles; stops earlier when the response is periodic.")
     ] = 20,
     points: Annotated[int, typer.Option(help="Rows per cycle.")] = 32,
+    trajectory_error: Trajectory = False,
 ) -> None:
     """Apply oscillatory shear: G', G'' and higher harmonics.
 
@@ -293,7 +313,8 @@ def oscillate(
     """
     from jamlab.flow.oscillate import oscillate as flow
 
-    found = job.drive(flow, "oscillate", omega, amplitude, cycles=cycles, points=points)
+    how = {"cycles": cycles, "points": points, "trajectory_error": trajectory_error}
+    found = job.drive(flow, "oscillate", omega, amplitude, **how)
     note = f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"
     job.give(found, _IN_TIME, note)
 
@@ -304,6 +325,7 @@ def relax_stress(
     strain: Annotated[float, typer.Option(help="Step strain; 0: stop a flow.")],
     duration: Annotated[float, typer.Option(help="Simulated time (tau_1).")],
     step_time: Annotated[float, typer.Option(help="Duration of the strain step (tau_1).")] = 1e-2,
+    trajectory_error: Trajectory = False,
 ) -> None:
     """Apply a step strain and follow the stress; or stop a flow."""
     from jamlab.flow.creep_and_relaxation import relax_stress as flow
@@ -311,9 +333,10 @@ def relax_stress(
 
     found: Any
     if strain == 0:
-        found = job.drive(stop_flow, "stop", duration)
+        found = job.drive(stop_flow, "stop", duration, trajectory_error=trajectory_error)
     else:
-        found = job.drive(flow, "relax", strain, duration, step_time=step_time)
+        how = {"step_time": step_time, "trajectory_error": trajectory_error}
+        found = job.drive(flow, "relax", strain, duration, **how)
     job.give(found, _IN_TIME, f"elastic stress before {found.residual:.5g}")
 
 
@@ -323,6 +346,7 @@ def creep(
     stress: Annotated[float, typer.Option(help="Shear stress added to the residual stress (units of the packing).")],
     duration: Annotated[float, typer.Option(help="Simulated time (tau_1).")],
     largest_strain: Annotated[float, typer.Option(help="Stop at this strain.")] = 10.0,
+    trajectory_error: Trajectory = False,
 ) -> None:
     """Apply a shear stress and follow the strain.
 
@@ -330,5 +354,6 @@ def creep(
     """
     from jamlab.flow.creep_and_relaxation import creep as flow
 
-    found = job.drive(flow, "creep", stress, duration, largest_strain=largest_strain)
+    how = {"largest_strain": largest_strain, "trajectory_error": trajectory_error}
+    found = job.drive(flow, "creep", stress, duration, **how)
     job.give(found, _IN_TIME, f"residual stress {found.residual:.5g}")

@@ -174,8 +174,9 @@ def flow_curve(
         damping: see `shear`.
         strain: strain of the average, at least 1.
         discard: transient strain that is discarded.
-        tolerance: relative error of velocities per step, see `shear`. It does not bound the error of the means; a curve
-            at another tolerance shows it.
+        tolerance: relative error of velocities per step, see `shear`. It does not bound the error of the means. Measure
+            a second curve at a tenth of it, in another file: means that differ by more than their standard errors are
+            wrong at this tolerance. Single rates: `trajectory_error=True` of `shear`.
         background_drag: see `shear`.
         processes: number of rates run in parallel.
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.

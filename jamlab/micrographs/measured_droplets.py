@@ -102,6 +102,9 @@ class Micrograph(Result):
         numbers = ", ".join(f"{name} = {self.numbers[key].text(form)}" for name, key, form in shown)
         return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.quality})"
 
+    def __len__(self) -> int:
+        return self.count
+
     @property
     def count(self) -> int:
         """Number of droplets that the picture shows whole."""

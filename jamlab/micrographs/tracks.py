@@ -24,11 +24,13 @@ from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import NoDropletsError
 from jamlab.micrographs.series import Frame, read_series
+from jamlab.old_names import unknown_argument
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FARTHEST = 0.5  # of the spacing, that a droplet may move from one picture to the next
+_HOW = ("pixel", "film", "contrast", "channel")  # arguments of `micrograph` that are those of all frames
 NAMED = 5  # frames without droplets that a warning names
 
 
@@ -83,6 +85,9 @@ def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFram
 
 def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Micrograph | None]:
     """What each frame of a series shows, None for one without droplets; arguments as of `track_droplets`."""
+    for name in how:
+        if name not in _HOW:
+            raise unknown_argument("track_droplets", name, ["source", "memory", "labels", *_HOW])
     found: list[Micrograph | None] = []
     empty: dict[int, str] = {}
     for number, frame in enumerate(read_series(source, labels, how)):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import is_number
+from jamlab.checks import finite_array, is_number
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR, carried, check_admitted
@@ -161,6 +161,14 @@ class BoxStrains:
 
     strains: Array
     pressure: float = 0.0
+
+    def __post_init__(self) -> None:
+        strains = finite_array("strains", self.strains, (None, 2, 2))
+        if not len(strains) or strains[:, 1, 0].any():
+            raise InputError(
+                "strains must be upper triangular matrices, one or more: a box keeps its first edge along x"
+            )
+        object.__setattr__(self, "strains", strains)
 
     @property
     def may_shear(self) -> bool:

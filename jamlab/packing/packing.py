@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+import jamlab
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
@@ -203,6 +204,9 @@ class Packing(Hinted):
 
     def _measured(self) -> Iterable[str]:
         return MEASURED
+
+    def _functions(self) -> Iterable[str]:
+        return jamlab.__all__
 
     def __eq__(self, other: object) -> bool:
         """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""

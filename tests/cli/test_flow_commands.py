@@ -44,6 +44,21 @@ def test_command(folder, words):
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 
 
+def test_the_error_of_the_path_is_stated(folder):
+    """As of Python: a column and a note, of a run that is done already too; a curve of means has another way."""
+    words = ("creep", "p.h5", "--stress", "1e-4", "--duration", "1", "--out", "e.h5")
+    assert "error of the trajectory" not in call(folder, *words).stdout
+    done = call(folder, *words, "--trajectory-error", "--csv", "e.csv")
+    assert "error of the trajectory" in done.stdout and "trajectory error" in done.stdout, done.stderr
+    found = jamlab.creep(jamlab.read(folder / "p.h5"), 1e-4, 1.0, trajectory_error=True)
+    assert found.trajectory_error[-1] > 0
+    assert np.array_equal(pd.read_csv(folder / "e.csv")["trajectory_error"], found.trajectory_error)
+    refused = call(folder, "shear", "p.h5", "--rate", "0", "--strain", "0.1", "--trajectory-error")
+    assert refused.exit_code == 1 and "a rate other than 0" in refused.stderr
+    refused = call(folder, "flow-curve", "p.h5", "--rate", "1", "--trajectory-error")
+    assert refused.exit_code == 2 and "--tolerance" in refused.stderr
+
+
 def test_a_flow_is_stopped(folder):
     """There is no modulus without a step of strain: the table does without its column."""
     done = call(folder, "relax-stress", "p.h5", "--strain", "0", "--duration", "5", "--out", "s.h5", "--csv", "s.csv")

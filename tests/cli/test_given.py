@@ -54,7 +54,7 @@ VALUES = {  # of options: another than the default, and than in WAYS
     **{"method": "direct", "omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2"},
     **{"strain": "2", "direction": "pure", "rows": "5", "frames": "0.1", "within": "1e9", "discard": "0.5"},
     **{"processes": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "duration": "2", "step_time": "0.1"},
-    **{"stress": "2e-4", "largest_strain": "2", "memory": "2"},
+    **{"stress": "2e-4", "largest_strain": "2", "memory": "2", "trajectory_error": ""},
 }
 LIBRARY = (
     *(

@@ -13,7 +13,10 @@ from commands import call
         ("examples", "decks"),
         ("decompress", "compress"),
         ("analize", "analyze"),
-        ("stress", "use one of"),
+        ("stress", "in Python use `jamlab.evaluate(packing).stress`"),
+        ("oscillation", "use `jamlab oscillate`"),
+        ("gravity", "limits.md"),
+        ("spam", "use one of"),
         ("creeping", "use one of"),
     ],
 )

@@ -1,7 +1,9 @@
 """One small object of every class of results, and of those that hint at what to use."""
 
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 from campaigns import written
@@ -14,8 +16,11 @@ STATES = Path(__file__).parents[1] / "states"
 RATES = np.array([0.01, 0.03, 0.1, 0.3])
 
 
-def objects(folder):
-    """Class name -> an object; flows are short, and a flow curve and an estimate are written by hand."""
+@cache
+def objects():
+    """Class name -> an object, which no test changes; flows are short, and a flow curve and an estimate are written by
+    hand."""
+    folder = Path(mkdtemp())
     p = jamlab.pack(16, 1e-2, seed=1)
     droplets = jamlab.read(STATES / "compressed_droplets.h5")
     walled = jamlab.with_walls(jamlab.pack(32, 1e-2, seed=1), thickness=1.5)
