@@ -43,7 +43,7 @@ class Hinting(TyperGroup):
 def _in_python(word: str) -> str:
     """What a word means for which there is no command, but a function of Python; "" where nothing is known."""
     name = word.replace("-", "_")
-    use = f"`jamlab.{name}`" if name in jamlab.__all__ else meant(name, [MODULE], jamlab.__all__)
+    use = f"`jamlab.{name}`" if name in dir(jamlab) else meant(name, [MODULE], dir(jamlab))
     return f"it {use}" if use == LIMITS else f"there is none; in Python use {use}" if use else ""
 
 

@@ -313,7 +313,7 @@ def oscillate(
     """
     from jamlab.flow.oscillate import oscillate as flow
 
-    how = {"cycles": cycles, "points": points, "trajectory_error": trajectory_error}
+    how: dict[str, Any] = {"cycles": cycles, "points": points, "trajectory_error": trajectory_error}
     found = job.drive(flow, "oscillate", omega, amplitude, **how)
     note = f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"
     job.give(found, _IN_TIME, note)
@@ -335,7 +335,7 @@ def relax_stress(
     if strain == 0:
         found = job.drive(stop_flow, "stop", duration, trajectory_error=trajectory_error)
     else:
-        how = {"step_time": step_time, "trajectory_error": trajectory_error}
+        how: dict[str, Any] = {"step_time": step_time, "trajectory_error": trajectory_error}
         found = job.drive(flow, "relax", strain, duration, **how)
     job.give(found, _IN_TIME, f"elastic stress before {found.residual:.5g}")
 
@@ -354,6 +354,6 @@ def creep(
     """
     from jamlab.flow.creep_and_relaxation import creep as flow
 
-    how = {"largest_strain": largest_strain, "trajectory_error": trajectory_error}
+    how: dict[str, Any] = {"largest_strain": largest_strain, "trajectory_error": trajectory_error}
     found = job.drive(flow, "creep", stress, duration, **how)
     job.give(found, _IN_TIME, f"residual stress {found.residual:.5g}")

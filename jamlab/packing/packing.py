@@ -206,7 +206,7 @@ class Packing(Hinted):
         return MEASURED
 
     def _functions(self) -> Iterable[str]:
-        return jamlab.__all__
+        return dir(jamlab)
 
     def __eq__(self, other: object) -> bool:
         """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""
