@@ -138,7 +138,7 @@ class OwnCommand(Once):
 
     def _option_meant(self, name: str) -> str:
         """What to use instead of an option that the command does not have."""
-        options = {opt.lstrip("-").replace("-", "_"): opt for each in self.params for opt in each.opts if opt[0] == "-"}
+        options = {opt.lstrip("-").replace("-", "_"): opt for each in self.params for opt in sorted(each.opts, key=len)}
         word = name.lstrip("-").replace("-", "_")
         use = meant(word, [f"jamlab {self.name}", SHELL], options, argument=True)
         use = options.get(use.strip("`"), use) or options.get(misspelt(word, options), "")
