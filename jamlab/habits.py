@@ -172,7 +172,7 @@ CONCEPTS = (
     Concept("yield_strain yielding yield_point", "", _QUASISTATIC + ", where the stress levels off",
             {"ShearRun": "`peak`"}),
     Concept("herschel_bulkley hb HB herschel_bulkley_fit fit_herschel_bulkley yield_stress_fit "
-            "fit_hb hb_fit bingham casson power_law power_law_fit fit_flow_curve", "herschel_bulkley",
+            "fit_hb hb_fit bingham casson fit_flow_curve", "herschel_bulkley",
             "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
     Concept("n index flow_index power exponent", "exponent", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
     Concept("k K consistency consistency_index", "consistency", "", {"FlowCurve": "`herschel_bulkley().consistency`"}),
@@ -436,6 +436,8 @@ CONCEPTS = (
     Concept("pixel_size scale microns_per_pixel calibration um_per_px mpp pixelsize pixel_size_um", "pixel"),
     Concept("snr signal_to_noise", "noise"),
     Concept("units", "unit unit_names", "", {MODULE: "`packing.unit_names`"}),
+    Concept("power_law power_law_fit fit_power_law powerlaw exponent_fit scaling_fit", "", "", {MODULE: "the function "
+            "power_law of the module jamlab.statistics.power_laws"}),
     # shell and package
     Concept("lammps_version test tests show_versions selftest check_installation doctor", "", "the command `jamlab "
             "doctor`"),
