@@ -163,6 +163,7 @@ def creep(
         before = flow.before
         residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
         flow.facts |= {"applied": stress, "residual": residual, "duration": duration}
+        flow.warn_beyond("time", flow.time, duration)
         if flow.time < duration * (1 - 1e-12):
             flow.drive(flow.session.stress_drive(residual + stress), duration - flow.time)
         for state in flow.advance_log_spaced(duration):
@@ -381,6 +382,7 @@ S = TypeVar("S", bound=StoppedFlow)
 
 def _wait(flow: TimedRun[S], duration: float) -> None:
     """Hold the strain until the end."""
+    flow.warn_beyond("time", flow.time, duration)
     flow.facts["duration"] = duration
     if flow.before:
         flow.facts["residual"] = flow.before.residual

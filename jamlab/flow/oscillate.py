@@ -189,6 +189,7 @@ def oscillate(
     accuracy, end = (tolerance, background_drag), End(2 * period, shorter)
     with TimedRun(Oscillation, packing, damping, accuracy, how, end, path, progress, at_rest=True) as flow:
         found = list(flow.before.cycle_harmonics) if flow.before else []
+        flow.warn_beyond("cycles", len(found), cycles)
         flow.facts |= how | _answer(found, tolerance)
         flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", period / points)
         while len(found) < cycles and not flow.facts["finished"]:

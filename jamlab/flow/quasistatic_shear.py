@@ -400,6 +400,7 @@ def quasistatic_shear(
 
     with Walk(packing, shearing, tolerance, pressure, task, path, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}
+        walk.warn_beyond("strain", abs(walk.rows[-1].strain), whole)
         for k in range(1, count + 1):
             reached = strain * k / count
             if abs(reached) < abs(walk.rows[-1].strain) + 0.5 * whole / count:

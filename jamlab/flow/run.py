@@ -213,6 +213,11 @@ class Run(RunFile[R]):
         columns = [getattr(self.before, name).tolist() for name in series] if self.before else [[]]
         return [dict(zip(series, row, strict=True)) for row in zip(*columns, strict=True)]
 
+    def warn_beyond(self, name: str, reached: float, asked: float) -> None:
+        """Warn if the file holds more of the run than is asked for, since all of it is returned."""
+        if self.before is not None and reached > asked * (1 + 1e-9):
+            warn(f"{self._path} reaches {name} = {reached:g}, beyond {asked:g}: all of the run is returned")
+
     def add(self, row: Any, *, keep: bool = False) -> None:
         """Add a row, and keep the packing there if asked for."""
         self.rows.append(row)

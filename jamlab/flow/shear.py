@@ -278,6 +278,7 @@ def shear(
     check_tolerance(tolerance, trajectory_error)
     with TimedRun(ShearRun, packing, law, accuracy, task, end, path, progress) as flow:
         flow.facts |= {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if several else None}
+        flow.warn_beyond("strain", flow.path, whole)
         begin = 0.0
         for (speed, by), (count, every) in zip(parts, counts, strict=True):
             done = round(max(0.0, flow.path - begin) / by * count)

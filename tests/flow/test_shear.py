@@ -1,6 +1,7 @@
 """Start-up of shear: balances, packings on the way, files, refusals."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -82,6 +83,18 @@ def test_a_run_goes_on_from_its_file(disks, tmp_path):
     again = jamlab.shear(disks, 0.01, 0.4, n_rows=20, path=path, **how)
     assert again.steps == rest.steps and np.array_equal(again.stress, rest.stress)
     assert jamlab.read(path).n == disks.n
+    with pytest.warns(jamlab.JamlabWarning, match="reaches strain = 0.4, beyond 0.2"):
+        longer = jamlab.shear(disks, 0.01, 0.2, n_rows=10, path=path, **how)
+    assert np.array_equal(longer.stress, rest.stress)
+
+
+def test_a_file_that_holds_more_than_is_asked_for_says_so(disks, tmp_path):
+    shear = partial(jamlab.quasistatic_shear, disks, step=1e-3, path=tmp_path / "q.h5")
+    creep = partial(jamlab.creep, disks, 1e-4, path=tmp_path / "c.h5")
+    for run, more, less, said in ((shear, 3e-3, 1e-3, "strain = 0.003"), (creep, 2.0, 1.0, "time = 2")):
+        whole = run(more)
+        with pytest.warns(jamlab.JamlabWarning, match=f"reaches {said}, beyond {less:g}"):
+            assert np.array_equal(run(less).strain, whole.strain)
 
 
 def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
