@@ -7,7 +7,12 @@ from invariant_cases import CASES, EXACT, NOT_COMPARED, TOGETHER, deviation, pac
 
 from jamlab.models.models import MODELS
 
-RUNS = [(name, model) for name, case in CASES.items() for model in case.models]
+LONG = {("creep", "dp"), ("oscillate", "dp"), ("relax_stress", "dp")}  # `shear` of droplets is the short one
+RUNS = [
+    pytest.param(name, model, marks=[pytest.mark.slow] if (name, model) in LONG else [])
+    for name, case in CASES.items()
+    for model in case.models
+]
 
 
 def test_no_public_function_of_a_packing_is_forgotten():
