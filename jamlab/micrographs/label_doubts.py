@@ -16,16 +16,24 @@ import shapely
 from jamlab.arrays import Array, Mask
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.labels import PIECES
-from jamlab.micrographs.picture_numbers import LIMITS
+from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import Segments, edge_of, meetings
-from jamlab.micrographs.walls import Droplets
+from jamlab.micrographs.walls import THICKEST_FILM, Droplets
 
 EDGE = 0.3  # pixels, by which the edge of a label is uncertain
-Z, LINE, ODD_Z = 22.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
+Z, LINE, ODD_Z = 16.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
 ODD_SHAPE = 0.5  # of the shape factor, for a share of odd labels
 VOIDS, VOIDS_Z = 1.0, 0.6  # voids for a droplet, and for a contact of one: half a contact each, and of cut ones more
 LIMIT = 0.1  # of count and mean area, up to which they are good
 LIMIT_VOIDS = 0.5  # of the number of droplets, up to which that of voids is good
+EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_rim": 4.0, "voids": 4.0}  # limits; a wider interval says nothing
+PIXEL_SHAPE = 1.0  # pixels squared, over the squared radius: of the shape factor, for outlines of whole pixels
+VARIED = 0.75  # scatter of gaps, of the most frequent: wide ones that vary by more are no lines that were left free
+ELLIPSE = 0.97  # area over that of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
+ALIKE = 0.9  # share of labels that are ellipses, where all are taken for droplets as long as most
+LONG = 1.2  # aspect, beyond which droplets are elongated
+ODD_PART = 1.25  # of the bound without odd labels, up to which they widen it
+WORDS = {"area": "the mean area", "shape_rim": "A", "voids": "the number of voids"}
 MOST_ODD = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
 CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
 ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
@@ -41,12 +49,29 @@ def doubt_labels(droplets: Droplets) -> Array:
     counted may be none or several; one that is cut hides as many as fit in it."""
     drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
     bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))
-    flat = np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
+    flat = elongation(droplets) * np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
     odd = bent | (droplets.whole & flat) | _beyond(droplets)
     sound = droplets.areas[droplets.whole & ~odd]
     typical = float(np.mean(sound if len(sound) else droplets.areas))
     worth = droplets.areas / typical
     return np.where(odd, np.where(droplets.whole, np.maximum(worth - 1, 1.0), worth), 0.0)
+
+
+def elongation(droplets: Droplets) -> float:
+    """Aspect of a typical droplet, by which the largest disc inside is smaller than that of a round one: the median of
+    the second moments, if nearly all labels are ellipses and long ones; else 1."""
+    y, x = np.nonzero(droplets.segments.droplets)
+    name, n = droplets.segments.cells[y, x], len(droplets.areas)
+    size = np.maximum(np.bincount(name, minlength=n), 1)
+    dy, dx = (each - (np.bincount(name, each, n) / size)[name] for each in (y, x))
+    xx, yy, xy = (np.bincount(name, each, n)[droplets.whole] for each in (dx**2, dy**2, dx * dy))
+    size = size[droplets.whole]
+    xx, yy, xy = xx / size + 1 / 12, yy / size + 1 / 12, xy / size
+    within = np.sqrt(np.maximum(xx * yy - xy**2, 0.0))
+    half = 0.5 * np.hypot(xx - yy, 2 * xy)
+    aspects = (0.5 * (xx + yy) + half) / np.maximum(within, 1e-12)
+    typical, ellipses = float(np.median(aspects)), size > ELLIPSE * 4 * np.pi * within
+    return typical if typical > LONG and ellipses.mean() >= ALIKE else 1.0
 
 
 def _beyond(droplets: Droplets) -> Mask:
@@ -92,6 +117,7 @@ def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str
     beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
     merged = doubt["rho"] * typical
     void = min(ground.sum() / max(ground.size - merged, 1.0), 1.0)  # of what is not in doubt
+    rough = PIXEL_SHAPE * np.pi * float(np.mean(1 / droplets.areas[whole]))
     near = float(_near_the_edge(droplets, edge).sum())
     z = max(LIMITS["z"], Z * widest_gap(droplets)) + ODD_Z * share["z"]
     return {
@@ -99,37 +125,59 @@ def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str
         "area": typical * (share["area"] + (1 + edge / radius) ** 2 - 1),
         "rho": float(edge * beside + merged * void) / ground.size if beside else 1.0,
         "z": z,
-        "shape_rim": LIMITS["shape"] + ODD_SHAPE * share["shape_rim"],
+        "shape_rim": LIMITS["shape"] + rough + ODD_SHAPE * share["shape_rim"],
         "voids": guessed_contacts(droplets) + near + VOIDS * doubt["voids"] + VOIDS_Z * _touched(droplets) * z,
     }
 
 
-def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]]:
-    """Whether labels leave numbers uncertain, why in words, and which: by what is odd, or by edges and gaps alone."""
-    count, doubt = int(droplets.whole.sum()), in_doubt(droplets)
-    found, sharp = (bounds_of_labels(droplets, each) for each in (doubt, dict.fromkeys(doubt, 0.0)))
-    limits = {
-        "count": np.inf,  # below
+def limits_of_labels(droplets: Droplets) -> dict[str, float]:
+    """How far numbers of labels may be off to be known well, by the names of `Micrograph.numbers`."""
+    return {
         "area": LIMIT * float(droplets.areas[droplets.whole].mean()),
         "rho": LIMITS["rho"],
         "z": LIMITS["z"] + ODD_Z * MOST_ODD,
         "shape_rim": LIMITS["shape"] + ODD_SHAPE * MOST_ODD,
         "voids": LIMIT_VOIDS * _touched(droplets),
     }
-    plain = {name for name, limit in limits.items() if not sharp[name] <= limit}
-    odd = {name for name, limit in limits.items() if not found[name] <= limit} - plain
+
+
+def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]]:
+    """Whether odd labels leave numbers uncertain, why in words, and which."""
+    count, doubt = int(droplets.whole.sum()), in_doubt(droplets)
+    found, sharp = (bounds_of_labels(droplets, each) for each in (doubt, dict.fromkeys(doubt, 0.0)))
+    limits = limits_of_labels(droplets)
+    odd = {name for name, limit in limits.items() if not found[name] <= max(limit, ODD_PART * sharp[name])}
     odd |= {"count"} if 1 + doubt["count"] > max(LIMIT * count, LIMITS["count"]) else set()
     last = [note.text for note in droplets.notes if np.isinf(note.doubt)]
     worth = f"labels that may be no droplet, several or part of one count as {max(doubt.values()):.3g} of {count}"
-    edges = f"edges of labels are uncertain by {label_edge(droplets):.1f} pixels"
-    gaps = f"labels up to {widest_gap(droplets):.0%} of a diameter apart count as touching"
+    return [(bool(odd), last[0] if last else worth, frozenset(odd))]
+
+
+def widths_of_labels(
+    droplets: Droplets, numbers: Mapping[str, Number], scale: float
+) -> list[tuple[bool, str, frozenset[str]]]:
+    """Intervals wider than the limits: whether they say nothing, why in words, and of which number.
+
+    Args:
+        numbers: as in `Micrograph.numbers`, with their bounds.
+        scale: length of a pixel.
+    """
+    edge = f"edges of labels are uncertain by {label_edge(droplets):.1f} pixels"
+    gap = f"labels up to {widest_gap(droplets):.0%} of a diameter apart count as touching"
     pairs = f"it is uncertain whether {guessed_contacts(droplets):.0f} pairs of droplets touch"
-    return [
-        (bool(odd), last[0] if last else worth, frozenset(odd)),
-        (bool(plain & {"area", "rho"}), edges, frozenset(plain & {"area", "rho"})),
-        ("z" in plain, gaps, frozenset({"z"})),
-        ("voids" in plain, pairs, frozenset({"voids"})),
-    ]
+    causes = {"area": edge, "rho": edge, "z": gap, "shape_rim": edge, "voids": pairs}
+    found = []
+    for name, limit in limits_of_labels(droplets).items():
+        number, word = numbers[name], WORDS.get(name, name)
+        # sizes differ: few droplets leave their mean uncertain, and it says what it says
+        wide, limit = (number.bound, limit * scale**2) if name == "area" else (number.uncertainty, limit)
+        if wide <= limit or not np.isfinite(number.value):
+            continue
+        few = name != "area" and number.half_width > number.bound
+        why = f"it is a mean over {number.count} droplets" if few else causes[name]
+        empty = wide > EMPTY[name] * limit
+        found.append((empty, f"{word} is known to within {wide:.2g} (95 %): {why}", frozenset((name,))))
+    return found
 
 
 def _touched(droplets: Droplets) -> float:
@@ -149,7 +197,14 @@ def guessed_contacts(droplets: Droplets) -> float:
 def label_edge(droplets: Droplets) -> float:
     """Pixels by which edges of labels are uncertain: half of the line that is left free between them belongs to
     either."""
-    return EDGE + 0.5 * droplets.walls.line
+    return EDGE if lie_apart(droplets) else EDGE + 0.5 * droplets.walls.line
+
+
+def lie_apart(droplets: Droplets) -> bool:
+    """Whether gaps are wide and of all widths: they lie between droplets that do not touch, and are no lines."""
+    walls = droplets.walls
+    wide = walls.line > THICKEST_FILM * droplets.segments.radius
+    return wide and walls.widest - walls.film > VARIED * walls.film
 
 
 def widest_gap(droplets: Droplets) -> float:

@@ -25,13 +25,13 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
-from jamlab.micrographs.label_doubts import ROUGH
+from jamlab.micrographs.label_doubts import ROUGH, elongation
 from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, NoDropletsError, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, share_of
 from jamlab.micrographs.pixel_size import common_size
-from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts
+from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts, find_widths
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import Droplets, shape_factor
 
@@ -152,10 +152,13 @@ def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     """What the quality rests on."""
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
-    beyond, rough = walls.widest - walls.film, ROUGH if droplets.labelled else 0.0
+    beyond, (rough, long) = (
+        walls.widest - walls.film,
+        (ROUGH, elongation(droplets)) if droplets.labelled else (0.0, 1.0),
+    )
     low, high = (_coordination(droplets, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
     return Checks(
-        roundness=np.pi * (droplets.segments.inner + rough) ** 2 / droplets.areas,
+        roundness=long * np.pi * (droplets.segments.inner + rough) ** 2 / droplets.areas,
         rho=1 - float(darkness.values[void].sum()) / void.size,
         rho_by_pixels=1 - float((darkness.smooth[void] > 0.5).sum()) / void.size,
         z=(z, low, high),
@@ -181,8 +184,11 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None, unit: str) -
     voids = find_voids(walls.void, cells, darkness.values, droplets.segments.radius, scale)
     numbers = {"count": Number(float(len(kept))), "area": mean_of(areas), "rho": share_of(areas, owned, checks.rho)}
     numbers |= {"z": z, "shape_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
-    doubts, bounds = find_doubts(droplets, checks) + doubt_few(numbers), find_bounds(droplets, checks)
+    bounds = find_bounds(droplets, checks)
     bounds["area"] *= scale**2
+    numbers = {name: replace(number, bound=bounds[name]) for name, number in numbers.items()}
+    doubts, widths = find_doubts(droplets, checks), find_widths(droplets, numbers, scale)
+    doubts += doubt_few(numbers, droplets.labelled) + [(text, those) for empty, text, those in widths if empty]
     names = np.full(n, -1)
     names[kept] = np.arange(1, len(kept) + 1)
     centres, touching = droplets.centres[:, ::-1], walls.pairs[walls.touching]
@@ -204,11 +210,11 @@ def _measured(grey: Array, droplets: Droplets, pixel: float | None, unit: str) -
         light=darkness.light,
         film=walls.film * scale,
         numbers={
-            name: replace(number, reasons=tuple(why for why, those in doubts if name in those), bound=bounds[name])
+            name: replace(number, reasons=tuple(why for why, those in doubts if name in those))
             for name, number in numbers.items()
         },
         reasons=tuple(text for text, _ in doubts),
-        label_notes=tuple(note.text for note in droplets.notes),
+        label_notes=tuple([note.text for note in droplets.notes] + [text for empty, text, _ in widths if not empty]),
         pixel=pixel,
         unit=unit if pixel is not None else "pixels",
         picture=grey,

@@ -13,14 +13,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array, Mask
-from jamlab.micrographs.label_doubts import LIMIT_VOIDS, ROUND, bounds_of_labels, doubt_labels, in_doubt
+from jamlab.micrographs.label_doubts import (
+    LIMIT_VOIDS,
+    ROUND,
+    bounds_of_labels,
+    doubt_labels,
+    in_doubt,
+    lie_apart,
+    widths_of_labels,
+)
 from jamlab.micrographs.label_doubts import rules_of_labels as _rules_of_labels
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import meetings
-from jamlab.micrographs.walls import THICKEST_FILM, Droplets
+from jamlab.micrographs.walls import Droplets
 
+FEWEST_LABELS = 5  # whole labels: of fewer their scatter is unknown
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
+SMALLEST_LABELS = 4.0  # pixels, radius: smaller labels show no shape
 EVEN = {"rho": 0.83, "z": 0.83}  # scatter of windows over the error of a mean: neighbours even out what they share
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
@@ -34,6 +44,7 @@ Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film 
 BLIND = 0.015  # of a diameter: where gaps so wide pass for contacts, z may change by less
 BLIND_Z = 0.25  # in that case
 RHO = LIMITS["rho"]  # difference between rho by mean grey and by dark pixels: the accuracy that "good" promises
+APART = 0.35  # of the radius: droplets with wider gaps between their labels may touch or not
 FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
 OPEN_EDGE = 0.65  # share of the edge of the picture that is ground, where droplets end inside it; in wet foams half is
 LOOSE = 0.4  # share of droplets that may rattle
@@ -79,19 +90,24 @@ def doubted_droplets(droplets: Droplets, checks: Checks) -> Mask:
 def find_bounds(droplets: Droplets, checks: Checks) -> dict[str, float]:
     """How far each number may be off for what the picture shows badly, by the names of `Micrograph.numbers`."""
     if droplets.labelled:
-        return bounds_of_labels(droplets, in_doubt(droplets))
+        bounds = bounds_of_labels(droplets, in_doubt(droplets))
+        changes = [abs(other - checks.z[0]) for other in checks.z[1:]]  # with the widest gap of a contact
+        return bounds | {"z": float(np.fmax(bounds["z"], np.fmax(*changes)))}
     areas = droplets.areas[droplets.whole]
     bounds = {name: LIMITS[name] for name in ("count", "rho", "z")}
     bounds |= {"area": LIMITS["rho"] / max(checks.rho, LIMITS["rho"]) * float(areas.mean())}
     return bounds | {"shape_rim": LIMITS["shape"], "voids": LIMIT_VOIDS * len(areas)}
 
 
-def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
-    """Reasons why means over the droplets of a picture may differ from means over more droplets. `numbers`: as in
-    `Micrograph.numbers`."""
+def doubt_few(numbers: Mapping[str, Number], labelled: bool = False) -> Doubts:
+    """Reasons why means over the droplets of a picture may differ from means over more droplets: of labels their
+    intervals say so, but for a few labels. `numbers`: as in `Micrograph.numbers`."""
     count, words = int(numbers["count"].value), {"rho": "rho", "z": "z", "shape_rim": "A"}
-    if count < FEWEST:
-        return [(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
+    needed = FEWEST_LABELS if labelled else FEWEST
+    if count < needed:
+        return [(f"{count} whole droplets only, needs {needed}: means over more may differ", frozenset(words))]
+    if labelled:
+        return []
     found = []
     for name, word in words.items():
         mean, limit = numbers[name], LIMITS["shape" if name == "shape_rim" else name]
@@ -99,6 +115,11 @@ def doubt_few(numbers: Mapping[str, Number]) -> Doubts:
             known = f"within {mean.half_width:.2g} over {mean.count} droplets (95 %)"
             found.append((f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
     return found
+
+
+def find_widths(droplets: Droplets, numbers: Mapping[str, Number], scale: float) -> Rules:
+    """Whether wide intervals of labels say nothing, in words, and of which number. `scale`: length of a pixel."""
+    return widths_of_labels(droplets, numbers, scale) if droplets.labelled else []
 
 
 def _rules_of_light(droplets: Droplets, checks: Checks) -> Rules:
@@ -127,7 +148,8 @@ def _rules_of_droplets(droplets: Droplets, checks: Checks) -> Rules:
     radius, film, labelled = droplets.segments.radius, droplets.walls.film, droplets.labelled
     share, shape = film / radius, checks.roundness[droplets.whole]
     sized = WALLS if labelled else ALL  # labels may be of any size
-    small = f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer"
+    smallest = SMALLEST_LABELS if labelled else SMALLEST
+    small = f"droplets are {radius:.0f} pixels in radius, needs {smallest:.0f}: take it closer"
     wide = f"films are {film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
     apart = f"droplets lie {film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess"
     odd, mean = int((shape < ROUND).sum()), float(shape.mean())
@@ -138,16 +160,17 @@ def _rules_of_droplets(droplets: Droplets, checks: Checks) -> Rules:
     loose = f"{checks.loose} of {len(shape)} droplets have fewer than three contacts once such droplets are removed "
     loose += "in turn: they are not jammed, films are wide, or walls, which are not looked for, hold them"
     changes = f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact"
+    free = checks.open_edge == 1 if labelled and lie_apart(droplets) else checks.open_edge > OPEN_EDGE
     ground = f"{checks.open_edge:.0%} of the edge of the picture is ground: a wall that holds droplets is not seen"
     differ = f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels"
     return [
-        (radius < SMALLEST, small, sized),
+        (radius < smallest, small, sized),
         (share > FILM and not labelled, wide, ALL),
-        (share > THICKEST_FILM and labelled, apart, CONTACTS),
+        (share > APART and labelled, apart, CONTACTS),
         (odd > ODD * len(shape) or mean < MEAN_ROUND, f"{bent}: several in one, or none", ALL),
         (labelled and checks.rho == 1, "every pixel is labelled: labels are cells, or droplets without voids", ALL),
         (rattling, loose, CONTACTS if labelled else WALLS),  # a wall that is seen as void is missing in rho
-        (not rattling and wavers, changes, CONTACTS),
-        (checks.open_edge > OPEN_EDGE, ground, WALLS),
+        (not rattling and wavers and not labelled, changes, CONTACTS),
+        (free, ground, WALLS - {"shape_rim"} if labelled else WALLS),
         (abs(checks.rho - checks.rho_by_pixels) > RHO, differ, ALL),
     ]

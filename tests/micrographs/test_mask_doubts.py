@@ -142,3 +142,35 @@ def test_a_label_on_all_sides_beside_a_ground_of_zeros_is_doubted():
 
 def test_a_stack_of_one_is_the_labels(window):
     assert jamlab.micrograph(labels=window.labels[None]).rho == jamlab.micrograph(labels=window.labels).rho
+
+
+def test_few_small_droplets_and_lines_widen_intervals_and_leave_them_good():
+    """Each hides what it may hide in the interval, in words among the notes."""
+    packing = jamlab.pack(36, 1e-3, seed=3)
+    for pixels, line, part in ((300, 3.0, 1.0), (150, 0.0, 1.0), (300, 0.0, 0.6)):
+        known = trial(packing, pixels, line, (0.3, 0.1), part)
+        found = jamlab.micrograph(labels=known.labels)
+        assert found.quality == "good" and outside(found, known.truth) == [], found.reasons
+        assert any(note.startswith("rho is known to within") for note in found.label_notes)
+
+
+@pytest.mark.parametrize("aspect", [2, 3])
+def test_elongated_droplets_are_droplets_and_halves_of_round_ones_are_none(window, aspect):
+    """Pressed flat, all of them are ellipses of one shape; of halves, bands and pairs none are."""
+    known = window.truth | {"area": window.truth["area"] / aspect, "shape_rim": {2: 1.1889, 3: 1.5141}[aspect]}
+    found = jamlab.micrograph(labels=window.labels[::aspect])
+    assert found.quality == "good" and outside(found, known) == [], found.reasons
+    halves = jamlab.micrograph(labels=label_masks.cracks(window.labels, np.random.default_rng(1)))
+    assert halves.numbers["count"].quality == "doubtful"
+
+
+def test_droplets_that_lie_apart_have_sharp_edges():
+    """Wide gaps of all widths are no lines between droplets: rho was known to within half of the distance."""
+    rng, labels = np.random.default_rng(3), np.zeros((240, 240), dtype=int)
+    for number, (x, y) in enumerate(240 * rng.random((50, 2)), 1):
+        near = np.hypot(X - x, Y - y)
+        if not labels[near < 11].any():
+            labels[near < 10] = number
+    found = jamlab.micrograph(labels=labels)
+    rho = found.numbers["rho"]
+    assert rho.quality == "good" and rho.bound < 0.02 and rho.value == pytest.approx((labels > 0).mean())

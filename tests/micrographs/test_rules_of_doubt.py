@@ -47,9 +47,9 @@ RULES = {
     "no ground": ("darkness", {"ground": 2}),
     "narrow voids": ("darkness", {"opening": 0.0}),
     "grey": ("darkness", {"smooth": np.full((160, 160), 0.5)}),
-    "small": ("segments", {"radius": 7.0}),
+    "small": ("segments", {"radius": 3.5}),
     "wide films": ("walls", {"film": 2.5}),
-    "labels apart": ("walls", {"film": 5.0}),
+    "labels apart": ("walls", {"film": 7.0}),
     "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}),
     "mean roundness": ("checks", lambda c: {"roundness": np.full_like(c.roundness, 0.79)}),
     "loose": ("checks", lambda c: {"loose": len(c.roundness)}),
@@ -97,3 +97,4 @@ def test_few_droplets_are_doubted(count, change):
     worse = {name: Number(1.0, error, 40) for name, error in change.items()} | {"count": Number(float(count))}
     ((_, concerned),) = quality.doubt_few({**known, **worse})
     assert concerned == (change.keys() or {"rho", "z", "shape_rim"})
+    assert quality.doubt_few({**known, **worse}, labelled=True) == []  # intervals of labels say it
