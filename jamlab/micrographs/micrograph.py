@@ -152,10 +152,8 @@ def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     """What the quality rests on."""
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
-    beyond, (rough, long) = (
-        walls.widest - walls.film,
-        (ROUGH, elongation(droplets)) if droplets.labelled else (0.0, 1.0),
-    )
+    beyond = walls.widest - walls.film
+    rough, long = (ROUGH, elongation(droplets)) if droplets.labelled else (0.0, 1.0)
     low, high = (_coordination(droplets, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
     return Checks(
         roundness=long * np.pi * (droplets.segments.inner + rough) ** 2 / droplets.areas,
