@@ -171,7 +171,7 @@ def widths_of_labels(
         number, word = numbers[name], WORDS.get(name, name)
         # sizes differ: few droplets leave their mean uncertain, and it says what it says
         wide, limit = (number.bound, limit * scale**2) if name == "area" else (number.uncertainty, limit)
-        if wide <= limit or not np.isfinite(number.value):
+        if wide <= limit or not np.isfinite(number.value + wide):
             continue
         few = name != "area" and number.half_width > number.bound
         why = f"it is a mean over {number.count} droplets" if few else causes[name]

@@ -91,8 +91,8 @@ def find_bounds(droplets: Droplets, checks: Checks) -> dict[str, float]:
     """How far each number may be off for what the picture shows badly, by the names of `Micrograph.numbers`."""
     if droplets.labelled:
         bounds = bounds_of_labels(droplets, in_doubt(droplets))
-        changes = [abs(other - checks.z[0]) for other in checks.z[1:]]  # with the widest gap of a contact
-        return bounds | {"z": float(np.fmax(bounds["z"], np.fmax(*changes)))}
+        changes = np.abs(np.array(checks.z) - checks.z[0])  # with the widest gap of a contact
+        return bounds | {"z": max([bounds["z"], *changes[np.isfinite(changes)].tolist()])}
     areas = droplets.areas[droplets.whole]
     bounds = {name: LIMITS[name] for name in ("count", "rho", "z")}
     bounds |= {"area": LIMITS["rho"] / max(checks.rho, LIMITS["rho"]) * float(areas.mean())}
@@ -103,11 +103,13 @@ def doubt_few(numbers: Mapping[str, Number], labelled: bool = False) -> Doubts:
     """Reasons why means over the droplets of a picture may differ from means over more droplets: of labels their
     intervals say so, but for a few labels. `numbers`: as in `Micrograph.numbers`."""
     count, words = int(numbers["count"].value), {"rho": "rho", "z": "z", "shape_rim": "A"}
-    needed = FEWEST_LABELS if labelled else FEWEST
-    if count < needed:
-        return [(f"{count} whole droplets only, needs {needed}: means over more may differ", frozenset(words))]
     if labelled:
-        return []
+        few = {name for name in words if 0 < numbers[name].count < FEWEST_LABELS}
+        fewest = min((numbers[name].count for name in few), default=0)
+        text = f"{', '.join(words[name] for name in words if name in few)} of {fewest} droplets only, needs "
+        return [(f"{text}{FEWEST_LABELS}: means over more may differ", frozenset(few))] if few else []
+    if count < FEWEST:
+        return [(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
     found = []
     for name, word in words.items():
         mean, limit = numbers[name], LIMITS["shape" if name == "shape_rim" else name]
