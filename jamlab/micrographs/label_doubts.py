@@ -4,6 +4,9 @@ Doubt is weighed by area. A label is odd if its outline is bent in, if no large 
 than all others and not round: regions that ran together. What it may hide or stand for is its area over that of a
 typical droplet. Labels that the edge of the picture cuts are judged as well, and weigh as much as of them is seen: a
 sliver says nothing of whole droplets, a merged region at the edge says much.
+
+What leaves correct labels less certain is in their intervals: edges, lines between labels, gaps, few or small droplets,
+wide distributions of sizes. An interval wider than the limits is said in words; only one that says nothing is doubtful.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ LIMIT_VOIDS = 0.5  # of the number of droplets, up to which that of voids is goo
 EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_rim": 4.0, "voids": 4.0}  # limits; a wider interval says nothing
 PIXEL_SHAPE = 1.0  # pixels squared, over the squared radius: of the shape factor, for outlines of whole pixels
 VARIED = 0.75  # scatter of gaps, of the most frequent: wide ones that vary by more are no lines that were left free
+DILUTE = 0.5  # share of labelled pixels: more discs than 0.55 do not lie apart at random
 ELLIPSE = 0.97  # area over that of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
 ALIKE = 0.9  # share of labels that are ellipses, where all are taken for droplets as long as most
 LONG = 1.2  # aspect, beyond which droplets are elongated
@@ -203,8 +207,8 @@ def label_edge(droplets: Droplets) -> float:
 def lie_apart(droplets: Droplets) -> bool:
     """Whether gaps are wide and of all widths: they lie between droplets that do not touch, and are no lines."""
     walls = droplets.walls
-    wide = walls.line > THICKEST_FILM * droplets.segments.radius
-    return wide and walls.widest - walls.film > VARIED * walls.film
+    wide = walls.line > THICKEST_FILM * droplets.segments.radius and droplets.segments.droplets.mean() < DILUTE
+    return bool(wide) and walls.widest - walls.film > VARIED * walls.film
 
 
 def widest_gap(droplets: Droplets) -> float:

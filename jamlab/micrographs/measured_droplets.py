@@ -52,7 +52,8 @@ class Micrograph(Result):
             droplets, `bound` of the systematic error, 95 % `interval` of both, its own `quality` and
             `reasons`; the names are those of `jamlab.measure`.
         reasons: all of them; empty if every number is good.
-        label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
+        label_notes: what was found in labels of another program, and set aside, filled, joined or parted,
+            and which intervals are wide, and why.
         pixel: size of a pixel; None leaves all lengths in pixels.
         unit: unit of lengths: "pixels", or the unit that a TIFF file states, such as "um"; "" if `pixel` was given.
         picture: (h, w) grey values, for drawing.

@@ -2,7 +2,8 @@
 
 A picture is good if no check objects. Limits were set on pictures rendered from packings (see
 `tests/micrographs/benchmark_degraded_pictures.py`), where errors stay within `LIMITS`. A picture of few droplets may be
-measured well and say little of others: it is good if means over its droplets are known to the same limits.
+measured well and say little of others: it is good if means over its droplets are known to the same limits. Numbers of
+labels are good if their intervals hold the truth, however wide, short of saying nothing: see `label_doubts`.
 """
 
 from __future__ import annotations
