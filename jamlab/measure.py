@@ -35,7 +35,7 @@ _TRIAL = 0.5  # s after which `measure` looks at the time that a state takes
 _START = 2.0  # s that new processes take to start and to load what measures
 
 
-_Own = Callable[[Packing], Any]  # of the user, which returns a number
+_Own = Callable[..., Any]  # of the user: takes a packing, returns a number
 
 
 @overload

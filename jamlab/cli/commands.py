@@ -1,8 +1,10 @@
 """How commands read their words, print one line for every error a user can cause, and lay out their help."""
 
 import logging
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -63,7 +65,10 @@ class Commands(Hinting):
             logging.getLogger("jamlab").setLevel(logging.DEBUG)
         try:
             with naming_options():
-                return super().main([word for word in words if word != "--debug"], *rest, **options)
+                try:
+                    return super().main([word for word in words if word != "--debug"], *rest, **options)
+                finally:
+                    _flush()
         except OSError as error:  # of printing the help
             if self.debug:
                 raise
@@ -83,7 +88,19 @@ class Commands(Hinting):
             if self.debug:
                 raise
             err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
+            with suppress(OSError):  # it may be the error that has just been printed
+                _flush()
             raise typer.Exit(1) from None
+
+
+def _flush() -> None:
+    """Write what is left of the output. What cannot be written goes nowhere then: it would fail again at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with suppress(OSError):  # a stream without a file
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
 
 
 def _line(error: BaseException) -> str:
