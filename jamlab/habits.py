@@ -283,7 +283,7 @@ CONCEPTS = (
             "phi rho packing_fraction to", "`jamlab.packing_fraction({p})`",
             {"jam": "`jamlab.compress(onset, to=0.9)`, from onset", "Packing": "`phi`, or "
              "`jamlab.packing_fraction({p})`",
-             "jamlab jam": "`jamlab compress`, from onset", "jamlab pack": "`--pressure`, or `jamlab compress`",
+             "jamlab jam": "`jamlab compress`, from onset",
              "FlowRun": "`jamlab.packing_fraction(packing)`"}),
     Concept("jamming_point phi_j phi_c phi_J find_jamming onset jamming jamming_onset phi_jam rcp "
             "critical_density critical_packing_fraction jamming_density jamming_fraction "

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from jamlab.argument_habits import ARGUMENTS
 from jamlab.errors import Renamed
+from jamlab.field_habits import FIELD, FIELD_ARGUMENTS
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 _MISSPELT = 0.85  # likeness of two spellings of one name
@@ -28,7 +29,9 @@ _VAGUE |= {
     *("data", "from", "with", "write", "read", "load", "save", "make", "find", "plot", "show", "number", "count")
 }
 _VAGUE |= {*("index", "size", "values", "list", "array", "table", "scale", "time", "area", "step", "rate", "file")}
+_VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "sweep", "network", "state", "full")}
 _SHORT = 3  # letters of names whose words are in one order only
+_PARTS = 2  # of a name in a message
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
 _BEFORE = ("get_", "compute_", "calc_", "calculate_", "find_", "n_", "num_", "mean_", "avg_", "average_", "total_")
 _AFTER = ("_matrix", "_list", "_array", "_values", "_table")
@@ -116,18 +119,21 @@ def hint(
 
 
 def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
-    """What the longest part of a name means, and which part that is; "" where nothing is known of any."""
+    """What the longest parts of a name mean, each with the part, at most two; "" where nothing is known of any."""
     words = name.lower().split("_")
     spans = [(start, stop) for start in range(len(words)) for stop in range(start + 1, len(words) + 1)]
+    found: dict[tuple[int, int], str] = {}
     for start, stop in sorted(spans, key=lambda span: (span[0] - span[1], -span[1])):
         part = "_".join(words[start:stop])
         if len(part) <= _SHORT or part in _VAGUE or part == name:
             continue
+        if any(start < end and begin < stop for begin, end in found):
+            continue
         place = "jamlab." * (kinds[0] == MODULE)
         use = f"`{place}{part}`" if part in known else meant(part, kinds, known)
-        if use and use != LIMITS:
-            return f"for {part!r} use {use}"
-    return ""
+        if use and use != LIMITS and len(found) < _PARTS:
+            found[start, stop] = f"for {part!r} use {use}"
+    return "; ".join(found[span] for span in sorted(found))
 
 
 def _parts(name: str) -> set[str]:
@@ -211,4 +217,7 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
     return found
 
 
-_ATTRIBUTES, _ARGUMENTS = _by_word(CONCEPTS), _by_word((*ARGUMENTS, *CONCEPTS))
+_ATTRIBUTES, _ARGUMENTS = (
+    _by_word((*FIELD, *CONCEPTS)),
+    _by_word((*FIELD_ARGUMENTS, *ARGUMENTS, *FIELD, *CONCEPTS)),
+)

@@ -14,12 +14,15 @@ import jamlab
 from jamlab.argument_habits import ARGUMENTS
 from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
+from jamlab.field_habits import FIELD, FIELD_ARGUMENTS
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
 from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
 from jamlab.packing.quantities import MEASURED
 from jamlab.protocols.law_arguments import law_arguments
 
-WORDS = sorted({word for concept in (*CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
+WORDS = sorted(
+    {word for concept in (*FIELD, *FIELD_ARGUMENTS, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()}
+)
 PUBLIC = [*jamlab.__all__, "__version__"]
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 LAW = {"pack": law_arguments("sp"), "jam": law_arguments("dp") + law_arguments("sp")}

@@ -209,7 +209,7 @@ CALLS = [
 ]
 # shell: words -> what is meant, as `use jamlab WORD` or an option
 SHELL = {
-    "restart": "campaign resume|compress",
+    "restart": "resumes",
     "sweep": "compress|campaign",
     "examples": "decks|demo",
     "track": "analyze|track_droplets",
@@ -222,7 +222,7 @@ SHELL = {
     "list": "decks",
     "init": "campaign new",
     "new": "campaign new",
-    "resume": "campaign resume",
+    "resume": "resumes",
     "status": "campaign status",
     "info p.h5": "analyze",
     "measure p.h5": "analyze",

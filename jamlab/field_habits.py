@@ -1,0 +1,195 @@
+"""Words of fields and of other programs that `jamlab.habits` leaves open, asked before those; see there."""
+
+from jamlab.habits import LIMITS, MODULE, Concept
+
+_SPECTRA = ("ComplexModulus", "NonlinearModulus", "Oscillation")
+_FIT = "`jamlab.flow_curve({p}, rates)`: fit its rates and stress by scipy.optimize.curve_fit"
+_LAME = "`to_dataframe()`, in two dimensions mu = g and lambda = b - g"
+_SAMPLES = "`jamlab.open_campaign(path)`, which runs several processes"
+
+FIELD = (
+    # elasticity
+    Concept("lame lambda_ lambda lam mu lame_coefficients lame_parameters first_lame second_lame", "", "",
+            {"ElasticTensor": _LAME}),
+    Concept("compliance compliance_tensor compliance_matrix S s_ijkl", "", "", {"ElasticTensor":
+            "`relaxed`, whose inverse it is"}),
+    Concept("anisotropy isotropic is_isotropic isotropy zener eigenvalues eigvals principal_moduli kelvin_moduli "
+            "stable is_stable", "", "", {"ElasticTensor": "`relaxed`, the tensor of which it follows"}),
+    Concept("C11 C12 C22 C33 C16 C26 C44 C66 c11 c12 c22 c33 c66 cxxxx cxyxy C_xyxy components", "", "",
+            {"ElasticTensor": "`relaxed`, or `to_dataframe()`"}),
+    Concept("nonaffine_modulus non_affine_modulus nonaffine_part nonaffine_correction nonaffine_contribution", "", "",
+            {"ElasticTensor": "`affine - relaxed`"}),
+    Concept("p_wave longitudinal_modulus sound_velocity speed_of_sound sound_speed wave_speed", "",
+            "`jamlab.elastic_tensor({p}).to_dataframe()`: the moduli of which it follows",
+            {"ElasticTensor": "`to_dataframe()`, the moduli of which it follows"}),
+    # oscillation
+    Concept("eta_prime dynamic_viscosity eta_p", "", "", dict.fromkeys(_SPECTRA, "`loss / omega`")),
+    Concept("eta_double_prime eta_pp eta_doubleprime", "", "", dict.fromkeys(_SPECTRA, "`storage / omega`")),
+    Concept("cole_cole colecole nyquist van_gurp_palmen bode loglog_plot", "", "",
+            dict.fromkeys(_SPECTRA, "`storage` and `loss`")),
+    Concept("complex_compliance J_star J_prime storage_compliance loss_compliance", "", "",
+            dict.fromkeys(_SPECTRA, "`1 / (storage + 1j * loss)`")),
+    Concept("complex_viscosity eta_star", "", "", dict.fromkeys(_SPECTRA, "`abs(storage + 1j * loss) / omega`")),
+    Concept("frequency_hz f hertz hz freq_hz", "", "",
+            dict.fromkeys(("ComplexModulus", "NonlinearModulus"), "`omega / (2 * np.pi)`")),
+    Concept("intracycle minimum_strain_modulus large_strain_modulus chebyshev fourier ft_rheology harmonic_spectrum",
+            "harmonics", "`jamlab.oscillate({p}, omega, amplitude).harmonics`"),
+    Concept("linear_regime lvr LVR linear_range amplitude_limit critical_strain", "",
+            "`jamlab.oscillate({p}, omega, amplitude)` at several amplitudes"),
+    Concept("I31 I3_1 i31 I3I1 e3 e_3 Q Q0 nonlinearity", "third_over_first"),
+    Concept("G1_prime G1_double_prime G_1 G_L G_M g_n", "", "", {"Oscillation": "`storage`, `loss` or `harmonics`"}),
+    Concept("loss loss_angle phase_lag phase_angle phase_shift tan_phi viscoelastic viscoelastic_moduli "
+            "frequency_response transfer_function trios rheocompass rheometer", "", "`jamlab.complex_modulus({p}, "
+            "omega)`, with storage and loss"),
+    # flow
+    Concept("time_sweep relaxation_curve", "", "`jamlab.relax_stress({p}, strain, duration)`"),
+    Concept("normal_force_difference first_normal", "normal_stress_difference"),
+    Concept("peak_strain overshoot_strain strain_at_peak peak_position", "peak", "", {"FlowRun":
+            "`to_dataframe()[['strain', 'stress']]`"}),
+    Concept("displacement displacements msd mean_squared_displacement trajectories unwrapped", "", "",
+            {"FlowRun": "`frames`, packings whose positions differ"}),
+    Concept("plastic_strain elastic_strain", "plastic_events"),
+    Concept("restart continue_ resume continue_run extend", "", "", {"FlowRun": "`packing`, from which another run "
+            "starts"}),
+    Concept("converged success is_done done", "finished converged"),
+    Concept("dissipated_energy heat", "dissipated dissipation"),
+    Concept("yield_curve yield", "", "`jamlab.flow_curve({p}, rates).herschel_bulkley()`, or "
+            "`jamlab.quasistatic_shear({p}, strain)`"),
+    Concept("carreau carreau_yasuda cross cross_model papanastasiou ostwald power_law_fluid sisko fit_model "
+            "carreau_fit cross_fit windhab three_component", "", _FIT,
+            {"FlowCurve": "`rates` and `stress`, in scipy.optimize.curve_fit"}),
+    Concept("power_law power_law_fit powerlaw shear_thinning thinning_index", "", "",
+            {"FlowCurve": "`herschel_bulkley()`"}),
+    Concept("viscosities", "", "", {"FlowCurve": "`stress / rates`"}),
+    Concept("thixotropy hysteresis hysteresis_loop three_interval 3itt ramp up_down_sweep shear_history preshear "
+            "pre_shear", "", "`jamlab.shear(run.packing, rate)` after a run, and so on"),
+    Concept("recovery creep_recovery recoverable_compliance recoil", "", "`jamlab.stop_flow(flow, duration)`, or "
+            "`jamlab.creep(run.packing, 0.0, duration)` after a creep run"),
+    Concept("N2 n2 second_normal_stress second_normal_stress_difference Psi1 psi1 first_normal_stress_coefficient",
+            "", "", {"FlowCurve": "`normal_stress_difference / rates ** 2`"}),
+    Concept("weissenberg deborah peclet capillary_number bagnold", "", "", {"FlowCurve": "`rates`", "ShearRun":
+            "`rate`"}),
+    # structure
+    Concept("cells voronoi areas volumes free_volume free_area cell_areas local_area polygon_area", "", "",
+            {"Tessellation": "`area`"}),
+    Concept("regions vertices ridges faces boundaries ridge_points edges", "", "", {"Tessellation": "`lines`"}),
+    Concept("defects pentagons heptagons disclinations dislocations topology topological_charge polygons_of_cells "
+            "plot_voronoi", "", "`jamlab.tessellation({p}).sides`", {"Tessellation": "`sides`"}),
+    Concept("points sites generators", "", "", {"Tessellation": "`packing.positions`"}),
+    Concept("degree degrees contacts_per_particle n_neighbors neighbors", "", "",
+            {"Contacts": "`np.bincount(pairs.ravel(), minlength=packing.n)`"}),
+    Concept("sparse csr coo laplacian incidence graph_matrix", "", "", {"Contacts": "`pairs`, the edges"}),
+    Concept("P_f p_f pdf force_pdf force_histogram", "", "`jamlab.contacts({p}).forces.size`", {"Contacts":
+            "`forces.size`"}),
+    Concept("strong_contacts weak_contacts strong_forces weak_forces", "", "", {"Contacts": "`forces.size`"}),
+    Concept("floppy floppy_mode mechanism mechanisms states_of_motion", "", "`jamlab.maxwell_count({p})`, or "
+            "`jamlab.count_zero_modes({p})`"),
+    Concept("E", "energy", "", {"Evaluation": "`energy`, or `jamlab.elastic_tensor(packing)` for moduli"}),
+    Concept("fmax max_f f_max largest_force maximum_force residual_force force_norm fnorm", "max_force"),
+    Concept("trace hydrostatic_pressure isotropic_stress mean_stress", "pressure"),
+    Concept("excess z_minus_z_iso hyperstaticity contact_excess", "", "`jamlab.contacts({p})`: 2 (n_contacts - "
+            "isostatic) / n_backbone", {"Contacts": "`2 * (n_contacts - isostatic) / n_backbone`"}),
+    Concept("sk s_k S_k ssf static_structure_factor sq g2 pcf paircorrelation compute_rdf chi_k hyperuniformity "
+            "spectral_density coordination_shell ase", "", "`jamlab.universe({p})` for MDAnalysis, or "
+            "`jamlab.write(path, {p})` for freud and OVITO"),
+    Concept("stress_anisotropy deviatoric deviatoric_stress principal_stresses stress_ratio von_mises shear_jammed "
+            "principal_stress local_stress stress_per_particle per_particle_stress particle_stress virial_per_atom",
+            "", "`jamlab.evaluate({p}).stress`", {"Evaluation": "`stress`"}),
+    Concept("debye debye_frequency debye_level reduced_dos d_w cumulative_dos", "frequencies", "`jamlab.lowest_modes"
+            "({p}).frequencies`"),
+    Concept("betweenness graph networkx to_networkx communities percolation largest_cluster connected clusters",
+            "pairs", "`jamlab.contacts({p}).pairs`, edges for networkx"),
+    Concept("thermal heat conductivity conductance diffusion_coefficient self_intermediate scattering_function isf "
+            "chi4 overlap_function alpha_relaxation entropy free_energy heat_capacity thermostat langevin nvt nve "
+            "temperature hydrostatic lubrication hydrodynamics polymer granular cohesion adhesion_energy wetting "
+            "coalescence charge charges electrostatics dielectric magnetic", "", LIMITS),
+    # pictures
+    Concept("particle_table droplet_table region_table particles_df features features_df spots", "table",
+            "`jamlab.micrograph(picture).table()`"),
+    Concept("calibrate calibration microns set_scale micron_size physical_size voxel_size spacing",
+            "pixel", "`jamlab.micrograph(picture, pixel=0.5)`", {"Micrograph": "`pixel`, an argument of "
+            "`jamlab.micrograph(picture)`"}),
+    Concept("napari add_labels viewer open_in_napari napari_view to_napari imagej fiji rois roi to_roi label2rgb "
+            "color_labels colorize", "labels",
+            "`jamlab.micrograph(picture).labels`"),
+    Concept("save_csv write_csv export_csv csv to_table save_table as_table save_results measurements results_table",
+            "to_csv", "`jamlab.measure([{p}]).to_csv(path)`",
+            {"Micrograph": "`table().to_csv(path)`", "Result": "`to_dataframe().to_csv(path)`",
+             "Campaign": "`table().to_csv(path)`"}),
+    Concept("filter_stubs stubs annotate annotate3d plot_traj subpx_bias proximity characterize tp_batch "
+            "relabel relate_frames", "", "`jamlab.track_droplets(source)`, a table"),
+    Concept("watershed binarize segment segmentation locate refine", "", "",
+            {"Micrograph": "`labels`, the segmented picture"}),
+    Concept("eccentricities roundness aspect_ratio solidity elongation orientation feret", "", "`jamlab.micrograph("
+            "picture).labels`, of which skimage.measure.regionprops has it", {"Micrograph": "`labels`, of which "
+            "skimage.measure.regionprops has it", "Packing": "`outlines()`, of which it follows"}),
+    Concept("rattler_mask is_rattler", "rattlers"),
+    Concept("boundary_mask edge_mask cut_mask border touching_border", "", "", {"Micrograph": "`cut`"}),
+    Concept("threshold_value otsu_threshold level", "", "", {"Micrograph": "`contrast`"}),
+    Concept("ep signal mass flags is_good bad", "", "", {"Micrograph": "`quality`, `reasons` and `noise`"}),
+    # programs
+    Concept("bootstrap jackknife confidence_interval finite_size resample average_over_seeds error_bars", "",
+            "`jamlab.estimate`, or `jamlab.open_campaign(path)`"),
+    Concept("load open", "", "", {"Campaign": "`packings` or `table()`"}),
+    Concept("seeds n parameters params config settings", "", "", {"Campaign": "`content`, or `text` of the file"}),
+    Concept("errors failed pending failures jobs_left done tasks running incomplete", "", "",
+            {"Campaign": "`status`"}),
+    Concept("output outputs output_dir directory dir path root", "", "", {"Campaign": "`folder`"}),
+    Concept("run_all start launch execute", "", "", {"Campaign": "`run()`"}),
+    Concept("thermo fix unfix compute reset box natoms version timestep dump neighbor", "", "",
+            {"Session": "`command`, or `packing()` for the state"}),
+    Concept("shape dtype ndim nbytes T flat itemsize", "positions", "",
+            {"Result": "`to_dataframe()`, a table of pandas", "Micrograph": "`picture`, an array"}),
+    Concept("keys values items fields columns names to_dict as_dict asdict dict to_json json to_yaml model_dump "
+            "to_list tolist to_numpy as_array numpy array to_array", "", "",
+            {"Result": "`to_dataframe()`, a table of pandas", "Packing": "`params`, `positions`, and `write(path)` for "
+             "a file", "Campaign": "`table()`, a table of pandas", "Micrograph": "`table()`"}),
+    Concept("copy deepcopy clone replace", "", "the object itself: results never change",
+            {MODULE: "the packing itself: packings never change"}),
+    Concept("config options settings rc rcparams rcParams set_option set_options configure defaults get_config "
+            "configuration_file environment", "", "arguments of each function: there are no settings",
+            {"Packing": "`provenance`", "Campaign": "`text`, the file"}),
+    Concept("version code_version git_hash software created creator created_at date", "", "",
+            {"Packing": "`provenance`"}),
+    Concept("xyz r0 coordinate positions_array xy_positions com center_of_mass", "positions centres"),
+    Concept("cache clear_cache cached memoize cache_dir checkpoint checkpoints", "",
+            "`jamlab.open_campaign(path)`, which keeps its results", {MODULE:
+            "`jamlab.open_campaign(path)`, which keeps its results"}),
+    Concept("n_jobs map pool Pool multiprocessing joblib dask mpi mpi4py workers set_threads nproc parallel_map "
+            "parallelize", "", _SAMPLES, {"Campaign": "`run()`, with its argument processes"}),
+    Concept("viz visualize visualise visualization vis viewer explorer gui dashboard", "", "`jamlab.write_page(path, "
+            "packings)`, or `{p}.plot()`"),
+    Concept("rng default_rng RandomState generator_of_numbers seeds", "seeds", "the argument seed of `jamlab.pack` or "
+            "`jamlab.jam`"),
+    Concept("save_all savez pickle dumps loads to_pickle serialize store", "",
+            "`jamlab.write(path, packings)`, or pickle itself"),
+    # LAMMPS
+    Concept("timestep reset_timestep atom_style atom_modify pair_modify neigh_modify bond_style compute group region "
+            "variable run_style velocity min_style min_modify thermo_style thermo_modify read_restart write_restart "
+            "special_bonds comm_modify include clear newton processors change_box displace_atoms delete_atoms", "",
+            "", {MODULE: "`jamlab.Session(packing)`, which takes LAMMPS commands", "Session": "`command`"}),
+    Concept("boundary", "", "", {MODULE: "`jamlab.with_walls`: the box is periodic before"}),
+    Concept("run minimize_lammps script file input_script commands commands_string", "", "",
+            {"Session": "`command`, or `minimize`"}),
+    Concept("get_thermo extract_box extract_compute extract_fix extract_variable gather_atoms get_natoms numpy", "",
+            "", {"Session": "`evaluate()`, `positions()` or `packing()`"}),
+)  # fmt: skip
+
+# arguments and options of the same kind
+FIELD_ARGUMENTS = (
+    Concept("time t total_time simulation_time length run_length", "duration"),
+    Concept("columns quantities names keys properties", "quantities"),
+    Concept("cutoff r_cut rc distance tolerance", "threshold"),
+    Concept("dp sp droplets disks deformable", "model"),
+    Concept("plot figure picture overlay_file image_out", "overlay"),
+    Concept("save output out_csv", "csv out path"),
+    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jamlab jam": "`--law vertices=16`, with "
+            "`--model dp`"}),
+    Concept("kind type system particle particle_type style", "model"),
+    Concept("overwrite force exist_ok clobber yes", "force"),
+    Concept("volume_fraction area_fraction packing_fraction density", "phi to"),
+    Concept("format fmt to_csv csv output_format columns fields quantities properties observable metrics",
+            "observables as_json json out"),
+    Concept("min_frequency fmin w_min omega_low f_min start_frequency", "omega_min"),
+    Concept("max_frequency fmax w_max omega_high f_max end_frequency", "omega_max"),
+)  # fmt: skip
