@@ -13,10 +13,10 @@ NAMES = {
     "imshow:plot|draw "
     "forces:packing coordination:z coordination_number:z n:count num_droplets:count label:labels mask:labels "
     "regions:labels|table regionprops:table|to_dataframe circularity:shape perimeter:shape perimeters:shape "
-    "shape_factor:shape eccentricity:- contours:outlines boundaries:outlines pixel_size:pixel scale:pixel "
+    "shape_factor:shape eccentricity:labels contours:outlines boundaries:outlines pixel_size:pixel scale:pixel "
     "image:picture frame:picture edges:outlines neighbors:neighbours voronoi:cells n_neighbors:neighbours "
     "pressure:packing "
-    "psi6:packing hexatic:packing intensity:contrast snr:noise quality:ok plot:ok contacts:ok area:areas z:ok",
+    "psi6:packing hexatic:packing intensity:contrast|labels snr:noise quality:ok plot:ok contacts:ok area:areas z:ok",
     ("P1", "jamlab"): "track:track_droplets link:track_droplets locate:micrograph batch:track_droplets|micrograph "
     "segment:micrograph analyze_image:micrograph image:micrograph load_image:micrograph imread:micrograph "
     "segmentation:micrograph detect:micrograph Micrograph:results|micrograph msd:- voronoi:tessellation "
@@ -94,7 +94,7 @@ NAMES = {
     (
         "P4",
         "jamlab",
-    ): "__version__:ok version:__version__ cite:CITATION citation:CITATION config:- set_seed:seed seed:seed "
+    ): "__version__:ok version:__version__ cite:CITATION citation:CITATION config:arguments set_seed:seed seed:seed "
     "logger:getLogger "
     "load:read open:read save:write load_hdf5:read read_hdf5:read to_hdf5:write export:write dump:write from_file:read "
     "from_lammps:read to_lammps:write Simulation:Session System:Packing Box:Packing Particles:Packing Config:Packing "
@@ -188,7 +188,7 @@ CALLS = [
     ("P4", "jamlab.pack(np.int64(32), 1e-3)", "ok"),
     ("P4", "jamlab.pack(32, 1e-3, verbose=True)", "progress"),
     ("P4", "jamlab.pack(32, 1e-3, timeout=1)", "has no argument 'timeout'"),
-    ("P4", "jamlab.pack(32, 1e-3, max_iter=10)", "has no argument 'max_iter'"),
+    ("P4", "jamlab.pack(32, 1e-3, max_iter=10)", "tolerance"),
     ("P4", "jamlab.pack(32, 1e-3, n_jobs=2)", "ranks"),
     ("P4", "jamlab.pack(32, 1e-3, rng=np.random.default_rng(1))", "seed"),
     ("P4", "jamlab.measure([p, p], n_jobs=2)", "processes"),
