@@ -15,14 +15,20 @@ FIELD = (
             "`relaxed`, whose inverse it is"}),
     Concept("anisotropy isotropic is_isotropic isotropy zener eigenvalues eigvals principal_moduli kelvin_moduli "
             "stable is_stable", "", "", {"ElasticTensor": "`relaxed`, the tensor of which it follows"}),
-    Concept("C11 C12 C22 C33 C16 C26 C44 C66 c11 c12 c22 c33 c66 cxxxx cxyxy C_xyxy components", "", "",
+    Concept("C11 C12 C22 C33 C16 C26 C44 C66 c11 c12 c22 c33 c66 cxxxx cxyxy C_xyxy components c1212 mu_shear rotate",
+            "", "",
             {"ElasticTensor": "`relaxed`, or `to_dataframe()`"}),
-    Concept("nonaffine_modulus non_affine_modulus nonaffine_part nonaffine_correction nonaffine_contribution", "", "",
+    Concept("nonaffine nonaffine_modulus non_affine_modulus nonaffine_part nonaffine_correction nonaffine_contribution", "", "",
             {"ElasticTensor": "`affine - relaxed`"}),
     Concept("p_wave longitudinal_modulus sound_velocity speed_of_sound sound_speed wave_speed", "",
             "`jamlab.elastic_tensor({p}).to_dataframe()`: the moduli of which it follows",
             {"ElasticTensor": "`to_dataframe()`, the moduli of which it follows"}),
     # oscillation
+    Concept("G_abs magnitude_of_g", "", "", dict.fromkeys(_SPECTRA, "`abs(storage + 1j * loss)`")),
+    Concept("G_p G_s", "", "", dict.fromkeys(_SPECTRA, "`storage`")),
+    Concept("G_pp G_l", "", "", dict.fromkeys(_SPECTRA, "`loss`")),
+    Concept("waveform waveforms fundamental stress_amplitude", "", "", {"Oscillation": "`stress` over `time`, or "
+            "`harmonics`"}),
     Concept("eta_prime dynamic_viscosity eta_p", "", "", dict.fromkeys(_SPECTRA, "`loss / omega`")),
     Concept("eta_double_prime eta_pp eta_doubleprime", "", "", dict.fromkeys(_SPECTRA, "`storage / omega`")),
     Concept("cole_cole colecole nyquist van_gurp_palmen bode loglog_plot", "", "",
@@ -38,6 +44,7 @@ FIELD = (
             "`jamlab.oscillate({p}, omega, amplitude)` at several amplitudes"),
     Concept("I31 I3_1 i31 I3I1 e3 e_3 Q Q0 nonlinearity", "third_over_first"),
     Concept("G1_prime G1_double_prime G_1 G_L G_M g_n", "", "", {"Oscillation": "`storage`, `loss` or `harmonics`"}),
+    Concept("loss_angle phase_lag phase_shift", "", "", dict.fromkeys(_SPECTRA, "`np.arctan2(loss, storage)`")),
     Concept("loss loss_angle phase_lag phase_angle phase_shift tan_phi viscoelastic viscoelastic_moduli "
             "frequency_response transfer_function trios rheocompass rheometer", "", "`jamlab.complex_modulus({p}, "
             "omega)`, with storage and loss"),
@@ -69,7 +76,12 @@ FIELD = (
             "", "", {"FlowCurve": "`normal_stress_difference / rates ** 2`"}),
     Concept("weissenberg deborah peclet capillary_number bagnold", "", "", {"FlowCurve": "`rates`", "ShearRun":
             "`rate`"}),
+    Concept("stress_overshoot", "", "`jamlab.shear({p}, rate).peak`"),
+    Concept("taus", "stress"),
+    Concept("event_count n_events", "plastic_events events"),
     # structure
+    Concept("make_jammed make_packing jammed_packing jam_disks", "", "`jamlab.jam(n)`, or `jamlab.pack(n, pressure)`"),
+    Concept("particle_count disk_count", "n count"),
     Concept("cells voronoi areas volumes free_volume free_area cell_areas local_area polygon_area", "", "",
             {"Tessellation": "`area`"}),
     Concept("regions vertices ridges faces boundaries ridge_points edges", "", "", {"Tessellation": "`lines`"}),
@@ -127,6 +139,58 @@ FIELD = (
     Concept("boundary_mask edge_mask cut_mask border touching_border", "", "", {"Micrograph": "`cut`"}),
     Concept("threshold_value otsu_threshold level", "", "", {"Micrograph": "`contrast`"}),
     Concept("ep signal mass flags is_good bad", "", "", {"Micrograph": "`quality`, `reasons` and `noise`"}),
+    Concept("img array thumbnail foreground bit_depth", "picture"),
+    Concept("droplet_areas", "areas"),
+    Concept("warnings warning problems issues notes messages", "reasons remedy"),
+    Concept("magnification objective", "pixel"),
+    Concept("filename file path source", "", "", {"Micrograph": "`picture`, the array: keep the name of its file"}),
+    Concept("disorder order", "", "`jamlab.hexatic_order({p})`"),
+    Concept("save_hdf5 save_frames write_frames save_trajectory", "", "", {"FlowRun": "`jamlab.write(path, frames)`"}),
+    Concept("positions coordinates radii diameters box n boxes", "", "", {"FlowRun": "`packing`, or `frames`, of which "
+            "it is an attribute"}),
+    Concept("metadata provenance seed_used seed parameters params settings config arguments", "", "",
+            {"FlowRun": "`packing.provenance`"}),
+    Concept("duration total_time t_max", "time"),
+    Concept("bands shear_bands localization profile", "velocity_profile"),
+    Concept("slope_initial initial_slope initial_modulus tangent_modulus", "", "`jamlab.shear_modulus({p})`"),
+    Concept("abs_eta eta_abs eta_complex", "", "", dict.fromkeys(_SPECTRA, "`abs(storage + 1j * loss) / omega`")),
+    Concept("viscosity0 zero_shear eta_zero", "eta0"),
+    Concept("tau_c characteristic_time tau_relax", "tau_star"),
+    Concept("power_law_exponent log_derivative", "", "", {"ComplexModulus":
+            "`np.gradient(np.log(storage), np.log(omega))`"}),
+    Concept("err_storage err_loss storage_error loss_error storage_err", "error_bound"),
+    Concept("shape nbins", "", "", {"ComplexModulus": "`omega.shape`", "FlowRun": "`stress.shape`", "FlowCurve":
+            "`stress.shape`", "Contacts": "`pairs.shape`"}),
+    Concept("n_disks h_matrix cell_matrix", "", "", {"Packing": "`n` particles in the `box`"}),
+    Concept("tile repeat replicate supercell periodic_images", "", "", {"Packing": "`positions` and `box`: shift them "
+            "by rows of the box"}),
+    Concept("unwrap unwrapped unwrapped_positions", "positions"),
+    Concept("plot_network plot_bonds draw_network show_network", "", "", {"Packing": "`jamlab.contacts({p}).plot()`"}),
+    Concept("image img picture render to_image rasterize", "", "", {"Packing": "`jamlab.synthetic_micrograph({p})`, or "
+            "`plot()`"}),
+    Concept("eigenfrequencies eigenfrequency hessian_eigs natural_frequencies", "frequencies",
+            "`jamlab.lowest_modes({p}).frequencies`"),
+    Concept("z_dist z_histogram mean contact_histogram coordination_per_particle", "", "", {"Contacts":
+            "`z`, or `np.bincount(pairs.ravel(), minlength=packing.n)` of each particle"}),
+    Concept("tangents tangent tangential tangential_vectors normals normal_vectors", "", "", {"Contacts":
+            "`r`, vectors between centres"}),
+    Concept("strength weights weight force_weights mean_force max_force", "", "", {"Contacts": "`forces.size`"}),
+    Concept("components connected_components isolated islands", "", "", {"Contacts": "`rattlers`, or `pairs` as edges "
+            "of a graph"}),
+    Concept("isotropic_packing jam_packing", "", "`jamlab.pack(n, pressure)`, or `jamlab.jam(n)` at onset"),
+    Concept("biaxial triaxial uniaxial extension elongation_flow stretch tension", "", LIMITS),
+    Concept("rheometry shear_test oscillatory_test rheology_test", "", "`jamlab.complex_modulus({p}, omega)`, "
+            "`jamlab.shear({p}, rate)` or `jamlab.oscillate({p}, omega, amplitude)`"),
+    Concept("local_strain falk_langer local_shear_strain best_fit_strain", "", "", dict.fromkeys(
+            (MODULE, "Packing"), "`jamlab.nonaffine_response(packing)`")),
+    Concept("list_decks decks deck lammps_scripts templates", "", "", {MODULE: "the command `jamlab decks`"}),
+    Concept("n_threads set_n_threads", "", "the argument ranks of `jamlab.jam` or `jamlab.pack`"),
+    Concept("progress tqdm progress_bar verbose", "progress", "", {MODULE: "the argument progress of `jamlab.pack` and "
+            "others"}),
+    Concept("about license licence credits authors docs documentation tutorial tutorials help usage url homepage "
+            "manual readme", "", "", {MODULE: "the docs and README of the repository, or help(jamlab)"}),
+    Concept("example examples demo dataset datasets download fetch sample_data example_data", "", "",
+            {MODULE: "`jamlab.pack(n, pressure)`, or the command `jamlab demo`"}),
     # programs
     Concept("bootstrap jackknife confidence_interval finite_size resample average_over_seeds error_bars", "",
             "`jamlab.estimate`, or `jamlab.open_campaign(path)`"),
@@ -191,7 +255,8 @@ FIELD = (
     Concept("brownian monte_carlo md molecular_dynamics inertia inertial underdamped utils constants", "", LIMITS),
     Concept("overdamped bubble bubble_dynamics viscous_dynamics", "", "`jamlab.shear({p}, rate)`"),
     Concept("boundaries periodic pbc walls wall confinement", "walls", "`jamlab.with_walls`"),
-    Concept("pebble pebbles rigid_components", "", "", dict.fromkeys((MODULE, "Packing"), "`jamlab.rigid_clusters(packing)`")),
+    Concept("pebble pebbles rigid_components", "", "", dict.fromkeys((MODULE, "Packing"),
+            "`jamlab.rigid_clusters(packing)`")),
     Concept("kn modulus_of_contact", "", "`jamlab.pack(n, pressure)`, where the strength of contacts is 1"),
     Concept("stats statistics average", "", "`jamlab.measure({p})`, or `jamlab.estimate`"),
     Concept("droplets make_droplets droplet deformable deformable_particles dpm", "", "`jamlab.jam(n, 'dp')`, or "
@@ -234,6 +299,13 @@ FIELD = (
 
 # arguments and options of the same kind
 FIELD_ARGUMENTS = (
+    Concept("final last phi_final", "to"),
+    Concept("load weight", "stress"),
+    Concept("n_eigs n_eigenvalues n_modes neigs", "count"),
+    Concept("step snapshot index i", "step frame strain"),
+    Concept("freq_max frequency_max max_freq", "omega_max"),
+    Concept("freq_min frequency_min min_freq omega", "omega_min"),
+    Concept("steps n_steps num_steps nsteps", "step n_rows rows"),
     Concept("time t total_time simulation_time length run_length", "duration"),
     Concept("columns quantities names keys properties", "quantities"),
     Concept("cutoff r_cut rc distance tolerance", "threshold"),

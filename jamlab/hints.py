@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 _MISSPELT = 0.85  # likeness of two spellings of one name
 _REMEMBERED = 10_000  # names
+_AT_A_GLANCE = 25  # names listed at most
 _MOST_LISTED = 60  # names in a message
 # parts that say little of what is meant
 _VAGUE = {
@@ -33,6 +34,8 @@ _VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "swee
 _SHORT = 3  # letters of names whose words are in one order only
 _PARTS = 2  # of a name in a message
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
+_WHOLE = {"frac": "fraction", "mod": "modulus", "moduli": "modulus", "freq": "frequency", "dist": "distribution"}
+_WHOLE |= {"frequencies": "frequency", "viscosities": "viscosity", "visc": "viscosity", "coord": "coordination"}
 _BEFORE = ("get_", "compute_", "calc_", "calculate_", "find_", "n_", "num_", "mean_", "avg_", "average_", "total_")
 _AFTER = ("_matrix", "_list", "_array", "_values", "_table")
 
@@ -76,7 +79,8 @@ def _forms(name: str) -> tuple[str, ...]:
     """Other forms of a name with its meaning: in small letters, unless it is one letter, one or several, without a verb
     or "number of", without what says that it is an array, and with its words in any order or without a gap."""
     small = name.lower() if len(name) > 1 else name
-    stems = [small, *(small.removeprefix(before) for before in _BEFORE if small.startswith(before))]
+    whole = "_".join(_WHOLE.get(part, part) for part in small.split("_"))
+    stems = [small, whole, *(small.removeprefix(before) for before in _BEFORE if small.startswith(before))]
     stems += [stem.removesuffix(after) for stem in stems for after in _AFTER if stem.endswith(after)]
     return (*(form for stem in stems for form in (stem, f"{stem}s", stem.removesuffix("s"))), *_alike(name))
 
@@ -115,7 +119,16 @@ def hint(
         if shared:
             return f"; names with a word of it: {', '.join(shared)}; help(jamlab) lists all"
         return f"; help(jamlab{'' if kinds[0] == MODULE else '.' + kinds[0]}) lists what there is"
-    return f"; it has {', '.join(known)}"
+    return f"; it has {_listed(name, known)}"
+
+
+def _listed(name: str, known: list[str]) -> str:
+    """The names that there are, the most like one first if there are many."""
+    if len(known) <= _AT_A_GLANCE:
+        return ", ".join(known)
+    parts = _parts(name)
+    near = sorted(known, key=lambda each: (-len(_parts(each) & parts), -SequenceMatcher(None, each, name).ratio()))
+    return f"{', '.join(near[:_AT_A_GLANCE])}, and {len(known) - _AT_A_GLANCE} more, which dir() lists"
 
 
 def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
