@@ -18,7 +18,8 @@ FIELD = (
     Concept("C11 C12 C22 C33 C16 C26 C44 C66 c11 c12 c22 c33 c66 cxxxx cxyxy C_xyxy components c1212 mu_shear rotate",
             "", "",
             {"ElasticTensor": "`relaxed`, or `to_dataframe()`"}),
-    Concept("nonaffine nonaffine_modulus non_affine_modulus nonaffine_part nonaffine_correction nonaffine_contribution", "", "",
+    Concept("nonaffine nonaffine_modulus non_affine_modulus nonaffine_part nonaffine_correction "
+            "nonaffine_contribution", "", "",
             {"ElasticTensor": "`affine - relaxed`"}),
     Concept("p_wave longitudinal_modulus sound_velocity speed_of_sound sound_speed wave_speed", "",
             "`jamlab.elastic_tensor({p}).to_dataframe()`: the moduli of which it follows",
@@ -79,6 +80,22 @@ FIELD = (
     Concept("stress_overshoot", "", "`jamlab.shear({p}, rate).peak`"),
     Concept("taus", "stress"),
     Concept("event_count n_events", "plastic_events events"),
+    Concept("normalized_stress", "stress"),
+    Concept("wall_time cpu_time elapsed walltime", "seconds"),
+    Concept("power_index", "", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
+    Concept("errorbars errorbar error_bars", "stress_stderr error_bound ci95"),
+    Concept("angle phi_angle tangent", "", "", dict.fromkeys(_SPECTRA, "`np.arctan2(loss, storage)`")),
+    Concept("viscous_modulus", "", "`jamlab.complex_modulus({p}, omega).loss`"),
+    Concept("nonlinear_rheology nonlinear_response amplitude_dependence", "", "`jamlab.oscillate({p}, omega, "
+            "amplitude)`, or `jamlab.flow_curve({p}, rates)`"),
+    Concept("rate_of_strain", "rate rates"),
+    Concept("synthetic_image render_image", "", "`jamlab.synthetic_micrograph({p})`"),
+    Concept("edge_droplets touching_edge exclude", "cut"),
+    Concept("hb_model", "herschel_bulkley", "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
+    Concept("s_of_k hyperuniform", "", "`jamlab.universe({p})` for MDAnalysis"),
+    Concept("cage caging kramers_kronig neighbor_changes angular_correlation use_gpu", "", LIMITS),
+    Concept("pe etotal set_box write_data input pylammps", "", "", {"Session": "`command`, `evaluate()` or "
+            "`packing()`"}),
     # structure
     Concept("make_jammed make_packing jammed_packing jam_disks", "", "`jamlab.jam(n)`, or `jamlab.pack(n, pressure)`"),
     Concept("particle_count disk_count", "n count"),
@@ -299,6 +316,14 @@ FIELD = (
 
 # arguments and options of the same kind
 FIELD_ARGUMENTS = (
+    Concept("phi_target target_phi phi_max", "phi to"),
+    Concept("edot", "rate"),
+    Concept("sigma_0 sigma0", "stress"),
+    Concept("eps", "threshold"),
+    Concept("order", "k"),
+    Concept("ncores", "processes ranks"),
+    Concept("strain_step", "step"),
+    Concept("html", "out"),
     Concept("final last phi_final", "to"),
     Concept("load weight", "stress"),
     Concept("n_eigs n_eigenvalues n_modes neigs", "count"),
