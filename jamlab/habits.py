@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 MODULE = "jamlab"
 SHELL = "shell"  # every command
-LIMITS = "is not in jamlab: docs/explanation/limits.md says where to find it"
+LIMITS = "it is not in jamlab, see docs/explanation/limits.md"
 
 
 class Concept(NamedTuple):
@@ -395,7 +395,8 @@ CONCEPTS = (
             "minimise fire FIRE relax relaxation_of_energy "
             "energy_minimization", "",
             "`jamlab.relax({p})`"),
-    Concept("compress isotropic_compression compression sweep inflate swell swelling pressure_sweep", "",
+    Concept("compress isotropic_compression hydrostatic_compression compression sweep inflate swell swelling "
+            "pressure_sweep", "",
             "`jamlab.compress({p}, to=0.95)`, or `jamlab.pack(n, pressure)` for each pressure"),
     Concept("unjam unload decompression expand", "", "`jamlab.decompress({p}, pressure)`"),
     Concept("box_relax box_relaxation npt variable_cell enthalpy_minimization constant_pressure", "",

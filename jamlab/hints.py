@@ -31,6 +31,8 @@ _VAGUE |= {
 }
 _VAGUE |= {*("index", "size", "values", "list", "array", "table", "scale", "time", "area", "step", "rate", "file")}
 _VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "sweep", "network", "state", "full")}
+# words beside a known part that leave its meaning as it is
+_NEUTRAL = {*("mean", "average", "avg", "data", "value", "values", "list", "array", "table", "of", "the", "all", "per")}
 _SHORT = 3  # letters of names whose words are in one order only
 _PARTS = 2  # of a name in a message
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
@@ -105,7 +107,7 @@ def hint(
     """
     kinds, known = list(kinds), list(known)
     if use := meant(name, kinds, known):
-        return f" {use}" if use == LIMITS else f": use {use}"
+        return f"; {use}" if use == LIMITS else f": use {use}"
     if name in measured:
         return _filled(f": use `jamlab.measure({{p}}, {name!r})`", kinds)
     if name in functions:
@@ -132,7 +134,8 @@ def _listed(name: str, known: list[str]) -> str:
 
 
 def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
-    """What the longest parts of a name mean, each with the part, at most two; "" where nothing is known of any."""
+    """What the longest parts of a name mean, each with the part, at most two; "" where a word is left that may change
+    what is meant."""
     words = name.lower().split("_")
     spans = [(start, stop) for start in range(len(words)) for stop in range(start + 1, len(words) + 1)]
     found: dict[tuple[int, int], str] = {}
@@ -146,6 +149,9 @@ def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
         use = f"`{place}{part}`" if part in known else meant(part, kinds, known)
         if use and use != LIMITS and len(found) < _PARTS:
             found[start, stop] = f"for {part!r} use {use}"
+    told = {at for start, stop in found for at in range(start, stop)}
+    if any(at not in told and word not in _NEUTRAL for at, word in enumerate(words)):
+        return ""
     return "; ".join(found[span] for span in sorted(found))
 
 
@@ -158,7 +164,7 @@ def argument_hint(name: str, function: str, known: Iterable[str]) -> str:
     """What to use for an argument that a function does not have, as the end of a message."""
     names = list(known)
     if use := meant(name, [function], names, argument=True):
-        return f" {use}" if use == LIMITS else f": use {use}"
+        return f"; {use}" if use == LIMITS else f": use {use}"
     if not _concepts(name, True) and (near := misspelt(name, names)):
         return f": did you mean `{near}`?"
     return f"; it takes {', '.join(names)}"

@@ -176,7 +176,7 @@ def test_what_stands_in_place_of_an_object_are_classes(things):
      ("stress_tensor", "evaluate"), ("pair_correlation", "universe"), ("vdos", "lowest_modes"),
      ("get_forces", "evaluate"), ("minimise_energy", "jamlab.relax"), ("energy_minimization", "jamlab.relax"),
      ("read_dump", "jamlab.read(path)"), ("load_mask", "jamlab.micrograph"), ("AnyError", "jamlab.JamlabError"),
-     ("hydrostatic_compression", "for 'compression' use `jamlab.compress"), ("hessian_matrix", "jamlab.hessian"),
+     ("hydrostatic_compression", "use `jamlab.compress"), ("hessian_matrix", "jamlab.hessian"),
      ("sweep", "compress"), ("version", "__version__"), ("cite", "CITATION"), ("shear_moduls", "shear_modulus"),
      ("b", "bulk_modulus"), ("void_area", "measure"), ("quasistatics_shear", "quasistatic_shear"),
      ("flow_stop", "stop_flow"), ("gravity", "limits.md")],

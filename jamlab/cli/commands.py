@@ -46,7 +46,7 @@ def _in_python(word: str) -> str:
     """What a word means for which there is no command, but a function of Python; "" where nothing is known."""
     name = word.replace("-", "_")
     use = f"`jamlab.{name}`" if name in dir(jamlab) else meant(name, [MODULE], dir(jamlab))
-    return f"it {use}" if use == LIMITS else f"there is none; in Python use {use}" if use else ""
+    return use if use == LIMITS else f"there is none; in Python use {use}" if use else ""
 
 
 class Commands(Hinting):
