@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from difflib import SequenceMatcher, get_close_matches
+from difflib import get_close_matches
 from functools import cache, lru_cache
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from jamlab.argument_habits import ARGUMENTS
@@ -129,8 +130,13 @@ def _listed(name: str, known: list[str]) -> str:
     if len(known) <= _AT_A_GLANCE:
         return ", ".join(known)
     parts = _parts(name)
-    near = sorted(known, key=lambda each: (-len(_parts(each) & parts), -SequenceMatcher(None, each, name).ratio()))
+    near = sorted(known, key=lambda each: (-len(_parts(each) & parts), -_begun_alike(each, name)))
     return f"{', '.join(near[:_AT_A_GLANCE])}, and {len(known) - _AT_A_GLANCE} more, which dir() lists"
+
+
+def _begun_alike(one: str, other: str) -> int:
+    """Letters from the first on that two names share."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
 
 
 def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:

@@ -166,6 +166,7 @@ def numbers_without(*extras):
 OPTIONAL = [extra for extra in EXTRAS if extra not in ("test", "docs")]
 
 
+@pytest.mark.slow
 def test_no_extra_changes_a_number():
     """The same seed gives the same bits with every optional package and without any."""
     assert numbers_without(*OPTIONAL) == numbers_without()

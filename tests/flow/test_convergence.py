@@ -30,7 +30,13 @@ def errors(run, stress):
     return np.abs(run.stress - stress) / np.abs(stress).max()
 
 
-@pytest.mark.parametrize(("law", "rate"), [("contact", 1.0), *((law, 0.1) for law in LAWS)])
+LONG = {"power law": pytest.mark.slow}  # the linear laws have the same contacts to follow
+
+
+@pytest.mark.parametrize(
+    ("law", "rate"),
+    [("contact", 1.0), *(pytest.param(law, 0.1, marks=LONG.get(law, ())) for law in LAWS)],
+)
 def test_errors_stay_below_the_tolerance(packing, law, rate):
     """Contacts open, close and rub on the way: drag then acts in part."""
     how, damping = LAWS[law]
@@ -46,6 +52,7 @@ def test_errors_stay_below_the_tolerance(packing, law, rate):
     assert run.normal_stress_difference == pytest.approx(n1, abs=1e-3 * np.abs(n1).max())
 
 
+@pytest.mark.slow
 def test_creep_is_that_of_plain_numpy(packing):
     """At a stress that moves contacts."""
     run = jamlab.creep(packing, 0.02, 4.0, tolerance=1e-4, background_drag=1e-4)
