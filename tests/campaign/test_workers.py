@@ -159,6 +159,7 @@ def test_shares_of_some_sweeps_are_those_of_all(tmp_path, here):
     assert campaign.folder.finished() == share & task_names(batches(campaign.content, ["more"]))
 
 
+@pytest.mark.slow
 def test_shares_run_at_once_in_one_folder(tmp_path):
     """Two processes, one of them killed in the middle; each task is run once, and the rest by the same line again."""
     (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 10"))

@@ -43,6 +43,7 @@ def test_a_decimal_comma_of_the_host_changes_nothing(comma):
     assert locale.str(1.5) == "1,5"
 
 
+@pytest.mark.slow
 def test_other_threads_and_what_follows_keep_the_comma(comma):
     comma()
     said = []

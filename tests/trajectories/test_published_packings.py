@@ -64,7 +64,9 @@ def test_elastic_tensors_are_the_slopes_of_the_leiden_stress(sheared):
         assert slopes == pytest.approx([c[0, 0] + turned, c[1, 1], c[0, 1]], abs=1e-8)
 
 
-@pytest.mark.parametrize("path", GOODRICH, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [GOODRICH[0], *(pytest.param(p, marks=pytest.mark.slow) for p in GOODRICH[1:])], ids=lambda path: path.stem
+)
 def test_goodrich_energies_stresses_and_elastic_tensors(path):
     packings = read_goodrich(path)
     with h5py.File(path) as file:
