@@ -246,4 +246,4 @@ def _compress_for_demo(
 
 def _describe_demo(out: Path) -> str:
     found = [name for name in ("sp.h5", "dp.h5") if (out / name).exists()]
-    return f"kept {' and '.join(found)} in {out}; the same command goes on from there" if found else NOTHING
+    return f"kept {' and '.join(found)} in {out}; the same command resumes it" if found else NOTHING

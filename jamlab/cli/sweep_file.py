@@ -89,7 +89,7 @@ class SweepFile:
             return f"{NOTHING}; {self.path} is as it was before" if self.path.exists() else NOTHING
         last = self.states[-1].provenance
         at = f" up to {last['by']} = {last['target']:.5g}" if "target" in last else ""
-        return f"kept {len(self.states)} states{at} in {self.path}; the same command goes on from there"
+        return f"kept {len(self.states)} states{at} in {self.path}; the same command resumes it"
 
 
 _REMEDY = "give the same options to go on with it, or name another file by --out"

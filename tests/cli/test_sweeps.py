@@ -105,7 +105,7 @@ def test_the_line_says_how_many_states_are_kept_and_where_they_end(half, monkeyp
     file.states = jamlab.read_all(half / "sweep.h5")
     last = file.states[-1].provenance["target"]
     assert file._describe() == (
-        f"kept 3 states up to rho = {last:.5g} in {half}/sweep.h5; the same command goes on from there"
+        f"kept 3 states up to rho = {last:.5g} in {half}/sweep.h5; the same command resumes it"
     )
 
 

@@ -143,6 +143,9 @@ def test_the_error_of_a_trajectory_is_measured_beside_the_run():
     assert run.balanced and off.max() > 3 * run.tolerance
     assert 0.5 * off.max() < run.relative_trajectory_error < 2 * off.max()
     assert run.trajectory_error[0] < 1e-9 and np.all(np.diff(run.trajectory_error) >= 0)
+    finer = jamlab.shear(p, **how, tolerance=0.1 * run.tolerance)
+    apart = np.maximum.accumulate(np.abs(run.stress - finer.stress))
+    assert run.trajectory_error == pytest.approx(apart, rel=1e-6, abs=1e-9 * apart.max())
     assert run.to_dataframe()["trajectory_error"].equals(pd.Series(run.trajectory_error))
     assert "error of the trajectory" in repr(run) and "error of the trajectory" not in repr(exact)
     assert np.isnan(exact.relative_trajectory_error)
