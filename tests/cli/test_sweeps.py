@@ -104,9 +104,7 @@ def test_the_line_says_how_many_states_are_kept_and_where_they_end(half, monkeyp
     assert file._describe() == f"nothing was written; {half}/sweep.h5 is as it was before"
     file.states = jamlab.read_all(half / "sweep.h5")
     last = file.states[-1].provenance["target"]
-    assert file._describe() == (
-        f"kept 3 states up to rho = {last:.5g} in {half}/sweep.h5; the same command resumes it"
-    )
+    assert file._describe() == (f"kept 3 states up to rho = {last:.5g} in {half}/sweep.h5; the same command resumes it")
 
 
 def test_a_state_that_is_no_minimum_ends_the_sweep_for_good(half):
