@@ -56,7 +56,7 @@ from .mechanics.vibrations import lowest_modes as lowest_modes
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
-from .packing.deformation import BoxStrains as BoxStrains
+from .packing.box_strains import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing
 from .packing.write import write as write
 from .protocols.compression import compress as compress

@@ -22,7 +22,7 @@ from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus, mod
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
-from jamlab.packing.deformation import compression
+from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
 from jamlab.packing.strain_map import admits, undefined

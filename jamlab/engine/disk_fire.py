@@ -14,7 +14,7 @@ from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
-from jamlab.packing.deformation import BoxStrains
+from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.packing import Packing
 
 

@@ -30,7 +30,9 @@ from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
-from jamlab.packing.deformation import BoxStrains, at_positions, compression
+from jamlab.packing.area_change import compression
+from jamlab.packing.box_strains import BoxStrains
+from jamlab.packing.deformation import at_positions
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales

@@ -24,10 +24,11 @@ from jamlab.flow.run import Run
 from jamlab.flow.shear import ShearRun, StressDrops
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.walls import wall_stress, walled
-from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
+from jamlab.packing.deformation import deformed
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
+from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress

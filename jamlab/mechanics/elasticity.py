@@ -23,7 +23,8 @@ from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
-from jamlab.packing.deformation import ISOTROPIC, at_phi, compression
+from jamlab.packing.area_change import ISOTROPIC, compression
+from jamlab.packing.deformation import at_phi
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result

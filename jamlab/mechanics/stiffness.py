@@ -16,7 +16,7 @@ from scipy import sparse
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.packing.deformation import compression
+from jamlab.packing.area_change import compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import kept_shapes, shapes_of_curvature, shapes_of_stress, wall_offsets

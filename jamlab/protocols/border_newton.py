@@ -22,7 +22,7 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.deformation import BoxStrains
+from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import GOOD, GROW, POOR, SHRINK, factorise

@@ -19,19 +19,13 @@ from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, linear_response
 from jamlab.mechanics.factors import PositiveSolver
-from jamlab.packing.deformation import (
-    COMPRESSION,
-    PURE_SHEARS,
-    SHEARS,
-    BoxStrains,
-    at_phi,
-    compression,
-    deformed,
-    shear_gradient,
-)
+from jamlab.packing.area_change import compression
+from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
+from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
+from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.border_newton import LONGEST_STRAIN, Model, descend_with_box, stress_noise
 from jamlab.protocols.newton import REACH
 from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax, settle

@@ -22,7 +22,8 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import follow, linear_response
 from jamlab.mechanics.stiffness import pressure, stress
-from jamlab.packing.deformation import at_phi, compression
+from jamlab.packing.area_change import compression
+from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress

@@ -20,10 +20,12 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, linear_response
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import pressure, stress
-from jamlab.packing.deformation import Direction, ShearDirection, at_phi, compression, deformed, shear_direction
+from jamlab.packing.area_change import compression
+from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
+from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
 from jamlab.packing.strain_map import check_admitted
 from jamlab.protocols.relaxation import relax
 

@@ -17,7 +17,7 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import EngineError, InputError
 from jamlab.mechanics.force_network import force_scale
 from jamlab.models.models import MODELS
-from jamlab.packing.deformation import BoxStrains
+from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import DEFINITE, descend_by_newton

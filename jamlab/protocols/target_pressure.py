@@ -14,7 +14,8 @@ from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.models.pair_laws import PowerLaw, power_law
-from jamlab.packing.deformation import COMPRESSION, SHEARS, BoxStrains, at_phi
+from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
+from jamlab.packing.deformation import at_phi
 from jamlab.packing.law_parameters import ENSEMBLES, PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing

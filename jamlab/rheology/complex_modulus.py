@@ -12,9 +12,9 @@ from jamlab.checks import check_choice, checked, finite_array
 from jamlab.errors import ConvergenceError, InputError, Renamed, warn
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
-from jamlab.packing.deformation import Direction
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
+from jamlab.packing.shear_direction import Direction
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion

@@ -14,9 +14,9 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
-from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
+from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.packing.terms import ContactJacobian, spread
 
 ARMS = ("radius", "contact")

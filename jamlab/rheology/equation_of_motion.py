@@ -17,9 +17,9 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
-from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
+from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.packing.strain_map import wall_offsets
 from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness_of
-from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
+from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
 

@@ -11,7 +11,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
 from jamlab.estimates.ways import bring_on, default_way
-from jamlab.packing.deformation import COMPRESSION, BoxStrains
+from jamlab.packing.box_strains import COMPRESSION, BoxStrains
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks

@@ -7,7 +7,7 @@ import jamlab
 from jamlab.engine.disk_fire import DELAY, fire_disks, fire_numbers
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.deformation import COMPRESSION, SHEARS, BoxStrains
+from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
 from jamlab.protocols.random_start import random_disks as disks_of
 
 ALL = np.concatenate([COMPRESSION, SHEARS])

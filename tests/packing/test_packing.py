@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import jamlab
 from jamlab.errors import InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
-from jamlab.packing.deformation import at_phi, at_positions, deformed, shear_direction
+from jamlab.packing.deformation import at_phi, at_positions, deformed
 from jamlab.packing.packing import Packing
+from jamlab.packing.shear_direction import shear_direction
 
 BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}

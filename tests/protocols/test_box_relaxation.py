@@ -7,7 +7,9 @@ from scipy.linalg import expm
 import jamlab
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.factors import PositiveSolver
-from jamlab.packing.deformation import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains, deformed, shear_gradient
+from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
+from jamlab.packing.deformation import deformed
+from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.border_newton import STEPS, Model, descend_with_box
 from jamlab.protocols.box_relaxation import shear_curvature
 from jamlab.protocols.relaxation import relax
