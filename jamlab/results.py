@@ -1,6 +1,6 @@
 """Classes of results and of settings: functions of `jamlab` make and take them, and few scripts name them."""
 
-from jamlab.engine.session import Evaluation as Evaluation
+from jamlab.engine.evaluation import Evaluation as Evaluation
 from jamlab.estimates.choice import Choice as Choice
 from jamlab.estimates.estimate import Estimate as Estimate
 from jamlab.flow.creep_and_relaxation import CreepRun as CreepRun

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import jamlab
-from jamlab.engine.deck_defaults import copy_decks
+from jamlab.engine.deck_files import copy_decks
 
 LMP = Path(sys.executable).parent / "lmp"
 

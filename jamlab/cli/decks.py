@@ -38,8 +38,8 @@ def decks(
     as_json: Json = False,
 ) -> None:
     """List, show or copy the LAMMPS decks."""
-    from jamlab.engine.deck_defaults import copy_decks, summaries
-    from jamlab.kernels.library import installed
+    from jamlab.engine.deck_files import copy_decks, summaries
+    from jamlab.installed_files import installed
 
     folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
     if name is not None:
@@ -66,7 +66,9 @@ def deck(
     screen, other output of LAMMPS to log.lammps. Exit code 2: a state is not converged, or differs from the request.
     `jamlab deck NAME --help` lists the variables of a deck with defaults and ranges.
     """
-    from jamlab.engine.deck_defaults import check_ranks, lammps_line, settings
+    from jamlab.engine.command_line import lammps_line
+    from jamlab.engine.deck_defaults import settings
+    from jamlab.engine.ranks import check_ranks
 
     if name == "--help":
         typer.echo(context.get_help())
@@ -140,7 +142,7 @@ def written(path: Path, settings: Mapping[str, str]) -> set[Path]:
 def _path_of(name: str) -> Path:
     """A deck of this folder, or else of jamlab."""
     from jamlab.checks import name_meant
-    from jamlab.kernels.library import installed
+    from jamlab.installed_files import installed
 
     for folder in (Path.cwd(), installed("lammps_inputs")):
         if (folder / name).is_file():
@@ -171,7 +173,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     import numpy as np
 
     import jamlab
-    from jamlab.engine.deck_defaults import law_settings
+    from jamlab.engine.command_line import law_settings
 
     if "data" not in given and not Path(settings["data"]).exists():
         first = f"in.{settings.get('model', 'sp')}.jam"

@@ -20,7 +20,7 @@ from jamlab.engine.installation import (
 )
 from jamlab.engine.tested_versions import TESTED_LAMMPS, said_of_libraries, said_of_python
 from jamlab.errors import EngineError
-from jamlab.kernels.library import installed, installed_file
+from jamlab.installed_files import installed, installed_file
 from jamlab.storage.verified_file import versions
 
 _MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"

@@ -12,7 +12,7 @@ from typing import Any
 
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.errors import EngineError
-from jamlab.kernels.library import installed, installed_file
+from jamlab.installed_files import installed, installed_file
 
 PLUGIN_STYLES = (
     ("pair", "circuloline"),

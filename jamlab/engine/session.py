@@ -14,9 +14,8 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +24,12 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
-from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
+from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.deck_files import deck
 from jamlab.engine.disk_fire import fire_disks
+from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
+from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
 from jamlab.packing.area_change import compression
@@ -38,48 +40,12 @@ from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Model, Packing
-from jamlab.packing.quantities import ENERGY, FORCE, STRESS
-from jamlab.packing.result import Result
 from jamlab.packing.strain_map import shapes_of_stress, wall_offsets
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
+_COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
-
-
-@dataclass(frozen=True)
-class Evaluation(Result):
-    """Energy, forces and stress of a packing as it is.
-
-    Attributes:
-        energy: total potential energy. DP: line tension, area and contact terms.
-        contact_energy: part of it that comes from contacts between particles (SP: all of it).
-        forces: (len(positions), 2) float64, -dE/dx; 0 on fixed particles.
-        stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms. Between
-            walls: stress on the upper wall; in r the next lattice plane replaces the height of a fixed particle.
-        pressure: -dU/dA, trace of the stress over 2; between walls the normal stress on them, S_yy.
-        max_force: largest norm of a force.
-
-    Example:
-        >>> e = jamlab.evaluate(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> bool(np.isclose(np.trace(e.stress) / 2, e.pressure)), e.energy == e.contact_energy
-        (True, True)
-    """
-
-    dimensions: ClassVar[dict[str, tuple[int, int]]] = {
-        **dict.fromkeys(("energy", "contact_energy"), ENERGY),
-        **dict.fromkeys(("forces", "max_force"), FORCE),
-        **dict.fromkeys(("stress", "pressure"), STRESS),
-    }
-
-    _rows = ("forces",)
-
-    energy: float
-    contact_energy: float
-    forces: Array
-    stress: Array
-    pressure: float
-    max_force: float
 
 
 class Descent(NamedTuple):
@@ -267,7 +233,7 @@ class Session(Hinted):
                 "them out, or use style='fire' with repulsive disks, none of them fixed"
             )
         stretch = min(stretch or steps, steps)
-        component = COMPONENT * force
+        component = _COMPONENT * force
         if by_kernel:
             found = fire_disks(self._state(), force, steps, self._ranks, border, fire, stretch)
             if found is not None:

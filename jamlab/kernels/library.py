@@ -8,13 +8,11 @@ another dtype or memory layout.
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jamlab.errors import EngineError
+from jamlab.installed_files import installed_file
 
 
 class _Pointer:
@@ -70,27 +68,3 @@ def kernel(name: str, *arguments: Any) -> Callable[..., int]:
         return found
 
     return call
-
-
-@cache
-def installed(folder: str) -> Path:
-    """Folder "plugin" or "lammps_inputs" of jamlab. A checkout on `sys.path` has its own decks, which belong to its
-    code; what is compiled is asked of the installed distribution."""
-    beside = Path(__file__).parents[2] / folder
-    if folder == "lammps_inputs" and beside.is_dir():
-        return beside
-    try:
-        path = Path(str(metadata.distribution("jamlab").locate_file(f"jamlab/{folder}")))
-    except metadata.PackageNotFoundError:
-        raise EngineError("jamlab is not installed in this Python: run `pip install .` in its checkout") from None
-    if not path.is_dir():
-        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
-    return path
-
-
-def installed_file(folder: str, name: str) -> Path:
-    """A file in one of these folders."""
-    path = installed(folder) / name
-    if not path.is_file():
-        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
-    return path

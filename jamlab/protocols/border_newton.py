@@ -18,7 +18,8 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.engine.session import Evaluation, Session
+from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness

@@ -14,7 +14,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.engine.session import Evaluation, Session
+from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, linear_response

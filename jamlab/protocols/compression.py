@@ -15,7 +15,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.engine.deck_defaults import check_ranks, defaults
+from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts

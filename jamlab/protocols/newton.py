@@ -7,7 +7,8 @@ algorithm 4.1.
 import numpy as np
 from scipy import sparse
 
-from jamlab.engine.session import Evaluation, Session
+from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.session import Evaluation, Session
+from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian

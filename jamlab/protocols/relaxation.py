@@ -13,7 +13,8 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_numbers
-from jamlab.engine.session import Evaluation, Session
+from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.session import Session
 from jamlab.errors import EngineError, InputError
 from jamlab.mechanics.force_network import force_scale
 from jamlab.models.models import MODELS

@@ -9,7 +9,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked, is_number
-from jamlab.engine.deck_defaults import check_ranks, numbers
+from jamlab.engine.deck_defaults import numbers
+from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts

@@ -7,8 +7,9 @@ from commands import call
 
 import jamlab
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import settings, summaries
-from jamlab.kernels.library import installed
+from jamlab.engine.deck_defaults import settings
+from jamlab.engine.deck_files import summaries
+from jamlab.installed_files import installed
 
 
 @pytest.fixture(scope="module")

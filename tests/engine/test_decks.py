@@ -12,9 +12,10 @@ from deck_runs import number, run, table
 import jamlab
 from jamlab.checks import MOST_PARTICLES
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import LIMITS, copy_decks, settings, summaries
+from jamlab.engine.deck_defaults import LIMITS, settings
+from jamlab.engine.deck_files import copy_decks, summaries
 from jamlab.flow import creep_and_relaxation, oscillate, overdamped_session, quasistatic_shear, shear
-from jamlab.kernels.library import installed
+from jamlab.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
 from jamlab.protocols import relaxation

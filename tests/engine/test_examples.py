@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from jamlab.engine.deck_defaults import copy_decks
-from jamlab.kernels.library import installed
+from jamlab.engine.deck_files import copy_decks
+from jamlab.installed_files import installed
 
 EXAMPLES = Path(__file__).parents[2] / "lammps_inputs" / "examples"
 DECKS = ("channel", "droplets_and_disks", "funnel", "langevin_shear")

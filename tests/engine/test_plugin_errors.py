@@ -6,7 +6,7 @@ import outlines
 import pytest
 
 import jamlab
-from jamlab.kernels.library import installed
+from jamlab.installed_files import installed
 
 HEAD = """
 units lj

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.kernels.library import installed
+from jamlab.installed_files import installed
 from jamlab.packing.deformation import sheared
 
 THERMO = ("pe", "evdwl", "pxx", "pyy", "pxy")

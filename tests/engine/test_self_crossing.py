@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 import jamlab
-from jamlab.kernels.library import installed
+from jamlab.installed_files import installed
 from jamlab.packing.outlines import self_crossings
 
 from .test_plugin_on_ranks import launch

@@ -13,7 +13,7 @@ from outlines import FORMS
 
 import jamlab
 from jamlab.engine.atom_exchange import AtomExchange
-from jamlab.engine.deck_defaults import deck
+from jamlab.engine.deck_files import deck
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import jamlab
-from jamlab.engine.deck_defaults import law_settings
-from jamlab.kernels.library import installed
+from jamlab.engine.command_line import law_settings
+from jamlab.installed_files import installed
 
 LMP = Path(sys.executable).parent / "lmp"
 
