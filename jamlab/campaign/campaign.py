@@ -30,7 +30,8 @@ from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
-from jamlab.storage.atomic_file import check_target, make_folder, write_table
+from jamlab.storage.atomic_file import check_target, make_folder
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     import pandas as pd

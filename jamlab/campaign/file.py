@@ -39,7 +39,7 @@ from jamlab.checks import MOST_PARTICLES, check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.storage.atomic_file import system_said
+from jamlab.storage.system_errors import system_said
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_BYTES = 10_000_000  # of a campaign file

@@ -48,7 +48,8 @@ from jamlab.campaign.observable import Columns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
 from jamlab.errors import InputError, StorageError, warn
 from jamlab.packing.hdf5 import file_image
-from jamlab.storage.atomic_file import atomic_file, check_target, make_folder, system_said
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
+from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import add_checksum, checksum, opened
 
 

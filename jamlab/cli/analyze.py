@@ -19,7 +19,9 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
 from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import check_ending, check_target, write_table
+from jamlab.storage.atomic_file import check_target
+from jamlab.storage.formats import check_ending
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph

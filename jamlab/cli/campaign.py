@@ -12,7 +12,7 @@ from jamlab.cli.console import err_console, print_json, print_line, print_note, 
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError, StorageError
-from jamlab.storage.atomic_file import system_said
+from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign

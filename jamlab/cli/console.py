@@ -141,7 +141,7 @@ def print_packings(
     if csv is not None:
         import pandas as pd
 
-        from jamlab.storage.atomic_file import write_table
+        from jamlab.storage.table_file import write_table
 
         write_table(pd.DataFrame(measured), csv)
     # None where no minimisation is known, as in a dump without that word

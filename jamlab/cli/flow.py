@@ -31,7 +31,8 @@ from jamlab.cli.options import (
     written_as,
 )
 from jamlab.errors import InputError, JamlabError
-from jamlab.storage.atomic_file import check_target, write_table
+from jamlab.storage.atomic_file import check_target
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.flow.read_flow import Flow

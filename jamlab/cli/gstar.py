@@ -27,7 +27,9 @@ from jamlab.cli.options import (
     reads_any_file,
 )
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import check_ending, check_target, write_table
+from jamlab.storage.atomic_file import check_target
+from jamlab.storage.formats import check_ending
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

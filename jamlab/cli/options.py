@@ -9,7 +9,7 @@ import typer
 
 from jamlab.errors import InputError
 from jamlab.old_names import MODEL_NAMES
-from jamlab.storage.atomic_file import check_ending
+from jamlab.storage.formats import check_ending
 
 if TYPE_CHECKING:
     from jamlab.rheology.damping import Damping

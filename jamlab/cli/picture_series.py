@@ -5,7 +5,7 @@ from typing import Any
 
 from jamlab.cli.console import print_json, print_note, print_table
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import write_table
+from jamlab.storage.table_file import write_table
 
 
 def is_series(*files: Path | None) -> bool:

@@ -6,7 +6,8 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.formats import check_ending
 
 _DPI = 130
 _WITHOUT_DATE = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}

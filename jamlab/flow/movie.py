@@ -23,7 +23,8 @@ from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import in_unit, label_axes
 from jamlab.plotting.palette import BLUE, RED
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.formats import check_ending
 
 _INCHES, _DPI = (10.0, 5.0), 100  # 1000 x 500 pixels: even numbers, which video needs
 MOST_RATE = 120  # frames per second

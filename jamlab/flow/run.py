@@ -32,7 +32,8 @@ from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping, law_of_record
-from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import REMEDY, FilePath, add_checksum, dataset, opened
 
 T = TypeVar("T", bound=FlowResult)

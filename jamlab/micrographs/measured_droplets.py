@@ -13,7 +13,8 @@ from jamlab.micrographs.picture_numbers import Number, PictureVoids
 from jamlab.packing.result import Result
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.droplets_from_disks import packing_of_picture
-from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.formats import check_ending
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -22,7 +22,8 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.facts import OF_DIGITS, history_text, rounding_of
 from jamlab.packing.packing import KNOWN, MINIMUM, Packing
 from jamlab.packing.quantities import MEASURED
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import (
     NUMBERS,
     REMEDY,

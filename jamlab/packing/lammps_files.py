@@ -35,7 +35,8 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.facts import columns_of, fact_of_word, facts_of, words
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.formats import check_ending
 
 # Of particles of one size each. Type pairs take time when LAMMPS is started, of 4096 disks 0.3 s with 64 sizes, 0.9 s
 # with 128 and 4.9 s with 256; with classes 0.15 s.

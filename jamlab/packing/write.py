@@ -16,7 +16,8 @@ from jamlab.packing.facts import facts_of, lost, words
 from jamlab.packing.hdf5 import check_names, write_sweep
 from jamlab.packing.lammps_files import site_columns, write_data, write_dump
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import FORMATS, atomic_file, begins_as, check_ending, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.formats import FORMATS, begins_as, check_ending
 from jamlab.storage.verified_file import FilePath
 
 _KINDS = ("packings", "data", "dump", "xyz")

@@ -1,9 +1,8 @@
-"""Files: endings by content, what the system says of a failure, and writing in one step.
+"""Files that are written in one step.
 
 Readers see the old file or the whole new one, never a part of it.
 """
 
-import errno
 import os
 import re
 import stat
@@ -11,13 +10,9 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from jamlab.errors import InputError, StorageError
-
-if TYPE_CHECKING:
-    import pandas as pd
-
+from jamlab.errors import StorageError
+from jamlab.storage.system_errors import system_said
 
 _ABANDONED = 86_400.0  # s since its last change after which a temporary file has no writer
 _MODE = 0o666  # of new files, but for the umask
@@ -135,67 +130,3 @@ def _flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-_FAILED = "the file system failed, not the file: try again, or ask who runs it"
-_REMEDIES = {
-    **dict.fromkeys((errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV), _FAILED),
-    **dict.fromkeys((errno.ENOLCK, errno.ENOTSUP), "this file system cannot do that: take a folder on another one"),
-    errno.EDQUOT: "your quota is used up: remove files, or ask for more",
-}
-_OF_HDF5 = re.compile(r"errno = (\d+)")  # HDF5 gives the number in its text alone where h5py does not pass it on
-
-
-def system_error(error: BaseException) -> int | None:
-    """Number of the error of the system behind an error; None if there is none, so that the content is at fault."""
-    found = error.errno if isinstance(error, OSError) else None
-    number = found or next(map(int, _OF_HDF5.findall(str(error))), 0)
-    return number or None
-
-
-def system_said(error: BaseException, remedy: str) -> str:
-    """Reason and remedy; `remedy`: where the reason itself suggests no other."""
-    number = system_error(error)
-    reason = os.strerror(number) if number is not None else error
-    return f"{reason}; {_REMEDIES.get(number or 0, remedy)}"
-
-
-FORMATS: dict[str, tuple[str, ...]] = {  # endings of what jamlab writes, the usual one first
-    "packings": (".h5", ".hdf5", ".h5md"),
-    "data": (".data", ".lmp", ".lammps"),
-    "dump": (".dump", ".lammpstrj", ".lammpsdump"),
-    "vtp": (".vtp",),
-    "movie": (".mp4", ".gif"),
-    "xyz": (".xyz", ".extxyz"),
-    "page": (".html", ".htm"),
-    "campaign": (".toml",),
-    "picture": (".png", ".pdf", ".svg"),
-    "png": (".png",),
-    "table": (".csv",),
-    "tabs": (".tsv",),
-}
-_ENDINGS = {ending for endings in FORMATS.values() for ending in endings}
-_OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
-
-
-def begins_as(path: str | os.PathLike[str]) -> str:
-    """The kind of LAMMPS file that a name such as data.droplets begins with, or nothing."""
-    start, _, rest = Path(os.fspath(path)).name.partition(".")
-    return start if rest and start in _OF_LAMMPS else ""
-
-
-def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") -> None:
-    """Refuse a name whose ending promises another format than these; names without an ending promise nothing.
-    `kinds`: of `FORMATS`; `option`: of the command line that gave the name."""
-    name = os.fspath(path)
-    ending = Path(name).suffix.lower()
-    allowed = [known for kind in kinds for known in FORMATS[kind]]
-    if ending not in ("", *allowed) and not (begins_as(path) in kinds and ending not in _ENDINGS):
-        raise InputError(f"{option} {name}: name a file that ends in {', '.join(allowed)}".lstrip())
-
-
-def write_table(frame: "pd.DataFrame", path: Path) -> None:
-    """Write a table without its index; numbers come back to the last bit."""
-    check_ending(path, "table", "tabs")
-    with atomic_file(path) as temporary:
-        frame.to_csv(temporary, index=False, sep="\t" if path.suffix.lower() == ".tsv" else ",")

@@ -21,7 +21,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from jamlab.errors import JamlabError, StorageError
-from jamlab.storage.atomic_file import system_error, system_said
+from jamlab.storage.system_errors import system_error, system_said
 
 FilePath = str | os.PathLike[str]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError, JamlabError, StorageError, warn
 from jamlab.packing.facts import rounding_of
-from jamlab.storage.atomic_file import system_error, system_said
+from jamlab.storage.system_errors import system_error, system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
 

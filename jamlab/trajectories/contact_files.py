@@ -20,7 +20,8 @@ from jamlab.geometry.particle_shape import particle_areas
 from jamlab.packing.lammps_files import dump_frame
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.formats import check_ending
 
 
 @checked

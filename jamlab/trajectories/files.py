@@ -13,7 +13,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import FORMATS, begins_as
+from jamlab.storage.formats import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
 from jamlab.trajectories import disk_files, lammps_data
 from jamlab.trajectories.columns import COMPRESSED, damage_named

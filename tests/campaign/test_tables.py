@@ -13,7 +13,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import measure
 from jamlab.packing.quantities import COLUMNS
-from jamlab.storage.atomic_file import write_table
+from jamlab.storage.table_file import write_table
 
 
 def test_tables_have_their_columns_and_one_row_for_each(full):

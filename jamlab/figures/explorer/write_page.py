@@ -24,7 +24,8 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import bar_colours, has_many_sizes, size_colours
 from jamlab.plotting.palette import LARGE, ORANGE, OTHER, RATTLER, SIDE_COLOURS, SMALL
 from jamlab.processes.progress import Progress
-from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import FilePath, versions
 
 MOST_PARTICLES = 20_000  # more do not come out as single particles on a screen, and slow the page down

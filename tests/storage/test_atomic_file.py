@@ -1,7 +1,6 @@
 """A file is written whole or not at all: failures keep the old file and leave no other behind."""
 
 import contextlib
-import errno
 import fcntl
 import os
 import resource
@@ -15,11 +14,11 @@ import numpy as np
 import pytest
 from commands import call
 
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
-from jamlab.storage.atomic_file import atomic_file, check_ending, check_target, system_said
+from jamlab.storage.atomic_file import atomic_file, check_target
 
 
 def disks(seed=0):
@@ -123,21 +122,6 @@ def test_files_are_read_without_locks(tmp_path):
         assert (read(tmp_path / "run.h5").positions == disks().positions).all()
 
 
-@pytest.mark.parametrize("number", [errno.EIO, errno.ESTALE, errno.ENOLCK, errno.EDQUOT, errno.EACCES])
-@pytest.mark.parametrize("place", ["h5py.File", "h5py.is_hdf5", "builtins.open"])
-def test_what_the_system_says_is_not_damage(tmp_path, monkeypatch, number, place):
-    write(tmp_path / "run.h5", [disks()])
-
-    def fail(*_, **__):
-        raise OSError(number, f"file read failed: errno = {number}, total read size = 8")
-
-    monkeypatch.setattr(place, fail)
-    with pytest.raises(StorageError) as caught:
-        read(tmp_path / "run.h5")
-    monkeypatch.undo()
-    assert os.strerror(number) in str(caught.value) and "damaged" not in str(caught.value)
-
-
 def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
     for mode in (0o600, 0o664, 0o755):
         write(tmp_path / "run.h5", [disks()])
@@ -173,15 +157,6 @@ def test_temporary_files_of_killed_writers_are_removed_after_a_day(tmp_path):
     assert set(os.listdir(tmp_path)) == {*kept, young, "run.h5"}
 
 
-@pytest.mark.parametrize(
-    ("number", "remedy"), [(errno.EDQUOT, "quota"), (errno.EIO, "try again"), (errno.ENOLCK, "folder on another one")]
-)
-def test_the_remedy_is_of_the_reason(number, remedy):
-    """What the caller proposes stands only where the system itself is not at fault."""
-    assert remedy in system_said(OSError(number, os.strerror(number)), "choose another name")
-    assert "choose another name" in system_said(OSError(errno.EACCES, "Permission denied"), "choose another name")
-
-
 @pytest.mark.parametrize("protected", ["folder", "file"])
 def test_what_is_write_protected_is_named_before_the_work(tmp_path, monkeypatch, protected):
     """Permissions as the system tells them: those who run tests may be allowed everything."""
@@ -191,12 +166,3 @@ def test_what_is_write_protected_is_named_before_the_work(tmp_path, monkeypatch,
     with pytest.raises(StorageError) as caught:
         check_target(tmp_path / "a.h5")
     assert f"the {protected}" in str(caught.value) and "write-protected" in str(caught.value)
-
-
-def test_a_name_that_begins_as_lammps_does_may_not_end_as_another_format():
-    """data.droplets is a data file; data.png would be taken for a picture by every other program."""
-    check_ending("data.droplets", "data")
-    for name in ("data.png", "data.h5", "dump.droplets"):
-        with pytest.raises(InputError) as caught:
-            check_ending(name, "data")
-        assert name in str(caught.value)
