@@ -14,9 +14,9 @@ from jamlab.arrays import Array
 from jamlab.checks import as_plain, check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import contact_lengths, relative_areas, shape_factors
-from jamlab.geometry.tessellation import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus, modulus_along
 from jamlab.mechanics.force_network import force_network

@@ -12,14 +12,14 @@ from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts
+from jamlab.geometry.hexatic_order import HexaticOrder as HexaticOrder
 from jamlab.geometry.particle_shape import ContactLengths as ContactLengths
-from jamlab.geometry.tessellation import HexaticOrder as HexaticOrder
 from jamlab.geometry.tessellation import Tessellation as Tessellation
 from jamlab.geometry.voids.voids import Voids as Voids
 from jamlab.geometry.voids.voids import VoidStatistics as VoidStatistics
 from jamlab.mechanics.elasticity import ElasticTensor as ElasticTensor
-from jamlab.mechanics.elasticity import NonaffineResponse as NonaffineResponse
-from jamlab.mechanics.rigidity import MaxwellCount as MaxwellCount
+from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
+from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse
 from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus

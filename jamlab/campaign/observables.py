@@ -12,7 +12,7 @@ from jamlab.campaign.flow_observables import Oscillation, SteadyFlow
 from jamlab.campaign.observable import LAW, STATE, Driven, Frequencies, Observable, Prestress, Row
 from jamlab.errors import BoundaryError
 from jamlab.geometry.voids.voids import voids
-from jamlab.mechanics.elasticity import nonaffine_response
+from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations

@@ -26,7 +26,8 @@ from jamlab.errors import InputError
 from jamlab.flow import flow_curve, oscillate
 from jamlab.geometry import contact_network, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
-from jamlab.mechanics import elasticity
+from jamlab.mechanics.elasticity import MODULI_DEFINITION
+from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
@@ -59,8 +60,8 @@ def definition_versions() -> str:
         "packing fraction": packing_fraction.FRACTION_DEFINITION,
         "shapes": particle_shape.SHAPE_DEFINITION,
         "voids": voids.VOIDS_DEFINITION,
-        "moduli": elasticity.MODULI_DEFINITION,
-        "slow shear": elasticity.NONAFFINE_DEFINITION,
+        "moduli": MODULI_DEFINITION,
+        "slow shear": NONAFFINE_DEFINITION,
         "spectra": complex_modulus.SPECTRUM_DEFINITION,
         "correlation": displacement_correlation.CORRELATION_DEFINITION,
         "modes": mode_character.MODES_DEFINITION,

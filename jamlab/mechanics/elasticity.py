@@ -2,9 +2,6 @@
 
 With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.stiffness`) the elastic tensor is
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
-
-Near onset the sliding of disks at contacts and their non-affine motion diverge as p^(-1/4) while approach vanishes as
-p^(1/4), Baumgarten & Tighe eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
 """
 
 from __future__ import annotations
@@ -16,24 +13,20 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import ConvergenceError, Renamed
-from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.factors import NAMED, UnstableError, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.area_change import ISOTROPIC, compression
-from jamlab.packing.deformation import at_phi
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.strain_map import SIMPLE_SHEAR, admits, check_admitted, wall_offsets
+from jamlab.packing.strain_map import admits, check_admitted
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
-from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
+from jamlab.plotting.palette import BLACK, BLUE, RED
 
 MODULI_DEFINITION = 1  # versions, see jamlab.campaign.tasks
-NONAFFINE_DEFINITION = 2  # 1 left open how disks move along floppy modes
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 _TURNED = 1e-9  # square of a floppy mode less its mean, below which it is a translation
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
@@ -130,10 +123,10 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
     return found
 
 
-def linear_response(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
+def linear_response(packing: Packing, *, prestress: bool = True, named: int = NAMED) -> ElasticTensor:
     """The response of `elastic_tensor`, without its warning, of which those who ask for one strain take what is
-    defined for it."""
-    return _response(packing, prestress, NAMED)
+    defined for it. `named`: how many modes an `UnstableError` holds at most."""
+    return _response(packing, prestress, named)
 
 
 @per_packing
@@ -189,144 +182,3 @@ def mean_shear_modulus(packing: Packing, c: Array) -> float:
     if not admits(packing, np.eye(4)):
         return float("nan")
     return float(modulus_along(c, AVERAGING_ANGLES).mean())
-
-
-def follow(packing: Packing, phi: float) -> Packing:
-    """Predict the packing at another nominal packing fraction by linear response. Near onset a prediction keeps all
-    overlaps in proportion, so that no contact opens or closes; an affine guess would change most of them. Rattlers move
-    with the box; so does all of a packing that has no stable response."""
-    moved = at_phi(packing, phi)
-    try:
-        tensor = linear_response(packing)
-    except ConvergenceError:
-        return moved
-    strain = compression(packing).gradient(packing.phi / phi) - np.eye(2)
-    held = force_network(packing).held & ~packing.fixed_sites
-    response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
-    positions = moved.positions.copy()
-    positions[held] = (packing.positions @ (np.eye(2) + strain).T + response)[held]
-    return moved.with_state(positions=positions)
-
-
-def unstable_directions(packing: Packing, named: int = NAMED) -> tuple[Array, float, int] | None:
-    """Displacements (k, n_sites, 2), the largest 1, along modes that give way, the lowest first, its eigenvalue, 0
-    where rounding hides it, and how many give way, of which k may be fewer, beyond `named`; None for a minimum, for a
-    loose packing, and for forces so large beside the pressure that no Hessian tells."""
-    try:
-        _response(packing, True, named)
-    except UnstableError as error:
-        modes = error.modes.reshape(len(error.modes), -1, 2)
-        directions = np.zeros((len(modes), *packing.positions.shape))
-        # with one site fixed, all others may move where its own droplet slides
-        whole = modes.mean(axis=1, keepdims=True) if packing.fixed is None else 0.0
-        directions[:, force_network(packing).held] = modes - whole
-        return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue, error.count
-    except ConvergenceError:
-        return None
-    return None
-
-
-@dataclass(frozen=True)
-class NonaffineResponse(Result):
-    """Relative and non-affine displacements per unit of strain gamma of x -> x + gamma y, in the unit of length.
-
-    Attributes:
-        normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
-            included; positive where disks separate.
-        tangential: (m,) the same perpendicular to that line, counter-clockwise.
-        nonaffine_tangential: (m,) likewise, of the non-affine displacements alone.
-        nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
-        unit: unit of length, for labels.
-
-    Example:
-        >>> s = jamlab.nonaffine_response(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> bool(np.isclose(s.median_normal, np.median(np.abs(s.normal))))
-        True
-    """
-
-    _rows = ("normal", "tangential", "nonaffine_tangential")
-    _apart = ("nonaffine",)
-
-    normal: Array
-    tangential: Array
-    nonaffine_tangential: Array
-    nonaffine: Array
-    unit: str = field(default="", repr=False)
-
-    sliding = Renamed("nonaffine_tangential")
-
-    @property
-    def median_normal(self) -> float:
-        """Median of |normal|, ~ p^(1/4)."""
-        return float(np.median(np.abs(self.normal)))
-
-    @property
-    def median_tangential(self) -> float:
-        """Median of |tangential|, ~ p^(-1/4)."""
-        return float(np.median(np.abs(self.tangential)))
-
-    @property
-    def median_nonaffine(self) -> float:
-        """Median length of the non-affine displacement, ~ p^(-1/4)."""
-        return float(np.median(np.hypot(*self.nonaffine.T)))
-
-    @drawn("Line2D, of all three curves")
-    def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
-
-        >>> ax = jamlab.nonaffine_response(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
-        """
-        parts = (
-            ("approach", np.abs(self.normal), "-", BLUE),
-            ("sliding", np.abs(self.tangential), "--", RED),
-            ("non-affine", np.hypot(*self.nonaffine.T), "-.", GREEN),
-        )
-        for name, values, line, colour in parts:
-            lengths = values[values > 0]
-            zero = len(values) - len(lengths)
-            label = f"{name}, median {np.median(values):.3g}" + (f", {zero} that do not move left out" if zero else "")
-            if len(lengths):
-                axes.ecdf(lengths, **merged_line({"color": colour, "linestyle": line, "label": label}, style))
-        axes.set_xscale("log")
-        label_axes(axes, in_unit(r"displacement per strain", self.unit), "share that is smaller")
-        axes.legend(fontsize=LEGEND)
-
-
-@checked
-def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
-    """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
-
-    Between walls the shear moves the upper wall as a whole, so the displacement of wall particles is not affine.
-    Networks of sticky disks and slabs between flat walls have floppy modes: the displacement along them is 0, which is
-    the smallest response that balances forces.
-
-    Args:
-        packing: SP at an energy minimum.
-        prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
-
-    Raises:
-        InputError: a packing of droplets.
-        ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> s = jamlab.nonaffine_response(p)
-        >>> len(s.normal) == jamlab.contacts(p).n_contacts, bool(s.median_tangential > s.median_normal)
-        (True, True)
-    """
-    network = force_network(packing)
-    touching = touching_disks(network.packing)  # refuses droplets
-    u = linear_response(packing, prestress=prestress).displacements[network.held, :, 0, 1]
-    u = u + wall_offsets(network.packing) @ SIMPLE_SHEAR.T  # walls are not affine
-    i, j, r = touching.i, touching.j, touching.r
-    relative = u[j] - u[i]
-    normal = r / np.hypot(*r.T)[:, None]
-    sliding = relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1]
-    relative[:, 0] += r[:, 1]
-    return NonaffineResponse(
-        normal=np.einsum("ij,ij->i", relative, normal),
-        tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
-        nonaffine_tangential=sliding,
-        nonaffine=u - u.mean(axis=0) if packing.fixed is None else u,
-        unit=packing.unit_names.length,
-    )

@@ -18,8 +18,9 @@ from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow, linear_response
+from jamlab.mechanics.elasticity import linear_response
 from jamlab.mechanics.factors import PositiveSolver
+from jamlab.mechanics.predicted_motion import follow
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi, deformed

@@ -21,7 +21,8 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.mechanics.elasticity import follow, linear_response
+from jamlab.mechanics.elasticity import linear_response
+from jamlab.mechanics.predicted_motion import follow
 from jamlab.mechanics.stiffness import pressure, stress
 from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi

@@ -9,7 +9,7 @@ import numpy as np
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, typed
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow
+from jamlab.mechanics.predicted_motion import follow
 from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size

@@ -15,7 +15,7 @@ from jamlab.arrays import Array
 from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow, unstable_directions
+from jamlab.mechanics.predicted_motion import follow, unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often

@@ -14,7 +14,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.engine.session import Session
-from jamlab.mechanics.elasticity import unstable_directions
+from jamlab.mechanics.predicted_motion import unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import Ensemble, minimizer

@@ -9,7 +9,7 @@ from scipy.optimize import curve_fit
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.rigidity import rigid_clusters
+from jamlab.mechanics.rigid_clusters import rigid_clusters
 from jamlab.mechanics.stiffness import pressure
 from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.target_pressure import pack

@@ -11,9 +11,9 @@ from jamlab.geometry.power_cells import cut_disks, find_chords, find_free_arcs
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
-from jamlab.mechanics.elasticity import nonaffine_response
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.rigidity import maxwell_count
+from jamlab.mechanics.maxwell_count import maxwell_count
+from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing

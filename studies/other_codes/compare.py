@@ -11,7 +11,7 @@ from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts, remove_rattlers
-from jamlab.geometry.tessellation import hexatic_order
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress

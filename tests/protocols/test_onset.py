@@ -7,9 +7,9 @@ import pytest
 
 import jamlab
 from jamlab.measure import why_no_modulus
-from jamlab.mechanics import elasticity
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.predicted_motion import unstable_directions
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.protocols import saddles
 
@@ -140,14 +140,14 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
     """Onset of 64, seed 197: nine searches ended so. The Hessian, without rattlers, gives way in both states."""
     for packing, held in ((jamlab.read(ON_RATTLER), True), (jamlab.read(SADDLE), False)):
         with jamlab.Session(packing) as session:
-            assert elasticity.unstable_directions(packing)[1] < 0
+            assert unstable_directions(packing)[1] < 0
             assert saddles.rests_on_rattlers(session) is held
             assert np.array_equal(session.packing().positions, packing.positions)
 
 
 def test_a_packing_rests_on_rattlers_only_if_all_that_slides_was_tried(monkeypatch):
     packing = jamlab.read(ON_RATTLER)
-    modes, lowest, count = elasticity.unstable_directions(packing)
+    modes, lowest, count = unstable_directions(packing)
     few, more = (modes[:1], lowest, count + 1), (np.repeat(modes, 2, axis=0)[: count + 1], lowest, count + 1)
     for found, held in (([few, few], False), ([few, more], True)):  # named at first, and when all are asked for
         monkeypatch.setattr(saddles, "unstable_directions", lambda *_, found=found: found.pop(0))
@@ -186,7 +186,7 @@ def test_disks_that_balance_on_a_saddle_leave_it():
     side = 3 * 0.95
     grid = np.stack(np.meshgrid(*2 * [np.arange(3) + 0.5]), -1).reshape(-1, 2) / 3
     square = jamlab.Packing("sp", side * np.eye(2), side * grid, {"k": 1.0}, "k", np.ones(9))
-    assert jamlab.evaluate(square).max_force < 1e-14 and elasticity.unstable_directions(square)[1] < 0
+    assert jamlab.evaluate(square).max_force < 1e-14 and unstable_directions(square)[1] < 0
     found = jamlab.relax(square)
-    assert found.converged and elasticity.unstable_directions(found) is None
+    assert found.converged and unstable_directions(found) is None
     assert jamlab.evaluate(found).energy < jamlab.evaluate(square).energy

@@ -1,7 +1,6 @@
-"""What contacts hold: counts of disks, of polygons by hand, what no view of a packing may change; rigid clusters."""
+"""What contacts hold: counts of disks, of polygons by hand, what no view of a packing may change."""
 
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import count_strong
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import without_load
-from jamlab.mechanics.rigidity import MOST, _clusters, _Game
+from jamlab.mechanics.maxwell_count import MOST
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
 
@@ -141,54 +140,3 @@ def test_too_many_are_refused():
 
 
 # rigid clusters by the pebble game, against ranks of rigidity matrices of points at random places --------------------
-
-
-def by_rank(n, pairs, x):
-    """Rank of the bonds, and (n, n) whether the distance of two points is fixed, by singular values."""
-    rows = np.zeros((len(pairs), n, 2))
-    for row, (i, j) in zip(rows, pairs, strict=True):
-        row[i], row[j] = x[i] - x[j], x[j] - x[i]
-    _, values, modes = np.linalg.svd(rows.reshape(len(pairs), -1))
-    rank = int((values > 1e-9).sum())
-    free = modes[rank:].reshape(-1, n, 2)
-    stretch = np.einsum("kijc,ijc->kij", free[:, :, None] - free[:, None], x[:, None] - x)
-    return rank, np.abs(stretch).max(axis=0, initial=0) < 1e-9
-
-
-def test_clusters_are_those_of_singular_values():
-    rng = np.random.default_rng(0)
-    for _ in range(60):
-        n = int(rng.integers(4, 14))
-        every = np.array(list(combinations(range(n), 2)))
-        count = int(rng.integers(1, min(len(every), 2 * n + 2)))
-        pairs = every[np.sort(rng.choice(len(every), count, replace=False))]
-        game = _Game(n)
-        held = sum(game.add(i, j) for i, j in pairs.tolist())
-        bonds = _clusters(game, pairs)
-        rank, fixed = by_rank(n, pairs, rng.random((n, 2)))
-        assert held == rank
-        for k, (i, j) in enumerate(pairs):
-            together = fixed[i][pairs].all(axis=1) & fixed[j][pairs].all(axis=1)
-            np.testing.assert_array_equal(bonds == bonds[k], together)
-
-
-def test_rigidity_percolates_where_the_modulus_sets_in():
-    below, above = (jamlab.pack(256, phi=phi, seed=1, stickiness=0.1) for phi in (0.5, 0.72))
-    small, large = map(jamlab.rigid_clusters, (below, above))
-    assert small.sizes[0] < 0.3 * 256 and abs(jamlab.shear_modulus(below)) < 1e-6
-    assert large.sizes[0] > 0.9 * 256 and jamlab.shear_modulus(above) > 1e-2
-    assert (np.diff(small.sizes) <= 0).all() and len(small.sizes) == small.bonds.max() + 1
-    counted = jamlab.maxwell_count(above)
-    assert large.redundant == pytest.approx(counted.self_stress_states, abs=2)  # three motions of the whole for two
-    with pytest.raises(jamlab.InputError) as caught:
-        jamlab.rigid_clusters(jamlab.jam(6, "dp", 1))
-    assert "dp" in str(caught.value)
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
-def test_a_cluster_that_spans_the_box_has_one_redundant_contact_more_than_states_of_self_stress(seed):
-    """The box holds it from turning, which the count in the open plane takes for free; rattlers without contacts."""
-    p = jamlab.remove_rattlers(jamlab.pack(24, 1e-2, seed))
-    clusters = jamlab.rigid_clusters(p)
-    assert clusters.sizes.tolist() == [p.n]
-    assert clusters.redundant == jamlab.maxwell_count(p).self_stress_states + 1
