@@ -20,7 +20,8 @@ from jamlab.models.models import optional_parameters
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
-from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
+from jamlab.protocols.compression import compress
+from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import decompress, pack
 

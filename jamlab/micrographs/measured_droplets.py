@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.micrographs.packing_of_picture import packing_of_picture
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
 from jamlab.packing.result import Result
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
-from jamlab.protocols.droplets_from_disks import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
 

@@ -1,7 +1,4 @@
-"""Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum.
-
-A bisection finds the packing fraction at which a packing reaches six contacts per particle, the most in two dimensions.
-"""
+"""Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum."""
 
 from __future__ import annotations
 
@@ -19,7 +16,6 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import linear_response
 from jamlab.mechanics.predicted_motion import follow
@@ -36,7 +32,6 @@ from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, s
 # versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
 # several modes at a time and ends droplets by other steps
 COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
-MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 _HALVINGS = 4  # of a step that does not end in a minimum, at most
 _SECANT_STEPS = 15  # at most, to a true packing fraction
 _MET = 0.01  # distance from a state's packing fraction over that to the state before
@@ -48,47 +43,8 @@ _SLOPE = "slope"  # entry of provenance: of the true against the nominal packing
 _EASY = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
-@checked
-def bisect_confluence(
-    below: Packing,
-    above: Packing,
-    error: float,
-    *,
-    by: str = "rho",
-    tolerance: float | None = None,
-    ranks: int = 1,
-) -> Iterator[Packing]:
-    """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error. Every state is
-    reached from the densest one known to be below, in one step, so distances to the packing fraction rho* at which z =
-    6 come out spaced evenly in their logarithm: what (6 - z) N against rho* - rho asks for, Boromand et al. fig 7.
-
-    Args:
-        below: from a sweep, with z < 6.
-        above: a later state of it, with z >= 6.
-        error: of rho*, or of phi* with `by`; `by, tolerance, ranks`: see `compress`. Yields one Packing per
-            halving.
-    """
-    check_number("error", error, 1.0)
-    low, high = (_fraction(p, by) for p in (below, above))
-    if not contacts(below).z < MOST_CONTACTS <= contacts(above).z or high <= low:
-        raise InputError(
-            f"z = {contacts(below).z:.4g} at {by} = {low:.6f} and {contacts(above).z:.4g} at {high:.6f}: give two"
-            " states of a compression between which z reaches 6"
-        )
-    while high - low > error:
-        middle = 0.5 * (low + high)
-        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks)
-        reached = _fraction(packing, by)
-        yield packing
-        if not (packing.converged and packing.on_target and low < reached < high):
-            return
-        if contacts(packing).z < MOST_CONTACTS:
-            below, low = packing, reached
-        else:
-            high = reached
-
-
-def _fraction(packing: Packing, by: str) -> float:
+def fraction_by(packing: Packing, by: str) -> float:
+    """The packing fraction of a packing: "rho", the true one, or "phi"."""
     return packing_fraction(packing) if by == "rho" else packing.phi
 
 
@@ -193,12 +149,12 @@ def go_on(
     check_ranks(ranks, start.kind.deforms)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
-    targets = grid(_fraction(start, by), to, step, first_step, per_decade)
+    targets = grid(fraction_by(start, by), to, step, first_step, per_decade)
     force = force_tolerance(start.model) if tolerance is None else tolerance
     if done >= len(targets):
         return iter(())
     if done and last.converged is False:
-        raise ConvergenceError(f"the state at {by} = {_fraction(last, by):.6g} is no minimum, the sweep ends there")
+        raise ConvergenceError(f"the state at {by} = {fraction_by(last, by):.6g} is no minimum, the sweep ends there")
     return _sweep(last, start, targets, done, by, pressure_tolerance, force, ranks, progress, repeatable)
 
 
@@ -231,7 +187,7 @@ def _sweep(
     progress: Progress | None,
     repeatable: bool,
 ) -> Iterator[Packing]:
-    start, before = _fraction(first, by), _fraction(packing, by)
+    start, before = fraction_by(first, by), fraction_by(packing, by)
     with Session(packing, ranks=ranks) as session:
         slope = packing.provenance.get(_SLOPE, 1.0) if done else 1.0
         sweep = _Sweep(session, packing, by, error, force, slope)
@@ -243,7 +199,7 @@ def _sweep(
             tolerance = min(_MET * stride, _MET_LAST if target == targets[-1] else 1.0)
             found, step_error = sweep.go_to(target, tolerance)
             packing = session.packing()
-            before = _fraction(packing, by)
+            before = fraction_by(packing, by)
             packing = record(
                 session,
                 packing,
@@ -288,7 +244,7 @@ class _Sweep:
     def go_to(self, target: float, tolerance: float) -> tuple[Relaxed, float]:
         """Go to a packing fraction, which answers to the nominal one almost linearly: one or two secant steps. What the
         last minimisation reached, and the largest relative error of a pressure that was predicted."""
-        value, step_error = _fraction(self.last, self.by), 0.0
+        value, step_error = fraction_by(self.last, self.by), 0.0
         for _ in range(_SECANT_STEPS):
             phi = self.last.phi + (target - value) / self.slope
             if self.error is None:
@@ -308,7 +264,7 @@ class _Sweep:
         return found, step_error
 
     def _reached(self) -> float:
-        return _fraction(self.session.packing(), self.by)
+        return fraction_by(self.session.packing(), self.by)
 
     def _reach(self, phi: float) -> Relaxed:
         """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps."""

@@ -18,21 +18,20 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, check_seed, checked
+from jamlab.checks import check_seed, checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, warn
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import LARGEST_TOLERANCE, compress
+from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import droplet_params
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, relax
+from jamlab.protocols.relaxation import Relaxed, check_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
 
@@ -182,57 +181,3 @@ def _common(one: NDArray[np.int64], two: NDArray[np.int64]) -> float:
     """Contacts in both lists over contacts in either."""
     a, b = ({tuple(sorted(pair)) for pair in pairs.tolist()} for pairs in (one, two))
     return len(a & b) / max(len(a | b), 1)
-
-
-# from a picture: droplets as measured become a periodic patch of disks or polygons, at a minimum --------------------
-
-FEWEST = 8  # droplets: fewer are their own neighbours in a periodic patch
-RHO_TOLERANCE = 1e-4  # a picture tells rho to 0.02
-HAND_OVER = 0.87  # rho, beyond which disks have contacts that droplets have not; droplets are compressed from there
-STEP = 0.01  # of rho in that compression
-
-
-def packing_of_picture(
-    centres: Array, areas: Array, cells: Array, rho: float, model: str, seed: int = 1, **parameters: Any
-) -> Packing:
-    """Turn measured droplets into a packing at the packing fraction of the picture.
-
-    The patch is a rectangle as large as the cells of the droplets together, in the middle of them and of their aspect.
-    What sticks out of it on one side comes in on the other, where as much room is; the seam is not as in the picture,
-    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks
-    (`jamlab.droplets_from_disks`), at a lower packing fraction if need be, and compressed.
-
-    Args:
-        centres: (n, 2) of droplets that are whole, y up.
-        areas, cells: (n,) of droplets and of their cells.
-        rho: packing fraction to be met.
-        model: "sp" (units "k", lengths in mean diameters) or "dp".
-        seed: of the orientations of polygons.
-        parameters: of polygons, as in `jamlab.droplets_from_disks`.
-    """
-    check_choice("model", model, MODELS)
-    if len(areas) < FEWEST:
-        raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {FEWEST}")
-    if not 0 < rho <= 1:
-        raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
-    handed_over = MODELS[model].deforms
-    if parameters and not handed_over:
-        raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
-    began = time.perf_counter()
-    diameters = 2 * np.sqrt(areas / np.pi)
-    unit = float(diameters.mean())
-    extent = np.ptp(centres, axis=0) + unit
-    size = extent * np.sqrt(cells.sum() / extent.prod())
-    low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
-    box = np.diag(size / unit)
-    start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
-    first = min(rho, HAND_OVER) if handed_over else rho
-    disks = relax_at_rho(at_phi(start, first), first, RHO_TOLERANCE, relax)
-    entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}
-    done = disks.with_state(provenance=entries | versions())
-    if not handed_over:
-        return done
-    droplets = droplets_from_disks(done, seed=seed, **parameters)
-    if rho > HAND_OVER:
-        *_, droplets = compress(droplets, to=rho, step=STEP)
-    return droplets

@@ -1,15 +1,12 @@
 """Rigid clusters of disks by the pebble game, beside the rank of the matrix of bonds and the shear modulus."""
 
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import jamlab
 from jamlab.mechanics.rigid_clusters import _clusters, _Game
-
-STATES = Path(__file__).parents[1] / "protocols" / "states"
 
 
 def by_rank(n, pairs, x):

@@ -1,4 +1,4 @@
-"""Droplets from disks and packings from pictures: areas, no crossed outlines, continuity across the hand-over."""
+"""Droplets from disks: areas, no crossed outlines, continuity across the hand-over."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.models.droplets import free_area
-from jamlab.protocols.droplets_from_disks import inscribe, packing_of_picture
+from jamlab.protocols.droplets_from_disks import inscribe
 
 
 @pytest.fixture(scope="module")
@@ -65,54 +65,6 @@ def test_number_of_vertices_and_units(sp_jammed):
     sizes = np.diff(p.offsets)
     assert set(sizes) == {24, 34}
     assert (sizes == np.where(sp_jammed.diameters > 1, 34, 24)).all() and p.units == "eps"
-
-
-pytest.importorskip("skimage")
-
-
-@pytest.fixture(scope="module")
-def seen(dp_dense):
-    return jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dp_dense, 160), (2, 2)), contrast="bright")
-
-
-@pytest.fixture(scope="module")
-def disks_seen(seen):
-    return seen.packing("sp")
-
-
-def test_disks_keep_sizes_and_packing_fraction(seen, disks_seen):
-    assert disks_seen.converged and jamlab.packing_fraction(disks_seen) == pytest.approx(seen.rho, abs=2e-4)
-    ratio = np.pi / 4 * disks_seen.diameters**2 / seen.areas
-    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
-
-
-def test_droplets_come_back_as_the_packing_that_was_rendered(seen, dp_dense):
-    droplets = seen.packing("dp")
-    assert droplets.n == seen.count and droplets.converged
-    assert jamlab.packing_fraction(droplets) == pytest.approx(seen.rho, abs=2e-4)
-    assert jamlab.contacts(droplets).z == pytest.approx(jamlab.contacts(dp_dense).z, abs=0.6)
-
-
-def test_mirror_image_has_the_same_energy(disks_seen, dp_dense):
-    """The patch does not prefer a corner: a picture turned upside down gives the disks_seen turned upside down."""
-    picture = np.tile(jamlab.synthetic_micrograph(dp_dense, 160), (2, 2))[::-1, ::-1]
-    turned = jamlab.micrograph(picture, contrast="bright").packing("sp")
-    assert jamlab.evaluate(turned).energy == pytest.approx(jamlab.evaluate(disks_seen).energy, rel=0.05)
-
-
-def test_what_no_picture_can_be(seen):
-    y, x = np.mgrid[:60, :60]
-    few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
-    for call in (lambda: seen.packing("foam"), lambda: seen.packing("sp", gamma=0.2), few.packing):
-        with pytest.raises(jamlab.InputError):
-            call()
-
-
-def test_the_patch_has_the_aspect_of_droplets_with_their_diameters():
-    """Three rows of eight touching disks are 8 by 3 diameters, not 7 by 2 as their centres."""
-    y, x = np.divmod(np.arange(24.0), 8)
-    patch = packing_of_picture(np.column_stack([x, y]), np.full(24, np.pi / 4), np.ones(24), 0.8, "sp")
-    assert patch.box[0, 0] / patch.box[1, 1] == pytest.approx(8 / 3)
 
 
 def test_attraction_is_refused_and_an_exponent_that_is_lost_is_said():
