@@ -48,14 +48,10 @@ def __getattr__(name: str) -> Any:
         return version("jamlab")
     if name in __all__ or name.startswith("__"):
         return _load(name)
-    from importlib import import_module
-
     from jamlab.hints import MODULE, hint
-    from jamlab.old_names import find
+    from jamlab.packing.quantities import MEASURED
 
-    classes = import_module("jamlab.results")
-    if old := find(name, __all__, classes.__all__):
-        return getattr(classes, old.removeprefix("results.")) if "." in old else _load(old)
-    measured = import_module("jamlab.packing.quantities").MEASURED
-    use = hint(name, [MODULE], [*__all__, "__version__"], measured)
+    use = hint(name, [MODULE], [*__all__, "__version__"], MEASURED)
+    if name in _load("results").__all__:
+        use = f": use `jamlab.results.{name}`"
     raise AttributeError(f"module 'jamlab' has no attribute {name!r}{use}", name=name)

@@ -15,8 +15,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Holds
 from jamlab.errors import InputError
-from jamlab.hints import instead_of, meant, misspelt
-from jamlab.old_names import today
+from jamlab.hints import instead_of, meant, misspelt, unknown_argument
 from jamlab.processes.progress import ProgressLine
 
 MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
@@ -49,8 +48,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         if kwargs.get("progress") is True:
             kwargs["progress"] = ProgressLine()
         if not kwargs.keys() <= known.kinds.keys():
-            others = known.others is not None and known.needed <= {*known.places[: len(args)], *kwargs}
-            kwargs = today(_name(function), kwargs, known.kinds, others)  # type: ignore[assignment]  # P names none
+            _refuse_unknown(function, known, args, kwargs)
         args = tuple(map(as_plain, args))  # type: ignore[assignment]  # P names none
         kwargs = {name: as_plain(value) for name, value in kwargs.items()}  # type: ignore[assignment]  # as above
         for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:
@@ -63,6 +61,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return function(*args, **kwargs)  # which refuses too few and too many
 
     return call
+
+
+def _refuse_unknown(function: Callable[..., Any], known: "_Arguments", args: Any, kwargs: Mapping[str, Any]) -> None:
+    """Refuse the first argument without a place; a function that takes any name checks those itself, once it has what
+    it needs."""
+    if known.others is None or not known.needed <= {*known.places[: len(args)], *kwargs}:
+        raise unknown_argument(_name(function), next(name for name in kwargs if name not in known.kinds), known.kinds)
 
 
 def as_plain(value: Any) -> Any:

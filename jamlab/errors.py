@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import FrameType
-from typing import Any
 
 
 class JamlabError(Exception):
@@ -180,19 +179,3 @@ _LIBRARIES = sys.stdlib_module_names | {
     *("numpy", "scipy", "pandas", "MDAnalysis", "matplotlib"),
     *("typer", "click", "pydantic", "pydantic_core", "rich", "joblib", "dask", "tqdm"),
 }
-
-
-class Renamed:
-    """The old name of an attribute: gives the one of the new name, and warns."""
-
-    def __init__(self, new: str) -> None:
-        self._new, self._old = new, ""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._old = name
-
-    def __get__(self, instance: object, owner: type) -> Any:
-        if instance is None:
-            return self
-        warn(f"{owner.__name__}.{self._old} is now {self._new}", FutureWarning)
-        return getattr(instance, self._new)

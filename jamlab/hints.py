@@ -15,8 +15,8 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from jamlab.argument_habits import ARGUMENTS
-from jamlab.errors import Renamed
-from jamlab.field_habits import FIELD, FIELD_ARGUMENTS
+from jamlab.errors import ArgumentError
+from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 _MISSPELT = 0.85  # likeness of two spellings of one name
@@ -36,6 +36,7 @@ _VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "swee
 _NEUTRAL = {*("mean", "average", "avg", "data", "value", "values", "list", "array", "table", "of", "the", "all", "per")}
 _SHORT = 3  # letters of names whose words are in one order only
 _PARTS = 2  # of a name in a message
+_ARGUMENT = re.compile(r"`(\w+)`")
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
 _WHOLE = {"frac": "fraction", "mod": "modulus", "moduli": "modulus", "freq": "frequency", "dist": "distribution"}
 _WHOLE |= {"frequencies": "frequency", "viscosities": "viscosity", "visc": "viscosity", "coord": "coordination"}
@@ -60,13 +61,18 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
                 return f"`{place}{own}`"
     for concept in concepts:
         for kind in kinds:
-            if kind in concept.of:
+            if kind in concept.of and (not argument or _targets(concept.of[kind]) <= there):
                 return _filled(concept.of[kind], kinds)
         for own in concept.has.split():
             if own in there:
                 return f"`{place}{own}`"
     uses = [] if argument else [concept.use for concept in concepts if concept.use]
     return _filled(uses[0], kinds) if uses else ""
+
+
+def _targets(use: str) -> set[str]:
+    """The argument that a hint begins with; none where it begins with other code or with words."""
+    return {found[1]} if (found := _ARGUMENT.match(use)) else set()
 
 
 @lru_cache(_REMEMBERED)
@@ -176,6 +182,11 @@ def argument_hint(name: str, function: str, known: Iterable[str]) -> str:
     return f"; it takes {', '.join(names)}"
 
 
+def unknown_argument(function: str, name: str, known: Iterable[str]) -> ArgumentError:
+    """The error of an argument that a function does not have."""
+    return ArgumentError(f"{function} has no argument {name!r}{argument_hint(name, function, known)}")
+
+
 def misspelt(name: str, known: Iterable[str]) -> str:
     """The known name that one misspells, or whose words it has in another order; "" if none is as like. What begins
     with another letter, such as "unjammed" or "eta_star" beside "tau_star", has another meaning."""
@@ -197,9 +208,9 @@ def instead_of(function: str, wanted: Iterable[str], value: object) -> str:
 
 @cache
 def attributes(cls: type) -> list[str]:
-    """Public attributes of a class: fields in their order, properties and methods; without its old names."""
+    """Public attributes of a class: fields in their order, properties and methods."""
     names = dict.fromkeys([*getattr(cls, "__dataclass_fields__", ()), *dir(cls)])
-    return [name for name in names if name[0] != "_" and not isinstance(getattr(cls, name, None), Renamed)]
+    return [name for name in names if name[0] != "_"]
 
 
 class Hinted:
@@ -244,5 +255,5 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
 
 _ATTRIBUTES, _ARGUMENTS = (
     _by_word((*FIELD, *CONCEPTS)),
-    _by_word((*FIELD_ARGUMENTS, *ARGUMENTS, *FIELD, *CONCEPTS)),
+    _by_word((*ARGUMENTS, *FIELD, *CONCEPTS)),
 )

@@ -184,3 +184,24 @@ def refuse_strange(function, required):
             except jamlab.JamlabError:
                 refused += 1
     assert refused >= 8 * len(named)
+
+
+def test_an_unknown_argument_is_refused_by_name():
+    @checks.checked
+    def halve(n: int) -> int:
+        return n // 2
+
+    assert halve(n=4) == 2
+    for typed, meant in (("N", "use `n`"), ("random_state", "it takes n"), ("nn", "n")):
+        with pytest.raises(jamlab.ArgumentError) as refused:
+            halve(**{typed: 4})
+        assert isinstance(refused.value, TypeError)
+        assert repr(typed) in str(refused.value) and meant in str(refused.value)
+    for typed in ("phi", "random_state", "verbose"):
+        with pytest.raises(jamlab.ArgumentError, match=repr(typed)):
+            jamlab.jam(n=8, **{typed: 1})
+
+
+def test_progress_is_a_line_on_stderr(capsys):
+    jamlab.jam(n=8, seed=1, progress=True)
+    assert "%" in capsys.readouterr().err

@@ -4,6 +4,7 @@ import inspect
 import logging
 import re
 import types
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,17 +13,17 @@ from one_of_each import STATES, objects
 
 import jamlab
 from jamlab.argument_habits import ARGUMENTS
+from jamlab.checks import checked
 from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
-from jamlab.field_habits import FIELD, FIELD_ARGUMENTS
+from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
 from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
 from jamlab.packing.quantities import MEASURED
-from jamlab.protocols.law_arguments import law_arguments
+from jamlab.protocols import law_arguments as laws
+from jamlab.protocols.law_arguments import check_law_arguments, law_arguments
 
-WORDS = sorted(
-    {word for concept in (*FIELD, *FIELD_ARGUMENTS, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()}
-)
+WORDS = sorted({word for concept in (*FIELD, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
 PUBLIC = [*jamlab.__all__, "__version__"]
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 LAW = {"pack": law_arguments("sp"), "jam": law_arguments("dp") + law_arguments("sp")}
@@ -179,7 +180,7 @@ def test_what_stands_in_place_of_an_object_are_classes(things):
      ("hydrostatic_compression", "use `jamlab.compress"), ("hessian_matrix", "jamlab.hessian"),
      ("sweep", "compress"), ("version", "__version__"), ("cite", "CITATION"), ("shear_moduls", "shear_modulus"),
      ("b", "bulk_modulus"), ("void_area", "measure"), ("quasistatics_shear", "quasistatic_shear"),
-     ("flow_stop", "stop_flow"), ("gravity", "limits.md")],
+     ("flow_stop", "stop_flow"), ("gravity", "limits.md"), ("Contacts", "jamlab.results.Contacts")],
 )  # fmt: skip
 def test_a_name_means_one_thing(name, use):
     with pytest.raises(AttributeError, match=re.escape(use)):
@@ -194,7 +195,6 @@ def test_names_that_look_alike_are_no_hint(things):
         with pytest.raises(AttributeError) as refused:
             getattr(things["ComplexModulus"], name)
         assert "did you mean" not in str(refused.value) and "it has omega, storage, loss, g0" in str(refused.value)
-        assert "error," not in str(refused.value)  # an old name is none to use
     assert LIMITS in argument_hint("friction", "pack", ["n"])
 
 
@@ -235,3 +235,23 @@ def test_only_the_law_may_add_arguments():
             eval(f"jamlab.{call}", {"jamlab": jamlab, "p": jamlab.pack(8, 1e-2, seed=1)})
         assert told in str(refused.value)
     assert jamlab.pack(8, 1e-2, exponent=2.5).params["exponent"] == 2.5
+
+
+def test_a_hint_never_takes_the_place_of_an_argument(monkeypatch):
+    """What a law declares is its own, whatever the word means elsewhere; no hint names what is not there."""
+
+    @checked
+    def make(n: int, **parameters: Any) -> dict[str, Any]:
+        check_law_arguments(make, "sp", parameters)
+        return parameters
+
+    monkeypatch.setattr(laws, "law_arguments", lambda model: [*WORDS, "exponent"])
+    given = dict.fromkeys(WORDS, 1.0)
+    assert make(4, **{name: value for name, value in given.items() if name not in ("n", "progress")}) == {
+        name: value for name, value in given.items() if name not in ("n", "progress")
+    }
+    monkeypatch.setattr(laws, "law_arguments", lambda model: ["potential"])
+    with pytest.raises(jamlab.ArgumentError, match="'Potential': use `potential`"):
+        make(4, Potential="wca")
+    assert "exponent" not in argument_hint("hertz", "jam", ["n", "potential"])
+    assert "use `exponent`" in argument_hint("hertz", "jam", ["n", "exponent"])

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from jamlab.errors import InputError
-from jamlab.old_names import MODEL_NAMES
+from jamlab.model_words import MODEL_NAMES
 
 Values = Mapping[str, Any]  # of all parameters of a command, by name
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from jamlab.errors import InputError
-from jamlab.old_names import MODEL_NAMES
+from jamlab.model_words import MODEL_NAMES
 from jamlab.storage.formats import check_ending
 
 if TYPE_CHECKING:

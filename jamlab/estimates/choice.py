@@ -10,7 +10,6 @@ from typing import Any
 
 import pandas as pd
 
-from jamlab.errors import Renamed
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.rheology.damping import Damping
@@ -81,8 +80,6 @@ class Choice(Result):
     strain: float = 0.0
     modulus: complex | None = None
     outside: tuple[str, ...] = ()
-
-    error = Renamed("bound")
 
     def _columns(self) -> dict[str, Any]:
         """The options."""

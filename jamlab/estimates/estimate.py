@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, check_seed, checked
-from jamlab.errors import ConvergenceError, InputError, Renamed
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.ways import (
@@ -211,8 +211,6 @@ class Estimate(Result):
     choice: Choice
     values: Array
     seeds: NDArray[np.int64]
-
-    error = Renamed("ci95")
 
 
 @checked

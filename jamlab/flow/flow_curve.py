@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.errors import ConvergenceError, InputError, Renamed
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.flow.flow_run import FlowResult, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
 from jamlab.flow.report import say_balance
@@ -84,8 +84,6 @@ class FlowCurve(FlowResult):
     discard: float
     strain: float
     failed: dict[str, str] = field(default_factory=dict)
-
-    stress_error = Renamed("stress_stderr")
 
     @property
     def finished(self) -> NDArray[np.bool_]:

@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import Renamed
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -60,9 +59,6 @@ class FlowResult(Result):
     unit: str  # of stress, for labels
 
     __repr__ = report
-    unsettled = Renamed("ambiguous_contacts")
-    imbalance = Renamed("energy_error")
-    allowed_imbalance = Renamed("energy_tolerance")
 
     @property
     def energy_tolerance(self) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
-from jamlab.errors import InputError, Renamed
+from jamlab.errors import InputError
 from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import LEAST_CONTACTS
 from jamlab.packing.packing import Packing
@@ -111,10 +111,6 @@ class Contacts(Result):
     r: NDArray[np.float64]
     shift: NDArray[np.int64]
     packing: Packing = field(repr=False, compare=False)
-
-    count = Renamed("n_contacts")
-    backbone = Renamed("n_backbone")
-    loose = Renamed("unjammed")
 
     @property
     def n_contacts(self) -> int:

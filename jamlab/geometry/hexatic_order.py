@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Indices
 from jamlab.checks import checked
-from jamlab.errors import InputError, Renamed
+from jamlab.errors import InputError
 from jamlab.geometry.tessellation import SHORTEST, find_power_walls
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -46,8 +46,6 @@ class HexaticOrder(Result):
     def mean_local(self) -> float:
         """Mean of |psi_k| over particles."""
         return float(np.abs(self.local).mean())
-
-    overall = Renamed("global_order")
 
     @property
     def global_order(self) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, Renamed
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, find_rattlers
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -54,9 +54,6 @@ class MaxwellCount(Result):
     contacts: int
     self_stress_states: int
     floppy_modes: int
-    particles = Renamed("n_particles")
-    free = Renamed("floppy_modes")
-    self_stresses = Renamed("self_stress_states")
 
 
 @checked

@@ -13,7 +13,6 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.elasticity import linear_response
 from jamlab.mechanics.force_network import force_network
@@ -52,8 +51,6 @@ class NonaffineResponse(Result):
     nonaffine_tangential: Array
     nonaffine: Array
     unit: str = field(default="", repr=False)
-
-    sliding = Renamed("nonaffine_tangential")
 
     @property
     def median_normal(self) -> float:

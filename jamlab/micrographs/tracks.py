@@ -20,11 +20,11 @@ from scipy.spatial import KDTree
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError, warn
+from jamlab.hints import unknown_argument
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import NoDropletsError
 from jamlab.micrographs.series import Frame, read_series
-from jamlab.old_names import unknown_argument
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,7 +2,7 @@
 
 The layout, schema "jamlab", version 1, stands in docs/reference/files.md. Later versions only add names; a file of a
 newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that has
-changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read.
+changed since it was written is refused.
 """
 
 from __future__ import annotations
@@ -34,8 +34,6 @@ from jamlab.storage.verified_file import (
     dataset,
     opened,
 )
-
-_KNOWN = "_known"  # entry beside the provenance that held `Packing.known` before there was `parameters/state`
 
 
 def write_sweep(
@@ -210,7 +208,7 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     parameters = file["parameters"]
     onset = float(dataset(parameters, "onset", "f", (frames,))[frame])
     history = _read_history(path, dataset(parameters, "provenance", "T", (frames,)).asstr()[frame], frame)
-    known = _known(path, parameters, history, frame, frames)
+    known = _read_known(path, dataset(parameters, "state", "T", (frames,)).asstr()[frame])
     sizes = {
         name: dataset(parameters, name, kind, (None,)) if name in parameters else None
         for name, kind in (("diameters", "f"), ("offsets", "iu"))
@@ -246,15 +244,9 @@ def _read_history(path: FilePath, text: str, frame: int) -> dict[str, Any]:
     return history
 
 
-def _known(path: FilePath, parameters: Any, history: dict[str, Any], frame: int, frames: int) -> dict[str, Any]:
-    """What is known of a state; files from before `parameters/state` have it in the history, which loses it."""
-    if "state" in parameters:
-        known = json.loads(dataset(parameters, "state", "T", (frames,)).asstr()[frame])
-    elif _KNOWN in history:
-        known = history.pop(_KNOWN)
-    else:  # a file of 0.2.0 or before
-        before = {name: "force_tolerance" if name == "tolerance" else name for name in KNOWN}
-        known = {name: history.pop(said) for name, said in before.items() if said in history}
+def _read_known(path: FilePath, text: str) -> dict[str, Any]:
+    """What is known of a state."""
+    known = json.loads(text)
     if not isinstance(known, dict) or not known.keys() <= KNOWN.keys():
         raise StorageError(f"{path} is damaged (the record of a state is {str(known)[:40]}): {REMEDY}")
     return known

@@ -8,8 +8,8 @@ from typing import Any
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.hints import unknown_argument
 from jamlab.models.models import MODELS, optional_parameters
-from jamlab.old_names import unknown_argument
 
 # of the deck beside the law: the strength of contacts where units leave it open, and outlines
 _OF_DECK = {"sp": (), "dp": ("eps", "nv_small", "nv_large", "vertices")}

@@ -15,8 +15,8 @@ from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
+from jamlab.model_words import MODEL_NAMES
 from jamlab.models.models import MODELS
-from jamlab.old_names import MODEL_NAMES, n_first, value_today
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
@@ -42,7 +42,6 @@ _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
-@n_first
 @checked
 def jam(
     n: int = 64,
@@ -108,7 +107,6 @@ def jam(
     """
     protocol = numbers("onset")
     model = MODEL_NAMES.get(model.lower(), model)
-    search, start = value_today("search", search), value_today("start", start)
     _check(model, search, ensemble, start, size_ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)

@@ -9,7 +9,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import check_choice, checked, finite_array
-from jamlab.errors import ConvergenceError, InputError, Renamed, warn
+from jamlab.errors import ConvergenceError, InputError, warn
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.packing import Packing
@@ -87,8 +87,6 @@ class ComplexModulus(Result):
     unit: str = field(default="", repr=False)
     eta_inf_bound: float = float("nan")
     direction: Direction = "simple"
-
-    error = Renamed("error_bound")
 
     @property
     def tau_star(self) -> float:

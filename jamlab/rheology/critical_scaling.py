@@ -10,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, Renamed, warn
+from jamlab.errors import InputError, warn
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
@@ -57,9 +57,6 @@ class Collapse(Result):
     storage: Array
     loss: Array
     unit: str
-
-    lam = Renamed("lambda_")
-    exponent = Renamed("delta")
 
     def __str__(self) -> str:
         return f"{self.exponents}, spread {self.spread:.2g} in ln G*"

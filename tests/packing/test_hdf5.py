@@ -64,7 +64,7 @@ def test_provenance_survives_and_numpy_numbers_become_plain(tmp_path):
 
 
 def test_entries_of_a_provenance_may_have_any_name(tmp_path):
-    given = {"_known": {"converged": True}, "ensemble": "mine", "rounding": 3, "\ud800": "a\0b"}
+    given = {"state": {"converged": True}, "ensemble": "mine", "rounding": 3, "\ud800": "a\0b"}
     write(tmp_path / "run.h5", [disks(provenance=given, rounding=1e-3, on_target=False)])
     back = read(tmp_path / "run.h5")
     assert_same_bits(back.provenance, given)

@@ -63,9 +63,3 @@ def test_unknown_endings_and_places_are_refused(tmp_path):
         check_output(tmp_path / "s.txt")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
         check_output(tmp_path / "nowhere" / "s.png")
-
-
-def test_old_names_of_errors_give_the_new_ones_and_warn():
-    found = jamlab.complex_modulus(jamlab.pack(16, 1e-2, 1), OMEGA)
-    with pytest.warns(FutureWarning, match="error_bound"):
-        assert found.error is found.error_bound
