@@ -48,7 +48,8 @@ def __getattr__(name: str) -> Any:
         return version("jamlab")
     if name in __all__ or name.startswith("__"):
         return _load(name)
-    from jamlab.hints import MODULE, hint
+    from jamlab.habits import MODULE
+    from jamlab.hints import hint
     from jamlab.packing.quantities import MEASURED
 
     use = hint(name, [MODULE], [*__all__, "__version__"], MEASURED)
