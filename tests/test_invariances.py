@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from invariant_cases import CASES, EXACT, NOT_COMPARED, TOGETHER, deviation, packings, public_functions_of_packings
 
-from jamlab.models.models import MODELS
+from jamlab.packing.kinds import MODELS
 
 LONG = {("creep", "dp"), ("oscillate", "dp"), ("relax_stress", "dp")}  # `shear` of droplets is the short one
 RUNS = [
@@ -26,7 +26,7 @@ def test_every_parameter_of_every_law_is_compared():
     for p in packings().values():
         own = [name for name, each in p.parameters.items() if name in p.params and p.params[name] is not each.default]
         seen |= {(p.model, p.units, name) for name in own if np.any(p.params[name])}
-    laws = [(kind, units) for kind in MODELS.values() for units in kind.unit_names]
+    laws = [(kind, units) for kind in map(MODELS.get, MODELS.names()) for units in kind.unit_names]
     assert seen == {(kind.name, u, name) for kind, u in laws for name in kind.parameters(u)}
 
 

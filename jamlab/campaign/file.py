@@ -38,7 +38,7 @@ from jamlab.campaign.wrong_keys import explain
 from jamlab.checks import MOST_PARTICLES, check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.models.models import MODELS
+from jamlab.packing.kinds import MODELS
 from jamlab.storage.system_errors import system_said
 
 # limits, so that nonsense is named at once instead of filling memory and time
@@ -61,7 +61,7 @@ def _check_observable(value: str) -> str:
 
 
 def _check_model(value: str) -> str:
-    check_choice("model", value, MODELS)
+    check_choice("model", value, MODELS.names())
     return value
 
 
@@ -185,7 +185,7 @@ class Sweep(FileTable):
         """Refuse what is for one model only where the sweep has another."""
         for other in self.model:
             if other != model:
-                raise ValueError(f"{what} for model {model}: give {MODELS[other].particles} a separate sweep")
+                raise ValueError(f"{what} for model {model}: give {MODELS.get(other).particles} a separate sweep")
 
     def _check_packings(self) -> None:
         """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""

@@ -16,8 +16,8 @@ from jamlab.campaign.tasks import Parameters
 from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.models.models import optional_parameters
 from jamlab.packing.hdf5 import read_all
+from jamlab.packing.kinds import optional_parameters
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols.compression import compress

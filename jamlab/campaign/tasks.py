@@ -28,7 +28,7 @@ from jamlab.geometry import contact_network, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
 from jamlab.mechanics.elasticity import MODULI_DEFINITION
 from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
-from jamlab.models.models import MODELS, optional_parameters
+from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
@@ -41,7 +41,7 @@ from jamlab.storage.verified_file import SCHEMA_VERSION
 
 def protocol_versions(model: str) -> str:
     """Versions of the protocols that make packings of a model, such as "onset=5; compression=4; ..."."""
-    particles = MODELS[model].particles
+    particles = MODELS.get(model).particles
     versions = {
         "onset": onset.ONSET_PROTOCOL[particles],
         "stiffening": onset.ONSET_PROTOCOL["stiffening"],

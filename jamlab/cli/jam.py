@@ -198,8 +198,8 @@ def demo(
 
     from jamlab.checks import check_bidisperse, check_number
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
-    from jamlab.models.models import MODELS
     from jamlab.packing.hdf5 import read_observables
+    from jamlab.packing.kinds import MODELS
     from jamlab.protocols.onset import jam as begin
     from jamlab.storage.atomic_file import make_folder
     from jamlab.storage.verified_file import versions
@@ -209,10 +209,10 @@ def demo(
     make_folder(out)
     check_target(out / "index.html", replace=force)
     task = {"--n": n, "--seed": seed, "--to": to}
-    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in MODELS}
+    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in MODELS.names()}
     describe_kept(lambda: _describe_demo(out))
     sections = []
-    for name, model in MODELS.items():
+    for name, model in ((name, MODELS.get(name)) for name in MODELS.names()):
         sweep = sweeps[name]
         if not sweep.states:
             with progress_bar(f"{model.particles} to onset") as progress:

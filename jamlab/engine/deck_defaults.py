@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from jamlab.errors import EngineError
 from jamlab.installed_files import installed
+from jamlab.packing.kinds import MODELS
 
 _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 # what a variable may be, where a deck says it behind the default: an interval, "whole" or "even" numbers, or words
@@ -55,9 +56,11 @@ def settings(folder: Path, name: str, model: str = "", what: re.Pattern[str] = _
 
 def defaults(name: str) -> dict[str, float | str]:
     """Values of the section `# [name]` of the decks: numbers as float, the rest as str."""
-    if name not in _sections():
+    model = name.partition(".")[0]
+    sections = _sections(MODELS.get(model).part if model in MODELS.names() else None)
+    if name not in sections:
         raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
-    return {key: _parsed(value) for key, value in _INDEX.findall(_sections()[name])} | _OF_PYTHON.get(name, {})
+    return {key: _parsed(value) for key, value in _INDEX.findall(sections[name])} | _OF_PYTHON.get(name, {})
 
 
 @cache
@@ -67,9 +70,10 @@ def numbers(name: str) -> Mapping[str, float]:
 
 
 @cache
-def _sections() -> dict[str, str]:
+def _sections(part: Path | None) -> dict[str, str]:
+    """Sections of the decks, or of the part of a model."""
     folder = installed("lammps_inputs")
-    files = [*folder.glob("parts/*"), *folder.glob("in.*")]
+    files = [*folder.glob("parts/*"), *folder.glob("in.*")] if part is None else [part]
     return {name: lines for path in files for name, lines in _SECTION.findall(path.read_text())}
 
 

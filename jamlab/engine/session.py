@@ -25,13 +25,13 @@ from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.deck_files import deck
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
+from jamlab.models.model import Model
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
@@ -39,7 +39,7 @@ from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_dat
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
-from jamlab.packing.packing import MINIMUM, Model, Packing
+from jamlab.packing.packing import MINIMUM, Packing
 from jamlab.packing.strain_map import shapes_of_stress, wall_offsets
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
@@ -92,7 +92,7 @@ class Session(Hinted):
 
     @checked
     def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
-        check_ranks(ranks, packing.kind.deforms)
+        check_ranks(ranks, not packing.kind.may_use_ranks)
         if ranks > 1 and packing.fixed is not None:
             raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
@@ -339,7 +339,7 @@ class Session(Hinted):
         table, kind = types(packing), packing.kind
         section = section_of_sizes(packing, table)
         settings = kind.lammps_variables(packing)
-        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.part}.minimum")["skin"]}
+        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
             settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
@@ -355,7 +355,7 @@ class Session(Hinted):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing, described=False)
-            with _plain_name(file) as name, _plain_name(deck(f"parts/{kind.part}")) as part:
+            with _plain_name(file) as name, _plain_name(kind.part) as part:
                 self.set_variables(settings | {"data": name})
                 self._run(f"include {part}")
         if packing.fixed is not None:

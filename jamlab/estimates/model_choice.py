@@ -20,7 +20,7 @@ from jamlab.errors import InputError
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge, write_bounds
 from jamlab.estimates.ways import STEP, N, WayRecord, Ways
-from jamlab.models.models import MODELS
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
@@ -105,7 +105,7 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
 
 
 def _check(tolerance: Mapping[str, float], model: str) -> None:
-    check_choice("model", model, ("auto", *MODELS))
+    check_choice("model", model, ("auto", *MODELS.names()))
     if not tolerance:
         raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(QUANTITIES)}")
     for name, limit in tolerance.items():

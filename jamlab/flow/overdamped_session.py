@@ -200,7 +200,7 @@ class OverdampedSession:
             if steps is not None:
                 steps -= now
             self._watch(state, within_row=now == _LOOK and state.time < end * (1 - 1e-12))
-        return self._counted(self._corrected(state) if self._session.kind.deforms else state)
+        return self._counted(self._corrected(state) if self._session.kind.corrects_flow else state)
 
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets.

@@ -78,7 +78,7 @@ def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
     box, x = np.array(packing.box), np.array(packing.positions)
     between, rim = box[1, 1] + _MORE * mean_size(packing), 0.5 * packing.params.get("delta", 0.0)
     x -= np.outer(np.floor(packing.centroids[:, 1] / box[1, 1]), box[1])[packing.particle]
-    if packing.kind.deforms:  # all is squeezed, so that no outlines cross
+    if packing.kind.has_outlines:  # all is squeezed, so that no outlines cross
         low, high = x[:, 1].min() - rim, x[:, 1].max() + rim
         y = thickness + (x[:, 1] - low) * between / (high - low)
     else:

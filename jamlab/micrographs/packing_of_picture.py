@@ -10,8 +10,8 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_rho
@@ -42,12 +42,12 @@ def packing_of_picture(
         seed: of the orientations of polygons.
         parameters: of polygons, as in `jamlab.droplets_from_disks`.
     """
-    check_choice("model", model, MODELS)
+    check_choice("model", model, MODELS.names())
     if len(areas) < _FEWEST:
         raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {_FEWEST}")
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
-    handed_over = MODELS[model].deforms
+    handed_over = MODELS.get(model).has_outlines
     if parameters and not handed_over:
         raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
     began = time.perf_counter()

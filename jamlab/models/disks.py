@@ -3,43 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, Indices
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_pairs
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.boundary_loops import trace_disks
+from jamlab.geometry.voids.boundary_loops import Boundary, trace_disks
+from jamlab.installed_files import installed_file
+from jamlab.models.model import Model
 from jamlab.models.pair_laws import PowerLaw, StickyLaw
+from jamlab.packing.kinds import UnitNames
 from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs
-from jamlab.packing.packing import Packing, UnitNames
+from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
 
 
-class Disks:
-    """See `jamlab.packing.packing.Model`."""
+class Disks(Model):
+    """See `Model`."""
 
     name = "sp"
     particles = "disks"
-    size_name = "diameter"
-    size_label = "diameter"
-    unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("σ", "ε/σ", "ε/σ²"), "k": UnitNames("d", "k d", "k")}
-    deforms = False
+    words = ("disks", "disk")
+    unit_names: ClassVar[Mapping[str, UnitNames]] = {
+        "eps": UnitNames("σ", "ε/σ", "ε/σ²"),
+        "k": UnitNames("d", "k d", "k"),
+    }
     motions = 2  # of a rigid particle: no contact holds a disk from turning
-    part = "sp"
-    atom_style = "atomic"
-    size_column = "diameter"
-    sizes_by_atom = False
+    may_use_ranks = True
     least_force = 2e-14
     points = staticmethod(touching_disks)
-    boundary = staticmethod(trace_disks)
-    fraction_methods: Mapping[str, Callable[[Packing], float]] = {
+    fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {
         "exact": cover_by_disks,
         "pairs": fraction_by_pairs,
         "nominal": lambda packing: packing.phi,
@@ -63,23 +64,8 @@ class Disks:
         PowerLaw.of(packing.params, float(sizes.mean()))
         return {"diameters": diameters}
 
-    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
-        return {"diameters": packing.disk_diameters[particles]}
-
-    def particle(self, packing: Packing) -> Indices:
-        return np.arange(packing.n)
-
-    def centroids(self, packing: Packing) -> Array:
-        return packing.positions
-
     def law(self, packing: Packing) -> PairLaw:
         return PowerLaw.of(packing.params, float(packing.disk_diameters[~packing.flat_walls].mean()))
-
-    def sizes(self, packing: Packing) -> Array:
-        return packing.disk_diameters
-
-    def type_sizes(self, packing: Packing) -> Array:
-        return packing.disk_diameters
 
     def free_area(self, packing: Packing) -> float:
         return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
@@ -103,9 +89,6 @@ class Disks:
         push = -packing.law(s, distance)[1]
         return ContactForces(per_length(push, distance)[:, None] * r, distance - s)
 
-    def loads(self, packing: Packing) -> Array:
-        return np.zeros(packing.n)
-
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
         pairs, r, distance, s = _touching(packing)
         if not distance.all():
@@ -119,9 +102,6 @@ class Disks:
         across = np.where(packing.flat_walls[pairs[:, 1]], 0.0, borne / distance)  # a flat wall does not turn a force
         block = central_block(normal, stiffness, across)
         return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
-
-    def shape_terms(self, packing: Packing) -> list[Terms]:
-        return []
 
     def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
         pairs, r, distance, s = _touching(packing)
@@ -156,6 +136,9 @@ class Disks:
     def relative_areas(self, packing: Packing) -> Array:
         return disk_cells(packing).area / (0.25 * np.pi * packing.disk_diameters**2)
 
+    def boundary(self, packing: Packing) -> Boundary:
+        return trace_disks(packing)
+
     def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
         return np.arange(packing.n), packing.positions, 0.5 * packing.disk_diameters
 
@@ -167,6 +150,10 @@ class Disks:
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
 
+    @property
+    def part(self) -> Path:
+        return installed_file("lammps_inputs", "parts/sp")
+
     def check_for_lammps(self, packing: Packing) -> None:
         order = np.lexsort(packing.positions.T)
         if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
@@ -176,11 +163,8 @@ class Disks:
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         return packing.law.lammps_variables()
 
-    def dump_columns(self, packing: Packing) -> dict[str, Array]:
-        return {"radius": 0.5 * packing.disk_diameters}
 
-    def longest_edge(self, packing: Packing) -> float:
-        return 0.0
+DISKS = Disks()  # as entry points name it
 
 
 def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:

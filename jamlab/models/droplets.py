@@ -8,11 +8,12 @@ tan(pi/nv).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from jamlab.arrays import Array, ArrayLike, Indices, Mask
+from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError
 from jamlab.geometry.contact_network import ContactForces, per_length
@@ -20,12 +21,15 @@ from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
-from jamlab.geometry.voids.boundary_loops import trace_polygons
+from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
+from jamlab.installed_files import installed_file
+from jamlab.models.model import Model
 from jamlab.models.pair_laws import RimLaw
+from jamlab.packing.kinds import UnitNames
 from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
-from jamlab.packing.packing import Packing, UnitNames
+from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
 
 if TYPE_CHECKING:
@@ -45,24 +49,23 @@ _PARAMETERS = {
 }
 
 
-class Droplets:
-    """See `jamlab.packing.packing.Model`."""
+class Droplets(Model):
+    """See `Model`."""
 
     name = "dp"
     particles = "droplets"
+    words = ("droplets", "polygons")
+    sites = None
+    has_outlines = True
     size_name = "rest area"
     size_label = "√a₀"
-    unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
-    motions = 3
-    part = "dp"
+    unit_names: ClassVar[Mapping[str, UnitNames]] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     atom_style = "molecular"
     size_column = "a0"
     sizes_by_atom = True
-    least_force = 1e-13
-    deforms = True
+    corrects_flow = True
     points = staticmethod(vertex_contacts)
-    boundary = staticmethod(trace_polygons)
-    fraction_methods: Mapping[str, Callable[[Packing], float]] = {
+    fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {
         "exact": cover_by_droplets,
         "nominal": lambda packing: packing.phi,
     }
@@ -98,12 +101,6 @@ class Droplets:
             raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
 
-    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
-        return {"offsets": np.append(0, np.cumsum(vertex_counts(packing)[particles]))}
-
-    def particle(self, packing: Packing) -> Indices:
-        return np.repeat(np.arange(packing.n), vertex_counts(packing))
-
     def centroids(self, packing: Packing) -> Array:
         first = packing.positions[packing.polygon_offsets[:-1]]
         r = packing.positions - first[packing.particle]
@@ -128,9 +125,6 @@ class Droplets:
     def grown(self, packing: Packing, growth: float) -> Packing | None:
         delta = packing.params["delta"] + growth
         return packing.with_state(params={**packing.params, "delta": delta}) if delta > 0 else None
-
-    def rotations(self, packing: Packing) -> int:
-        return 0
 
     # contacts ---------------------------------------------------------------------------------------------------------
 
@@ -227,6 +221,9 @@ class Droplets:
     def relative_areas(self, packing: Packing) -> Array:
         return np.asarray(packing.polygon_areas / packing.params["a0"])
 
+    def boundary(self, packing: Packing) -> Boundary:
+        return trace_polygons(packing)
+
     def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
         owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
         return owner, points, np.zeros(len(points))
@@ -244,6 +241,10 @@ class Droplets:
         return fills, edges
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
+
+    @property
+    def part(self) -> Path:
+        return installed_file("lammps_inputs", "parts/dp")
 
     def check_for_lammps(self, packing: Packing) -> None:
         """An edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
@@ -271,6 +272,9 @@ class Droplets:
 
     def longest_edge(self, packing: Packing) -> float:
         return float(np.hypot(*packing.edges.T).max())
+
+
+DROPLETS = Droplets()  # as entry points name it
 
 
 def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:

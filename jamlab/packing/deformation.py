@@ -26,7 +26,7 @@ def at_phi(packing: Packing, phi: float) -> Packing:
 
 def at_positions(packing: Packing, positions: Array) -> Packing:
     """The packing at float64 positions of the right shape; of disks, nothing but their being finite is checked."""
-    checks = packing.kind.deforms or not np.isfinite(positions).all()
+    checks = packing.kind.has_outlines or not np.isfinite(positions).all()
     return packing.with_state(positions=positions) if checks else packing._trusted(positions=positions)
 
 

@@ -91,7 +91,11 @@ def per_packing(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenat
 
 def keep(function: Callable[..., R], packing: Any, found: R) -> None:
     """Say what a function under `per_packing` gives of a packing, with its default arguments, where that is known."""
-    plain = function.__wrapped__  # type: ignore[attr-defined]
+    plain: Any = getattr(function, "__wrapped__", None)
+    if plain is None:
+        raise InputError(
+            f"{function.__qualname__} keeps nothing with a packing: make it `staticmethod(per_packing(...))`"
+        )
     _note(packing, (plain, (), *(plain.__kwdefaults__ or {}).items()), found)
 
 

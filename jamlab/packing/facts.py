@@ -21,8 +21,9 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.law_parameters import ENSEMBLES, Parameter
-from jamlab.packing.packing import KNOWN, Packing, _models
+from jamlab.packing.packing import KNOWN, Packing
 
 FORMATS = {
     **{"packings": "HDF5", "data": "LAMMPS data", "dump": "LAMMPS dump"},
@@ -164,20 +165,24 @@ def fact_of_column(name: str, number: float) -> Any:
     return bool(number) if isinstance(STATE.get(name), bool) else number
 
 
-@cache
 def law_parameters() -> dict[str, Parameter]:
     """Every parameter of any force law, by name."""
-    return {
-        name: parameter
-        for kind in _models().values()
-        for units in kind.unit_names
-        for name, parameter in kind.parameters(units).items()
-    }
+    return _law_parameters(tuple(MODELS.names()))
 
 
 @cache
+def _law_parameters(models: tuple[str, ...]) -> dict[str, Parameter]:
+    every = [(kind, units) for kind in map(MODELS.get, models) for units in kind.unit_names]
+    return {name: parameter for kind, units in every for name, parameter in kind.parameters(units).items()}
+
+
 def _choices() -> dict[str, tuple[str, ...]]:
-    return _CHOICES | {name: each.choices for name, each in law_parameters().items() if each.choices}
+    return _choices_of(tuple(MODELS.names()))
+
+
+@cache
+def _choices_of(models: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    return _CHOICES | {name: each.choices for name, each in _law_parameters(models).items() if each.choices}
 
 
 def history_text(provenance: Mapping[str, Any], what: str) -> str:

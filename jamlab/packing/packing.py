@@ -7,10 +7,9 @@ names. What depends on the model is asked of `Packing.kind`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +20,14 @@ from jamlab.checks import check_choice, checked, checked_class, finite_array, is
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
+from jamlab.packing.kinds import MODELS, UnitNames
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import outlines, polygon_areas
 from jamlab.packing.quantities import MEASURED
-from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
+
+if TYPE_CHECKING:
+    from jamlab.models.model import Model
 
 # what is known of a minimum, and its values for a state that nobody minimised
 MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "tolerance": None}
@@ -35,69 +36,6 @@ KNOWN: dict[str, Any] = {**MINIMUM, "ensemble": "fixed-box", "rounding": 0.0, "f
 # what files keep beside the state
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets", "fixed", "walls"})  # of a minimum
 _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
-
-
-class UnitNames(NamedTuple):
-    """Names of units, for labels."""
-
-    length: str
-    force: str
-    stress: str
-
-
-class Model(Protocol):
-    """What depends on the model: disks in `jamlab/models/disks.py`, droplets in `droplets.py`."""
-
-    name: str  # of `Packing.model`
-    particles: str  # what they are called; first-order steps go by it, see `jamlab.protocols.relaxation`
-    size_name: str
-    size_label: str  # of a scale of colours and in pages
-    unit_names: Mapping[str, UnitNames]  # by `Packing.units`
-    motions: int  # of a rigid particle
-    least_force: float  # that rounding leaves at a minimum, over the energy of the law and the mean size
-    fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
-    deforms: bool  # whether particles have a shape, which may rest on corners, where a minimum has no Hessian
-    part: str  # of `lammps_inputs/parts` that holds the force law, with the numbers of minima
-    atom_style: str  # of LAMMPS; molecular ones have bonds
-    size_column: str  # name of the property of atoms that holds the size
-    sizes_by_atom: bool  # whether data files always hold it
-
-    # state
-    def parameters(self, units: str) -> dict[str, Parameter]: ...  # of the force law, declared once
-    def checked(self, packing: Packing) -> dict[str, Any]: ...  # attributes as kept; refuses what is no state
-    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]: ...  # attributes of some particles alone
-    def particle(self, packing: Packing) -> Indices: ...  # of each position
-    def centroids(self, packing: Packing) -> Array: ...  # (n, 2)
-    def law(self, packing: Packing) -> PairLaw: ...  # of its contacts
-    def sizes(self, packing: Packing) -> Array: ...  # (n,) whose mean is the unit of length in packings of jamlab
-    def free_area(self, packing: Packing) -> float: ...  # of all undeformed particles, rims included
-    def grown(self, packing: Packing, growth: float) -> Packing | None: ...  # touching farther; None: nothing is left
-    def rotations(self, packing: Packing) -> int: ...  # number of such coordinates
-
-    # contacts and energy
-    def points(self, packing: Packing, /) -> Any: ...  # what presses on what, sites by number
-    def pairs(self, packing: Packing) -> Pairs: ...  # particles i <= j that press on each other
-    def contact_forces(self, packing: Packing) -> Any: ...  # `ContactForces`, force and gap of every pair
-    def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
-    def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
-    def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
-    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian: ...  # velocities at contacts
-    def rigidity(self, packing: Packing) -> Array: ...  # (contacts, motions) compatibility matrix of rigid particles
-
-    # shape
-    def shares(self, packing: Packing) -> Array: ...  # (n,) areas, overlaps shared
-    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]: ...  # (n,) area and perimeter
-    def relative_areas(self, packing: Packing) -> Array: ...  # (n,) rims left out, over those at rest
-    def boundary(self, packing: Packing, /) -> Any: ...  # `Boundary` of the covered region
-    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]: ...  # owner, x, radius
-    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]: ...  # to fill and to outline, as stored
-
-    # LAMMPS
-    def check_for_lammps(self, packing: Packing) -> None: ...  # refuses what LAMMPS would take for something else
-    def type_sizes(self, packing: Packing) -> Array: ...  # (n,) by which particles have types
-    def lammps_variables(self, packing: Packing) -> dict[str, object]: ...  # of the deck that holds the force law
-    def dump_columns(self, packing: Packing) -> dict[str, Array]: ...  # of which each particle has its own value
-    def longest_edge(self, packing: Packing) -> float: ...  # 0 without edges
 
 
 @checked_class
@@ -171,7 +109,7 @@ class Packing(Hinted):
 
     def __post_init__(self) -> None:
         self._set("_derived", Derived())
-        check_choice("model", self.model, _models())
+        MODELS.get(self.model)
         check_choice("units", self.units, UNITS)
         self._set("box", finite_array("box", self.box, (2, 2)))
         self._set("positions", finite_array("positions", self.positions, (None, 2)))
@@ -188,6 +126,7 @@ class Packing(Hinted):
         self._lock()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
+        MODELS.get(state["model"])  # refuses one that is unknown here
         self.__dict__.update(state)
         self._lock()  # pickle drops the flag
 
@@ -270,7 +209,7 @@ class Packing(Hinted):
     @property
     def kind(self) -> Model:
         """What depends on the model."""
-        return _models()[self.model]
+        return MODELS.get(self.model)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -488,10 +427,3 @@ class Packing(Hinted):
         if self.offsets is None:
             raise InputError("a packing of disks (model sp) has no polygons: use one of droplets")
         return self.offsets
-
-
-@cache
-def _models() -> dict[str, Model]:
-    from jamlab.models.models import MODELS  # they know packings, which name one of them
-
-    return MODELS

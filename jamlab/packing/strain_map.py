@@ -70,7 +70,7 @@ def wall_offsets(packing: Packing) -> Array:
 def kept_shapes(packing: Packing) -> Array:
     """(n_sites, 2) s: sites of fixed droplets from their centre; 0 for disks, free droplets and walls."""
     shapes = np.zeros((len(packing.positions), 2))
-    if packing.fixed is not None and not packing.walls and packing.kind.deforms:
+    if packing.fixed is not None and not packing.walls:
         fixed = packing.fixed_sites
         shapes[fixed] = (packing.positions - packing.centroids[packing.particle])[fixed]
     return shapes

@@ -96,7 +96,7 @@ class Ensemble:
         if not self.may_shear:
             return relax(session, force, near=near, effort=effort)
         border = BoxStrains(SHEARS)
-        if session.kind.deforms:
+        if session.kind.has_outlines:
             return _shear_droplets(session, border, force, near, max(least_pressure, 0.0), effort)
         return relax_disks_and_box(session, border, force, near=near, least_pressure=least_pressure)
 

@@ -146,7 +146,7 @@ def go_on(
         if first_step is None:
             raise InputError(f"per_decade = {per_decade}: it spaces the states after first_step; give first_step too")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_ranks(ranks, start.kind.deforms)
+    check_ranks(ranks, not start.kind.may_use_ranks)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
     targets = grid(fraction_by(start, by), to, step, first_step, per_decade)

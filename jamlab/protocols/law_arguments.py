@@ -9,7 +9,7 @@ from typing import Any
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.hints import unknown_argument
-from jamlab.models.models import MODELS, optional_parameters
+from jamlab.packing.kinds import MODELS, optional_parameters
 
 # of the deck beside the law: the strength of contacts where units leave it open, and outlines
 _OF_DECK = {"sp": (), "dp": ("eps", "nv_small", "nv_large", "vertices")}
@@ -27,9 +27,9 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         if name in law:
             continue
         where = f"{function.__name__}: {name} = {value!r}"
-        if name in MODELS[model].unit_names:
+        if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
-        for other in MODELS.keys() - {model}:
+        for other in set(MODELS.names()) - {model}:
             if name in law_arguments(other):
                 raise InputError(f"{where}: it is a parameter of model {other}, and this packing has model {model}")
         own = [each.name for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
@@ -38,7 +38,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
 
 def law_arguments(model: str) -> list[str]:
     """Names of the parameters of a model that a packing may be made with."""
-    kind = MODELS[model]
+    kind = MODELS.get(model)
     declared = {name for units in kind.unit_names for name in kind.parameters(units)}
     known = [name for name in defaults(model) if name in declared and name not in kind.unit_names]
     return list(dict.fromkeys([*known, *optional_parameters(model), *_OF_DECK[model]]))

@@ -16,7 +16,7 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
 from jamlab.model_words import MODEL_NAMES
-from jamlab.models.models import MODELS
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
@@ -164,7 +164,7 @@ def _onset_above(
 
 
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
-    check_choice("model", model, MODELS)
+    check_choice("model", model, MODELS.names())
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)

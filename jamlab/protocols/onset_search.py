@@ -142,7 +142,7 @@ class OnsetSearch(Approach[SearchState]):
     def settle(self, start: SearchState, phi: float) -> SearchState:
         """A bounded effort at another packing fraction."""
         self.session.load(at_phi(start.packing, phi))
-        tolerance = max(self.tolerance, _SEARCH_TOLERANCE) if self.session.kind.deforms else self.tolerance
+        tolerance = max(self.tolerance, _SEARCH_TOLERANCE) if self.session.kind.has_outlines else self.tolerance
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
             loose = power_law(start.packing).force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
             tolerance = max(tolerance, loose)
@@ -152,7 +152,7 @@ class OnsetSearch(Approach[SearchState]):
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
-        if self.session.kind.deforms and not self.relax_state.may_shear:
+        if self.session.kind.has_outlines and not self.relax_state.may_shear:
             found = settle(self.session, _LOOSE_TOLERANCE)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self.measure(Relaxed(found, _LOOSE_TOLERANCE, False))
@@ -161,7 +161,7 @@ class OnsetSearch(Approach[SearchState]):
     def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
-        sheared = start.kind.deforms and self.relax_state.may_shear
+        sheared = start.kind.has_outlines and self.relax_state.may_shear
         least = self.tolerance / (BEARING * mean_size(start)) if sheared else -np.inf
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least)
 

@@ -12,8 +12,8 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
-from jamlab.models.models import MODELS, optional_parameters
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.law_parameters import UNITS, check_params
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
@@ -121,7 +121,7 @@ def disk_params(units: str, **changes: float) -> dict[str, Any]:
         known = f"use {', '.join(optional)}; " if optional else ""
         raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are always 1")
     params = {units: float(defaults("sp")[units]), **changes}
-    check_params("sp", units, MODELS["sp"].parameters(units), params)
+    check_params("sp", units, MODELS.get("sp").parameters(units), params)
     return params
 
 
@@ -167,7 +167,7 @@ def droplet_params(
             raise InputError(f"vertices hold {len(given)} numbers for n = {n} droplets: give one for all, or one each")
         nv = np.broadcast_to(_whole_counts("vertices", given), n)
     params: dict[str, Any] = {**values, "a0": own**2}
-    check_params("dp", "eps", MODELS["dp"].parameters("eps"), params)
+    check_params("dp", "eps", MODELS.get("dp").parameters("eps"), params)
     for name in ("gamma", "ka", "eps", "delta", "eta"):
         most = WIDEST_RIM if name in ("delta", "eta") else WIDEST_RANGE
         if params[name] and not 1 / WIDEST_RANGE <= params[name] <= most:

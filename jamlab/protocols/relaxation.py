@@ -17,7 +17,6 @@ from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
 from jamlab.errors import EngineError, InputError
 from jamlab.mechanics.force_network import force_scale
-from jamlab.models.models import MODELS
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
@@ -81,7 +80,7 @@ USUAL = Effort()
 
 def force_tolerance(model: str) -> float:
     """Largest force at a minimum by default, in natural units: `force` of `*.minimum.parameters`."""
-    return float(defaults(f"{MODELS[model].part}.minimum")["force"])
+    return float(defaults(f"{model}.minimum")["force"])
 
 
 def check_tolerance(tolerance: float | None, highest: float) -> None:
@@ -147,7 +146,7 @@ def _entangled(session: Session) -> bool:
     """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing, or
     disks through a wall."""
     packing = session.packing()
-    if not (packing.kind.deforms or packing.walls):
+    if not (packing.kind.has_outlines or packing.walls):
         return False
     try:
         packing.kind.points(packing)

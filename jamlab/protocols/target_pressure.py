@@ -153,7 +153,7 @@ def pack(
 def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict[str, Any]) -> Packing:
     """The minimum next to random disks at their packing fraction, jammed or not."""
     check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
-    check_ranks(ranks, given.kind.deforms)
+    check_ranks(ranks, not given.kind.may_use_ranks)
     began = time.perf_counter()
     with Session(given, ranks=ranks) as session:
         found = relax_off_saddles(session, tolerance)
@@ -223,7 +223,7 @@ def decompress(
         >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
         (True, 'decompress', 0.01)
     """
-    check_ranks(ranks, packing.kind.deforms)
+    check_ranks(ranks, not packing.kind.may_use_ranks)
     power_law(packing)  # refuses droplets, which `compress` takes down to a lower rho or phi
     began, force = time.perf_counter(), _check_force(pressure, tolerance, natural_scales(packing).stress)
     found, reached, start = _decompressed(packing, pressure, force, ranks, progress)

@@ -15,8 +15,8 @@ from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, typed, warn
-from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.facts import OF_DIGITS, STATE, law_parameters
+from jamlab.packing.kinds import MODELS, law_names, optional_parameters
 from jamlab.packing.law_parameters import UNITS, check_box
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import polygon_areas
@@ -38,7 +38,7 @@ def complete_force_law(
         found = {**found, "units": scales[0]}
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
-    if chosen not in MODELS[model].unit_names:
+    if chosen not in MODELS.get(model).unit_names:
         raise InputError(f"model {model} has no units {chosen!r}")
     names = law_names(model, chosen)
     if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
@@ -58,7 +58,7 @@ def complete_force_law(
 
 def _every_name(model: str) -> list[str]:
     """Names of the parameters of a model in any units."""
-    return [name for units in MODELS[model].unit_names for name in MODELS[model].parameters(units)]
+    return [name for units in MODELS.get(model).unit_names for name in MODELS.get(model).parameters(units)]
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
@@ -244,14 +244,16 @@ class Sites:
         """The model that is asked for, that the source names, or that has the parameters of the force law."""
         said = self.entries.get("model")
         if model is not None:
-            check_choice("model", model, MODELS)
+            check_choice("model", model, MODELS.names())
             if said not in (None, model):
                 raise InputError(f"model = {model!r} was given, but the source has {said!r}")
         wanted = model or said
         if wanted is None:
             names = {*(LAW_NAMES & self.entries.keys()), *(params or {})}
-            own = {kind: {*_every_name(kind), *MODELS[kind].unit_names} for kind in MODELS}
-            fit = [kind for kind in MODELS if names <= own[kind] and units in (None, *MODELS[kind].unit_names)]
+            own = {kind: {*_every_name(kind), *MODELS.get(kind).unit_names} for kind in MODELS.names()}
+            fit = [
+                kind for kind in MODELS.names() if names <= own[kind] and units in (None, *MODELS.get(kind).unit_names)
+            ]
             likely = "sp" if self.rings is None else "dp"
             wanted = fit[0] if self.rings is not None and self.guessed and len(fit) == 1 else likely
         if wanted == "dp" and self.rings is None:

@@ -54,7 +54,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
-    if packing.kind.deforms:
+    if packing.kind.has_outlines:
         state["centres"] = encode(centres, "<f4")
     return state
 

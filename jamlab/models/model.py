@@ -1,0 +1,229 @@
+"""What a model of particles says: the parts of `Model`, each of which refuses by name what a model leaves out.
+
+A model is one object of a class derived from `Model`, under its name in `jamlab.packing.kinds.MODELS`. `State` and
+`Contacts` are what every model writes: with them and `Lammps` its packings are made, compressed, measured and drawn.
+`Shape` is for outlines and voids, `Flow` for drag at contacts and runs in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+
+import numpy as np
+
+from jamlab.arrays import Array, Indices, Mask
+from jamlab.checks import check_positive, finite_array
+from jamlab.errors import InputError
+from jamlab.packing.kinds import UnitNames
+from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
+from jamlab.packing.neighbors import Pairs
+from jamlab.packing.terms import ContactJacobian, Terms
+
+if TYPE_CHECKING:
+    from jamlab.packing.packing import Packing
+
+
+class Part:
+    """A part of a model."""
+
+    name: ClassVar[str]  # of `Packing.model`
+
+    def lacks(self, method: str) -> NoReturn:
+        """Refuse what a model does not say."""
+        part = next(each.__name__ for each in Model.__mro__ if method in vars(each))
+        raise InputError(
+            f"model {self.name} does not say `{part}.{method}`, which this needs: write it in class "
+            f"{type(self).__name__}, see docs/extending and `jamlab.models.model.{part}`"
+        )
+
+
+class State(Part):
+    """What a packing holds, and how large its particles are."""
+
+    particles: ClassVar[str]  # what they are called, such as "disks"
+    words: ClassVar[tuple[str, ...]] = ()  # by which `jam`, campaigns and the command line know the model, too
+    sites: ClassVar[int | None] = 1  # positions of each particle; None: `Packing.offsets` says how many
+    size_name: ClassVar[str] = "diameter"
+    size_label: ClassVar[str] = "diameter"  # of a scale of colours and in pages
+    unit_names: ClassVar[Mapping[str, UnitNames]] = {"eps": UnitNames("d", "ε/d", "ε/d²")}  # by `Packing.units`
+    motions: ClassVar[int] = 3  # of a rigid particle
+    # whether outlines may come through each other, or fold: then no minimum from there is one of a packing
+    has_outlines: ClassVar[bool] = False
+    # of `packing_fraction`, by name
+    fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {"nominal": lambda packing: packing.phi}
+
+    def parameters(self, units: str) -> dict[str, Parameter]:
+        """Parameters of the force law, declared once."""
+        self.lacks("parameters")
+
+    def law(self, packing: Packing) -> PairLaw:
+        """The law of its contacts."""
+        self.lacks("law")
+
+    def free_area(self, packing: Packing) -> float:
+        """Area of all undeformed particles, overlaps of two counted twice."""
+        self.lacks("free_area")
+
+    def checked(self, packing: Packing) -> dict[str, Any]:
+        """Attributes of a packing as kept; refuses what is no state. By default: one diameter a particle, and as many
+        positions of each as `sites`."""
+        n, rest = divmod(len(packing.positions), self.sites or 1)
+        if rest:
+            raise InputError(f"model {self.name}: {len(packing.positions)} positions, but {self.sites} a particle")
+        if packing.diameters is None:
+            raise InputError(f"model {self.name} needs diameters, one per particle")
+        diameters = finite_array("diameters", packing.diameters, (n,))
+        check_positive("diameters", diameters)
+        check_magnitudes(packing.box, packing.positions, diameters)
+        offsets = None if self.sites == 1 else (self.sites or 1) * np.arange(n + 1)
+        return {"diameters": diameters, "offsets": offsets}
+
+    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
+        """Attributes of some particles alone."""
+        found: dict[str, Any] = {}
+        if packing.diameters is not None:
+            found["diameters"] = packing.diameters[particles]
+        if packing.offsets is not None:
+            found["offsets"] = np.append(0, np.cumsum(np.diff(packing.offsets)[particles]))
+        return found
+
+    def particle(self, packing: Packing) -> Indices:
+        """(len(positions),) particle of each position."""
+        return np.arange(packing.n) if packing.offsets is None else np.repeat(np.arange(packing.n), _counts(packing))
+
+    def centroids(self, packing: Packing) -> Array:
+        """(n, 2), by default the mean of the positions of each particle."""
+        if packing.offsets is None:
+            return packing.positions
+        return np.asarray(np.add.reduceat(packing.positions, packing.offsets[:-1]) / _counts(packing)[:, None])
+
+    def sizes(self, packing: Packing) -> Array:
+        """(n,) whose mean is the unit of length in packings that jamlab makes."""
+        return packing.disk_diameters
+
+    def grown(self, packing: Packing, growth: float) -> Packing | None:
+        """The packing with particles that touch farther; None: nothing is left of one."""
+        self.lacks("grown")
+
+    def rotations(self, packing: Packing) -> int:
+        """Number of rotations among the degrees of freedom, beside the positions."""
+        return 0
+
+
+def _counts(packing: Packing) -> Indices:
+    return np.diff(np.asarray(packing.offsets))
+
+
+class Contacts(Part):
+    """Who presses on whom, and the potential energy."""
+
+    # that rounding leaves of forces at a minimum, over the energy of the law and the mean size
+    least_force: ClassVar[float] = 1e-13
+
+    def points(self, packing: Packing, /) -> Any:
+        """What presses on what, sites by number: `Pairs` or the like, with `among`. A static method under
+        `per_packing`, from which all other methods of this part take their contacts: analysis leaves some out."""
+        self.lacks("points")
+
+    def pairs(self, packing: Packing) -> Pairs:
+        """Particles i <= j that press on each other."""
+        self.lacks("pairs")
+
+    def contact_forces(self, packing: Packing) -> Any:
+        """`ContactForces` of these pairs: force and gap."""
+        self.lacks("contact_forces")
+
+    def loads(self, packing: Packing) -> Array:
+        """(n,) largest push on each particle that two contacts may hold, as two flats do; by default none."""
+        return np.zeros(packing.n)
+
+    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
+        """Terms of the potential energy. `prestress`: False leaves out what forces do to the Hessian."""
+        self.lacks("terms")
+
+    def shape_terms(self, packing: Packing) -> list[Terms]:
+        """Those of them that need no contact, by default none."""
+        return []
+
+    def rigidity(self, packing: Packing) -> Array:
+        """(contacts, motions n) compatibility matrix of rigid particles."""
+        self.lacks("rigidity")
+
+
+class Shape(Part):
+    """Areas, outlines and voids."""
+
+    def shares(self, packing: Packing) -> Array:
+        """(n,) areas, overlaps shared."""
+        self.lacks("shares")
+
+    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
+        """(n,) area and perimeter."""
+        self.lacks("outline")
+
+    def relative_areas(self, packing: Packing) -> Array:
+        """(n,) areas without rims over those at rest."""
+        self.lacks("relative_areas")
+
+    def boundary(self, packing: Packing, /) -> Any:
+        """`Boundary` of the covered region."""
+        self.lacks("boundary")
+
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+        """Owner, position and radius of the points whose power cells tessellate the box."""
+        self.lacks("power_points")
+
+    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
+        """Rings to fill and to outline where a packing is drawn, one a particle."""
+        self.lacks("rings")
+
+
+class Flow(Part):
+    """Drag at contacts, and runs in time."""
+
+    corrects_flow: ClassVar[bool] = False  # whether steps in time are corrected, as of stiff line tension
+
+    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
+        """Relative velocities at contacts."""
+        self.lacks("jacobian")
+
+
+class Lammps(Part):
+    """How LAMMPS holds a packing."""
+
+    atom_style: ClassVar[str] = "atomic"  # molecular ones have bonds
+    size_column: ClassVar[str] = "diameter"  # name of the property of atoms that holds the size
+    sizes_by_atom: ClassVar[bool] = False  # whether data files always hold it
+    may_use_ranks: ClassVar[bool] = False  # whether FIRE in compiled code, on several threads, knows the particles
+
+    @property
+    def part(self) -> Path:
+        """File with the force law and the numbers of minima, as those of `lammps_inputs/parts`; its sections begin
+        with the name of the model."""
+        self.lacks("part")
+
+    def check_for_lammps(self, packing: Packing) -> None:
+        """Refuse what LAMMPS would take for something else; by default nothing."""
+
+    def type_sizes(self, packing: Packing) -> Array:
+        """(n,) sizes by which particles have atom types."""
+        return packing.kind.sizes(packing)
+
+    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+        """Variables of the deck part, by default the units and every parameter that is one number or text."""
+        shared = {name: packing.params[name] for name, each in packing.parameters.items() if not each.each}
+        return {"law": packing.units, **shared}
+
+    def dump_columns(self, packing: Packing) -> dict[str, Array]:
+        """Columns of dumps of which each particle has its own value."""
+        return {"radius": 0.5 * packing.kind.sizes(packing)}
+
+    def longest_edge(self, packing: Packing) -> float:
+        """Length of the longest bond; 0 without bonds."""
+        return 0.0
+
+
+class Model(State, Contacts, Shape, Flow, Lammps):
+    """A model of particles, see the module."""

@@ -1,0 +1,120 @@
+"""Names that other packages add: registered in this process, or declared as entry points."""
+
+import importlib.metadata
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import jamlab
+import jamlab.registry as registry
+from jamlab.models.model import Model
+from jamlab.packing.kinds import MODELS
+from jamlab.registry import Registry
+
+
+class Thing:
+    def __init__(self, name="spring"):
+        self.name = name
+
+
+def declared(monkeypatch, *points):
+    """A registry that finds these entry points, (name, value)."""
+    found = importlib.metadata.EntryPoints(
+        importlib.metadata.EntryPoint(name, value, "jamlab.things") for name, value in points
+    )
+    monkeypatch.setattr(registry, "_installed", lambda: found)
+    return Registry("jamlab.things", "thing")
+
+
+def test_what_is_registered_is_found_again_and_no_other_takes_its_name():
+    things, spring = Registry("jamlab.things", "thing"), Thing()
+    assert things.register("spring", spring) is spring is things.get("spring")
+    assert things.register("spring", spring) is spring and things.names() == ["spring"]
+    with pytest.raises(jamlab.InputError, match="thing 'spring': the name is taken"):
+        things.register("spring", Thing())
+    with pytest.raises(jamlab.InputError, match="'coil' calls itself 'spring'"):
+        things.register("coil", Thing())
+    assert things.names() == ["spring"]
+
+
+def test_entry_points_are_imported_when_asked_for_and_hold_their_names(monkeypatch):
+    sys.modules.pop("colorsys", None)
+    things = declared(monkeypatch, ("colour", "colorsys:rgb_to_hsv"))
+    assert things.names() == ["colour"] and "colorsys" not in sys.modules
+    assert things.get("colour").__name__ == "rgb_to_hsv"
+    with pytest.raises(jamlab.InputError, match="taken"):
+        things.register("colour", Thing("colour"))
+
+
+def test_a_broken_package_is_named_and_does_not_hide_the_others(monkeypatch):
+    things = declared(monkeypatch, ("broken", "no_such_module:THING"), ("colour", "colorsys:rgb_to_hsv"))
+    with pytest.raises(jamlab.InputError, match=r"thing 'broken': no_such_module:THING .* No module named"):
+        things.get("broken")
+    assert things.get("colour")
+    with pytest.raises(jamlab.InputError, match=r"unknown thing 'x': known are broken, colour.*jamlab\.things"):
+        things.get("x")
+
+
+def test_two_packages_with_one_name_are_refused(monkeypatch):
+    things = declared(monkeypatch, ("colour", "colorsys:rgb_to_hsv"), ("colour", "colorsys:rgb_to_hls"))
+    with pytest.raises(jamlab.InputError, match="'colour': both"):
+        things.names()
+
+
+def test_jamlabs_own_models_are_entry_points_like_any_other():
+    assert MODELS.names()[:2] == ["sp", "dp"]
+    assert all(isinstance(MODELS.get(name), Model) for name in ("sp", "dp"))
+    with pytest.raises(jamlab.InputError, match="register one object"):
+        MODELS.register("own", Model)
+
+
+class Points(Model):
+    """Sites that do nothing."""
+
+    name = "points"
+    particles = "points"
+
+    def parameters(self, units):
+        return {"eps": MODELS.get("sp").parameters("eps")["eps"]}
+
+    def free_area(self, packing):
+        return 0.1
+
+
+@pytest.fixture
+def points(monkeypatch):
+    monkeypatch.setitem(MODELS._entries, "points", Points())
+    return jamlab.Packing("points", 3 * np.eye(2), [[0.5, 0.5], [1.5, 1.0]], {"eps": 1.0}, diameters=[1.0, 1.0])
+
+
+def test_what_a_model_leaves_out_is_refused_by_name(points):
+    asked = {
+        "State.law": lambda: points.law,
+        "Contacts.terms": lambda: jamlab.hessian(points),
+        "Contacts.pairs": lambda: jamlab.contacts(points),
+        "Shape.power_points": lambda: jamlab.tessellation(points),
+        "Shape.rings": points.plot,
+        "Flow.jacobian": lambda: points.kind.jacobian(points, "contact", np.eye(2)),
+        "Lammps.part": lambda: points.kind.part,
+    }
+    for method, ask in asked.items():
+        with pytest.raises(jamlab.InputError, match=rf"model points does not say `{method}`.*class Points"):
+            ask()
+
+
+def test_a_packing_whose_model_is_not_installed_names_it(points, tmp_path, monkeypatch):
+    file, pickled = tmp_path / "points.h5", pickle.dumps(points)
+    points.write(file)
+    assert jamlab.read(file) == points == pickle.loads(pickled)
+    monkeypatch.delitem(MODELS._entries, "points")
+    for read in (lambda: jamlab.read(file), lambda: pickle.loads(pickled)):
+        with pytest.raises(jamlab.JamlabError, match=r"unknown model 'points'.* install its package"):
+            read()
+
+
+def test_entry_points_cost_an_import_nothing():
+    code = "import sys, jamlab; assert 'jamlab.registry' not in sys.modules and 'importlib.metadata' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
