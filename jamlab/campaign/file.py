@@ -35,10 +35,11 @@ from pydantic import (
 from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.campaign.wrong_keys import explain
-from jamlab.checks import MOST_PARTICLES, check_choice
+from jamlab.checks import check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.kinds import MODELS
+from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.storage.system_errors import system_said
 
 # limits, so that nonsense is named at once instead of filling memory and time

@@ -196,11 +196,12 @@ def demo(
     """Compress disks and droplets through jamming: tables, a page."""
     import numpy as np
 
-    from jamlab.checks import check_bidisperse, check_number
+    from jamlab.checks import check_number
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.packing.hdf5 import read_observables
     from jamlab.packing.kinds import MODELS
     from jamlab.protocols.onset import jam as begin
+    from jamlab.protocols.particle_numbers import check_bidisperse
     from jamlab.storage.atomic_file import make_folder
     from jamlab.storage.verified_file import versions
 

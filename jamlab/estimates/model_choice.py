@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, check_count, check_number, checked
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge, write_bounds
 from jamlab.estimates.ways import STEP, N, WayRecord, Ways
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
+from jamlab.protocols.particle_numbers import check_count
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 QUANTITIES = {

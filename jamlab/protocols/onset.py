@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from jamlab.checks import check_bidisperse, check_choice, check_number, checked
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
@@ -25,6 +25,7 @@ from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
+from jamlab.protocols.particle_numbers import check_bidisperse
 from jamlab.protocols.random_start import place_loose
 from jamlab.protocols.relaxation import check_tolerance, descent_of, force_tolerance
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid

@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_bidisperse, check_count, check_positive, check_seed, finite_array, is_number
+from jamlab.checks import check_positive, check_seed, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.protocols.particle_numbers import check_bidisperse, check_count
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 

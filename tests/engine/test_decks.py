@@ -10,7 +10,6 @@ from commands import call
 from deck_runs import number, run, table
 
 import jamlab
-from jamlab.checks import MOST_PARTICLES
 from jamlab.cli import decks
 from jamlab.engine.deck_defaults import LIMITS, settings
 from jamlab.engine.deck_files import copy_decks, summaries
@@ -19,6 +18,7 @@ from jamlab.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
 from jamlab.protocols import relaxation
+from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks
 from jamlab.rheology.damping import LEAST_ALPHA
 
