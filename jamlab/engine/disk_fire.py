@@ -52,28 +52,28 @@ def fire_disks(
     force: float,
     steps: int,
     threads: int = 1,
-    border: BoxStrains | None = None,
+    box_strains: BoxStrains | None = None,
     fire: Array | None = None,
     stretch: int | None = None,
 ) -> tuple[Packing, int, float] | None:
     """Minimise the energy of disks, or their enthalpy where the box is free to strain. A strain e of the box is a
     coordinate like the positions, of the inertia of all n of them: q = sqrt(n) d e. `force`: tolerance on the
     largest norm of a force, and on unbalanced stress times mean diameter; `threads`: pay from about 10 000 disks, and
-    change no digit; `border`: strains that the box may take; `fire`: of `fire_numbers`; `stretch`: steps after which it
+    change no digit; `box_strains`: that the box may take; `fire`: of `fire_numbers`; `stretch`: steps after which it
     starts anew. Returns the packing, the steps taken, and the largest force left; None if the box is so small (three
     times the largest disk) that two disks may meet in two images, which the kernel does not count, or if it does not
     know the law."""
     law = packing.law.kernel_arguments()
     if law is None:
         return None
-    strains = np.zeros((0, 2, 2)) if border is None else border.strains
+    strains = np.zeros((0, 2, 2)) if box_strains is None else box_strains.strains
     numbers, total, largest = fire_numbers() if fire is None else fire, 0, np.zeros(1)
     for _ in range(0, steps, stretch or steps):
         positions, box = packing.positions.copy(), packing.box[[0, 1, 1], [0, 0, 1]]
         taken = _fire_disks(
             *(packing.n, positions, packing.disk_diameters, box, *law),
             *(force, stretch or steps, threads, SKIN, numbers, DELAY, MOST_UPHILL, len(strains)),
-            *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
+            *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), box_strains.pressure if box_strains else 0.0, largest),
         )
         if taken == _BOX_TOO_SMALL:
             return None

@@ -204,7 +204,7 @@ class Session(Hinted):
         style: str,
         steps: int,
         stretch: int | None = None,
-        border: BoxStrains | None = None,
+        box_strains: BoxStrains | None = None,
         fire: Array | None = None,
     ) -> Evaluation:
         """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.
@@ -215,7 +215,7 @@ class Session(Hinted):
             steps: iterations at most; force evaluations at most ten times as many.
             stretch: iterations after which the minimiser restarts, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
-            border: FIRE in the kernel: strains that the box takes as well, by default none.
+            box_strains: FIRE in the kernel: strains that the box takes as well, by default none.
             fire: `fire_numbers` of FIRE in the kernel, default as in the decks, by which LAMMPS descends as well
                 where the kernel takes neither the law nor a box less than three diameters wide.
 
@@ -223,30 +223,32 @@ class Session(Hinted):
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
 
         Raises:
-            InputError: `border` or `fire` where they would not be used: another style, or a law or a box that the
+            InputError: `box_strains` or `fire` where they would not be used: another style, or a law or a box that the
                 kernel does not take.
         """
         by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.fixed is None
-        if (border is not None or fire is not None) and not by_kernel:
+        if (box_strains is not None or fire is not None) and not by_kernel:
             raise InputError(
-                f"border, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
+                f"box_strains, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
                 "them out, or use style='fire' with repulsive disks, none of them fixed"
             )
         stretch = min(stretch or steps, steps)
         component = _COMPONENT * force
         if by_kernel:
-            found = fire_disks(self._state(), force, steps, self._ranks, border, fire, stretch)
+            found = fire_disks(self._state(), force, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
                 packing, taken, _ = found
                 self._compiled_steps += taken
-                if border is None:
+                if box_strains is None:
                     self._packing = packing
                     self._place()
                 else:
                     self.load(packing)
                 return self.evaluate()
-            if border is not None or fire is not None:
-                raise InputError(f"border= and fire= need a box three diameters wide, not {self._packing.box.tolist()}")
+            if box_strains is not None or fire is not None:
+                raise InputError(
+                    f"box_strains= and fire= need a box three diameters wide, not {self._packing.box.tolist()}"
+                )
         self.use_minimizer(style)
         self._run("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):

@@ -28,8 +28,8 @@ from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient
-from jamlab.protocols.border_newton import LONGEST_STRAIN, Model, descend_with_box, stress_noise
 from jamlab.protocols.newton import REACH
+from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
 from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax, settle
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
@@ -95,10 +95,10 @@ class Ensemble:
             return relax_at_pressure(session, self.pressure, force)
         if not self.may_shear:
             return relax(session, force, near=near, effort=effort)
-        border = BoxStrains(SHEARS)
+        box_strains = BoxStrains(SHEARS)
         if session.kind.has_outlines:
-            return _shear_droplets(session, border, force, near, max(least_pressure, 0.0), effort)
-        return relax_disks_and_box(session, border, force, near=near, least_pressure=least_pressure)
+            return _shear_droplets(session, box_strains, force, near, max(least_pressure, 0.0), effort)
+        return relax_disks_and_box(session, box_strains, force, near=near, least_pressure=least_pressure)
 
 
 def minimizer(ensemble: str) -> Ensemble:
@@ -109,7 +109,7 @@ def minimizer(ensemble: str) -> Ensemble:
 
 
 def _shear_droplets(
-    session: Session, border: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
+    session: Session, box_strains: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
 ) -> Relaxed:
     size = mean_size(session.packing())
     solver, part = PositiveSolver(session.tally, "Newton steps of the box"), 1.0
@@ -117,20 +117,20 @@ def _shear_droplets(
     for _ in range(effort.box):
         state, packing = found.evaluation, session.packing()
         balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
-        if not found.converged or state.pressure < least_pressure or border.excess(state.stress) <= balanced:
+        if not found.converged or state.pressure < least_pressure or box_strains.excess(state.stress) <= balanced:
             return found
-        gradient = border.gradient(state.stress, packing.area)
+        gradient = box_strains.gradient(state.stress, packing.area)
         try:
-            model = Model.of(packing, border, state)
+            model = EnthalpyModel.of(packing, box_strains, state)
             whole, _ = model.step(solver, state.forces.ravel(), gradient, _SHIFT)
         except (InputError, ConvergenceError):  # outlines cross
             break
         step, _ = whole.within(REACH * size, LONGEST_STRAIN, part)
-        session.load(border.move(packing, step.u, step.e))
+        session.load(box_strains.move(packing, step.u, step.e))
         trial = relax(session, tolerance, near=True, effort=effort)
         if trial.evaluation.pressure < least_pressure:
             return trial
-        work = -0.5 * (gradient + border.gradient(trial.evaluation.stress, packing.area)) @ step.e
+        work = -0.5 * (gradient + box_strains.gradient(trial.evaluation.stress, packing.area)) @ step.e
         if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
             found, part = trial, min(1.0, _GROW * part)
         else:
@@ -141,7 +141,7 @@ def _shear_droplets(
 
 def relax_disks_and_box(
     session: Session,
-    border: BoxStrains,
+    box_strains: BoxStrains,
     tolerance: float,
     *,
     near: bool = False,
@@ -151,7 +151,7 @@ def relax_disks_and_box(
 
     Args:
         session: SP; is left in the minimum.
-        border: strains that the box may take.
+        box_strains: strains that the box may take.
         tolerance: on the largest force.
         near: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: give up a packing whose pressure falls below this; it has unjammed.
@@ -162,36 +162,36 @@ def relax_disks_and_box(
         pressure alone is met to 1e-7. For an unjammed packing it refers to forces alone.
     """
     if near:
-        descend_with_box(session, border, tolerance, _NEAR)
+        descend_with_box(session, box_strains, tolerance, _NEAR)
     state = session.evaluate()
-    ended = near and _ends(session.packing(), state, border, tolerance)
-    if ended and not (border.may_shear and _leave_saddle(session, state)):
-        return _judge(session.packing(), state, border, tolerance)
+    ended = near and _ends(session.packing(), state, box_strains, tolerance)
+    if ended and not (box_strains.may_shear and _leave_saddle(session, state)):
+        return _judge(session.packing(), state, box_strains, tolerance)
     floor = max(least_pressure, tolerance / _JAMMED)
     state = quench(session, _JAMMED, floor=floor)
     if state.pressure < least_pressure or contacts(session.packing()).unjammed:
         return Relaxed(state, tolerance, state.max_force <= tolerance)
     for noise in _NOISE * _FINER ** np.arange(_ROUNDS):
         floor = max(least_pressure, tolerance / noise)
-        state = quench(session, noise, floor=floor, border=border, lively=True)
+        state = quench(session, noise, floor=floor, box_strains=box_strains, lively=True)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance)
         borne = load(session, state)
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
-        met = border.excess(state.stress) <= _MET * borne
-        if not border.may_shear and met and state.max_force <= tolerance:
+        met = box_strains.excess(state.stress) <= _MET * borne
+        if not box_strains.may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-        if not border.may_shear and session.size >= FIRE_ONLY_DISKS:
+        if not box_strains.may_shear and session.size >= FIRE_ONLY_DISKS:
             continue
-        descend_with_box(session, border, tolerance)
+        descend_with_box(session, box_strains, tolerance)
         state = session.evaluate()
-        ended = _ends(session.packing(), state, border, tolerance)
-        if ended and not (border.may_shear and _leave_saddle(session, state)):
+        ended = _ends(session.packing(), state, box_strains, tolerance)
+        if ended and not (box_strains.may_shear and _leave_saddle(session, state)):
             break
     else:
         state = session.evaluate()
-    return _judge(session.packing(), state, border, tolerance)
+    return _judge(session.packing(), state, box_strains, tolerance)
 
 
 def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Relaxed:
@@ -290,16 +290,16 @@ def _leave_saddle(session: Session, state: Evaluation) -> bool:
     return True
 
 
-def _ends(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float) -> bool:
+def _ends(packing: Packing, state: Evaluation, box_strains: BoxStrains, tolerance: float) -> bool:
     """Whether forces are balanced, and stress as well where anything is held."""
-    balanced = border.excess(state.stress) <= _BALANCED * stress_noise(packing, state)
+    balanced = box_strains.excess(state.stress) <= _BALANCED * stress_noise(packing, state)
     return state.max_force <= tolerance and (balanced or contacts(packing).unjammed)
 
 
-def _judge(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float) -> Relaxed:
+def _judge(packing: Packing, state: Evaluation, box_strains: BoxStrains, tolerance: float) -> Relaxed:
     """Few contacts that balance by symmetry alone are a saddle, where a shear of the box lowers the energy."""
-    minimum = _ends(packing, state, border, tolerance)
-    if minimum and border.may_shear and not contacts(packing).unjammed:
+    minimum = _ends(packing, state, box_strains, tolerance)
+    if minimum and box_strains.may_shear and not contacts(packing).unjammed:
         softest = _softest_shear(packing, state.pressure)
         minimum = softest is not None and softest[0] > 0
     return Relaxed(state, tolerance, minimum)

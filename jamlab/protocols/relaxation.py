@@ -230,7 +230,7 @@ def quench(
     *,
     floor: float,
     steps: int = 100_000,
-    border: BoxStrains | None = None,
+    box_strains: BoxStrains | None = None,
     lively: bool = False,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
@@ -240,23 +240,25 @@ def quench(
         noise: largest force over pressure.
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
-        border: strains that the box may take, down to the same noise in their stress; by default none.
+        box_strains: strains that the box may take, down to the same noise in their stress; by default none.
         lively: see `fire_numbers`.
     """
     state = session.evaluate()
     for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
         before = load(session, state)
         target = noise * max(before, floor)
-        left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
+        left = max(state.max_force, 0.0 if box_strains is None else box_strains.excess(state.stress))
         if left <= target:
             break
-        if border is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
+        if box_strains is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
             target /= _CLOSE
         # in the time of contacts that are soft, as those of disks are that stiffen with their overlap
         slower = max(1.0, max(session.law.stiffness_at(state.pressure), _SOFTEST) ** -0.5)
         how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": _FIRE_STRETCH}
         try:
-            state = session.minimize(target, **how, border=border, fire=fire_numbers(lively=lively, slower=slower))
+            state = session.minimize(
+                target, **how, box_strains=box_strains, fire=fire_numbers(lively=lively, slower=slower)
+            )
         except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
             state = session.minimize(target, **how)
         if state.max_force > target and load(session, state) > _JUMP * before:

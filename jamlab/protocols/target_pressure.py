@@ -246,8 +246,8 @@ def _decompressed(
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             least = search["loose"] * target
             if may_strain:
-                border = BoxStrains(_strains(packing.ensemble), target)
-                found = relax_disks_and_box(session, border, noise, near=True, least_pressure=least)
+                box_strains = BoxStrains(_strains(packing.ensemble), target)
+                found = relax_disks_and_box(session, box_strains, noise, near=True, least_pressure=least)
             else:
                 found = relax_at_pressure(session, target, noise)
             reached = session.packing()

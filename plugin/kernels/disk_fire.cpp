@@ -34,7 +34,7 @@ struct Fire {
 };
 
 // The box may take these strains, upper triangles, against a pressure outside.
-struct Border {
+struct BoxStrains {
   int count;
   Triangle strain[3];
   double pressure, inertia, size;  // inertia: of a strain; force = stress * size, of a disk
@@ -91,8 +91,8 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 
 class Minimizer {
  public:
-  Minimizer(DiskNeighbors &all, Law law, Fire fire, Border border, int threads, double skin)
-      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()),
+  Minimizer(DiskNeighbors &all, Law law, Fire fire, BoxStrains box_strains, int threads, double skin)
+      : all(all), law(law), fire(fire), box_strains(box_strains), team(threads), force(all.disks.size()),
         sums(all.shares.size()), far(all.shares.size()), skin(skin)
   {
   }
@@ -115,7 +115,7 @@ class Minimizer {
   static constexpr double TIGHTEST = 0.02;
   const Law law;
   const Fire fire;
-  const Border border;
+  const BoxStrains box_strains;
   ThreadTeam team;
   std::vector<Vector> force;
   std::vector<Sums> sums;
@@ -173,7 +173,7 @@ class Minimizer {
       }
       const double fastest = at_rest ? dt * now.strongest : now.fastest;
       const double dtv = dt * fastest > fire.dmax ? fire.dmax / fastest : dt;
-      for (int a = 0; a < border.count; ++a)
+      for (int a = 0; a < box_strains.count; ++a)
         cell.velocity[a] = keep * (cell.velocity[a] + dtv * cell.force[a]) + steer * cell.force[a];
       const Triangle map = strain(k, cell, dtv);
       advance(k, dtv, keep, steer, map);
@@ -196,13 +196,13 @@ class Minimizer {
   // Strains the box for a time, and returns the map that positions have to follow.
   Triangle strain(int k, Cell &cell, double time)
   {
-    if (!border.count) return {1, 0, 1};
+    if (!box_strains.count) return {1, 0, 1};
     Triangle sum{0, 0, 0};
-    for (int a = 0; a < border.count; ++a) {
-      const double amount = time * cell.velocity[a] / std::sqrt(border.inertia);
-      sum.xx += amount * border.strain[a].xx;
-      sum.xy += amount * border.strain[a].xy;
-      sum.yy += amount * border.strain[a].yy;
+    for (int a = 0; a < box_strains.count; ++a) {
+      const double amount = time * cell.velocity[a] / std::sqrt(box_strains.inertia);
+      sum.xx += amount * box_strains.strain[a].xx;
+      sum.xy += amount * box_strains.strain[a].xy;
+      sum.yy += amount * box_strains.strain[a].yy;
     }
     const double half = 0.5 * (sum.xx - sum.yy), middle = std::exp(0.5 * (sum.xx + sum.yy));
     const double shear = sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0);
@@ -298,25 +298,25 @@ class Minimizer {
       total.xy += part.xy;
       total.yy += part.yy;
     }
-    add_border(cell, total);
+    add_strains(cell, total);
     return total;
   }
 
   // Adds the strains of the box, which are coordinates like the positions.
-  void add_border(Cell &cell, Sums &total) const
+  void add_strains(Cell &cell, Sums &total) const
   {
-    const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(border.inertia);
-    for (int a = 0; a < border.count; ++a) {
-      const Triangle &m = border.strain[a];
+    const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(box_strains.inertia);
+    for (int a = 0; a < box_strains.count; ++a) {
+      const Triangle &m = box_strains.strain[a];
       const double work = total.xx * m.xx + total.xy * m.xy + total.yy * m.yy -
-                          border.pressure * area * (m.xx + m.yy);
+                          box_strains.pressure * area * (m.xx + m.yy);
       const double f = cell.force[a] = work * scale, v = cell.velocity[a];
       total.power += v * f;
       total.velocity2 += v * v;
       total.force2 += f * f;
-      total.fastest = std::max(total.fastest, std::fabs(v) * scale / Border::LESS);
-      total.strongest = std::max(total.strongest, std::fabs(f) * scale / Border::LESS);
-      const double stress = work * border.size / area;
+      total.fastest = std::max(total.fastest, std::fabs(v) * scale / BoxStrains::LESS);
+      total.strongest = std::max(total.strongest, std::fabs(f) * scale / BoxStrains::LESS);
+      const double stress = work * box_strains.size / area;
       const double norm2 = m.xx * m.xx + m.xy * m.xy + m.yy * m.yy;
       total.largest2 = std::max(total.largest2, stress * stress / norm2);
     }
@@ -326,7 +326,7 @@ class Minimizer {
   Sums forces_of(const Share &share)
   {
     Sums found;
-    if (border.count) {
+    if (box_strains.count) {
       add_pair_forces<true, true>(share.disk, share.neighbor, found);
       add_pair_forces<false, true>(share.outer_disk, share.outer_neighbor, found);
     } else {
@@ -410,10 +410,10 @@ try {
                       fire[5], fire[6], fire[7], delay,   most_uphill};
   double size = 0.0;
   for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
-  Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
+  BoxStrains box_strains{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
   for (int64_t a = 0; a < m; ++a)
-    border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
-  Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, border, members, skin);
+    box_strains.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
+  Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, box_strains, members, skin);
   const int64_t taken = minimizer.run(tolerance, steps);
   if (taken < 0) return taken;
   all.unwrapped(positions);

@@ -110,8 +110,8 @@ def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
     phi = float(defaults("pressure")["phi_jammed"]) + 2 * pressure
     with Session(random_disks(_DISKS, seed, phi=phi, units="k")) as session:
         session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
-        border = BoxStrains(COMPRESSION, pressure)
-        found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, border=border)
+        box_strains = BoxStrains(COMPRESSION, pressure)
+        found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, box_strains=box_strains)
     if found.max_force > force * pressure:
         raise ConvergenceError("force tolerance not met")
     return found.pressure

@@ -21,17 +21,17 @@ def by_lammps(packing, steps):
         return session.positions()
 
 
-def plain_fire(packing, steps, border, fire):
+def plain_fire(packing, steps, box_strains, fire):
     """The method in numpy, strains of the box among the coordinates; yields every state."""
     size = packing.diameters.mean()
     light = np.minimum(1, 2 * size / packing.diameters)[:, None]  # 1/mass
     inertia = np.sqrt(packing.n) * size
-    v, w = np.zeros_like(packing.positions), np.zeros(len(border.strains))
+    v, w = np.zeros_like(packing.positions), np.zeros(len(box_strains.strains))
     first, tmax, dmax, tmin, grow, shrink, alpha0, alphashrink = fire
     dt, alpha, last_negative = first, alpha0, 0
 
     def push(p):
-        return forces(p), -border.gradient(stress(p), p.area) / inertia
+        return forces(p), -box_strains.gradient(stress(p), p.area) / inertia
 
     for step in range(1, steps + 1):
         f, g = push(packing)
@@ -46,13 +46,13 @@ def plain_fire(packing, steps, border, fire):
             last_negative, start = step, True
             if step >= DELAY:
                 dt, alpha = max(dt * shrink, tmin * first), alpha0
-            packing = border.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
+            packing = box_strains.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
             v, w = 0 * v, 0 * w
             f, g = push(packing)
         fast = max(np.abs(v + start * dt * light * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
         step_time = min(dt, dmax / fast)
         v, w = keep * (v + step_time * light * f) + steer * light * f, keep * (w + step_time * g) + steer * g
-        packing = border.move(packing, step_time * v, step_time * w / inertia)
+        packing = box_strains.move(packing, step_time * v, step_time * w / inertia)
         yield packing, power
 
 
@@ -71,8 +71,8 @@ def test_steps_are_those_of_lammps(random_disks, units, tilt):
 def test_threads_do_not_change_a_digit(threads):
     """Three shares of disks, whose pairs across are computed twice: one thread, several threads and LAMMPS."""
     start = disks_of(12_500, 1, phi=0.9, units="k")
-    border = BoxStrains(ALL, 0.01)
-    alone, shared = (fire_disks(start, 1e-13, 300, k, border) for k in (1, threads))
+    box_strains = BoxStrains(ALL, 0.01)
+    alone, shared = (fire_disks(start, 1e-13, 300, k, box_strains) for k in (1, threads))
     assert np.array_equal(alone[0].positions, shared[0].positions) and np.array_equal(alone[0].box, shared[0].box)
     assert alone[1:] == shared[1:]
     moved, _, _ = fire_disks(start, 1e-13, 30, threads)
@@ -95,12 +95,12 @@ def test_strains_of_the_box_are_coordinates(random_disks, strains, lively, heavy
     if heavy:
         start = disks_of(150, 1, phi=1.0, units="k", sizes="power-law:-2,1,8")
         assert start.diameters.max() > 3
-    border = BoxStrains(strains, 0.05)
+    box_strains = BoxStrains(strains, 0.05)
     powers = []
-    for steps, (plain, power) in enumerate(plain_fire(start, 60, border, fire), 1):
+    for steps, (plain, power) in enumerate(plain_fire(start, 60, box_strains, fire), 1):
         powers.append(power)
         if steps in (1, 60):
-            moved, _, _ = fire_disks(start, 1e-13, steps, 1, border, fire)
+            moved, _, _ = fire_disks(start, 1e-13, steps, 1, box_strains, fire)
             assert np.allclose(moved.positions, plain.positions, rtol=0, atol=1e-9)
             assert np.allclose(moved.box, plain.box, rtol=0, atol=1e-10)
     assert min(powers[1:]) < 0 < max(powers)
@@ -109,11 +109,11 @@ def test_strains_of_the_box_are_coordinates(random_disks, strains, lively, heavy
 
 def test_force_and_stress_are_met(random_disks):
     """As LAMMPS finds them: the largest force left is the one reported, the pressure the one asked for."""
-    border = BoxStrains(ALL, 1e-2)
-    moved, taken, largest = fire_disks(random_disks(0.0, "k", n=100), 1e-10, 50_000, 1, border)
+    box_strains = BoxStrains(ALL, 1e-2)
+    moved, taken, largest = fire_disks(random_disks(0.0, "k", n=100), 1e-10, 50_000, 1, box_strains)
     state = jamlab.evaluate(moved)
     assert taken < 50_000 and largest < 1e-10
-    assert max(state.max_force, border.excess(state.stress) * moved.diameters.mean()) == pytest.approx(
+    assert max(state.max_force, box_strains.excess(state.stress) * moved.diameters.mean()) == pytest.approx(
         largest, rel=1e-3
     )
     assert state.pressure == pytest.approx(1e-2, rel=1e-8)
@@ -126,16 +126,16 @@ def test_shear_stress_alone_keeps_it_from_ending():
         box = turn @ (8 * 0.95 * np.array([[1.0, 0.5], [0.0, np.sqrt(0.75)]]))
         places = np.column_stack([j, i]) / 8 @ box.T
         crystal = jamlab.Packing("sp", box.T, places, {"k": 1.0}, diameters=np.ones(64), units="k")
-        border = BoxStrains(SHEARS)
-        moved, _, largest = fire_disks(crystal, 1e-14, 1, 1, border)
+        box_strains = BoxStrains(SHEARS)
+        moved, _, largest = fire_disks(crystal, 1e-14, 1, 1, box_strains)
         state = jamlab.evaluate(moved)
-        assert state.max_force < 1e-12 and largest == pytest.approx(border.excess(state.stress), rel=1e-9)
+        assert state.max_force < 1e-12 and largest == pytest.approx(box_strains.excess(state.stress), rel=1e-9)
 
 
 @pytest.mark.parametrize("style, model", [("cg", "sp"), ("fire", "dp"), ("cg", "dp")])
 def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, model):
     with jamlab.Session(sp_jammed if model == "sp" else dp_onset) as session:
-        for name, value in (("border", BoxStrains(SHEARS)), ("fire", fire_numbers())):
+        for name, value in (("box_strains", BoxStrains(SHEARS)), ("fire", fire_numbers())):
             with pytest.raises(jamlab.InputError, match=name):
                 session.minimize(1e-9, style=style, steps=10, **{name: value})
 

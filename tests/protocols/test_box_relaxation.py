@@ -10,8 +10,8 @@ from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.packing.deformation import deformed
 from jamlab.packing.shear_direction import shear_gradient
-from jamlab.protocols.border_newton import STEPS, Model, descend_with_box
 from jamlab.protocols.box_relaxation import shear_curvature
+from jamlab.protocols.newton_with_box import STEPS, EnthalpyModel, descend_with_box
 from jamlab.protocols.relaxation import relax
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
@@ -19,26 +19,26 @@ ALL = np.concatenate([COMPRESSION, SHEARS])
 
 @pytest.fixture(scope="module", params=["sp", "dp"])
 def pushed(request, sp_jammed, dp_dense):
-    """A packing away from its minimum, in a box that is no square; with the enthalpy's border, model and gradients."""
+    """A packing away from its minimum, in a box that is no square, with strains of the box and its evaluation."""
     packing = {"sp": sp_jammed, "dp": dp_dense}[request.param]
     rng = np.random.default_rng(0)
-    border = BoxStrains(ALL, 0.7 * jamlab.evaluate(packing).pressure)
+    box_strains = BoxStrains(ALL, 0.7 * jamlab.evaluate(packing).pressure)
     push = 1e-3 * rng.standard_normal(packing.positions.shape)
-    packing = border.move(packing, push, np.array([-2e-3, 4e-3, 3e-2]))
-    return packing, border, jamlab.evaluate(packing)
+    packing = box_strains.move(packing, push, np.array([-2e-3, 4e-3, 3e-2]))
+    return packing, box_strains, jamlab.evaluate(packing)
 
 
 def test_model_is_that_of_the_enthalpy(pushed):
     """First and second differences of U + p A along a displacement and all three strains."""
-    packing, border, state = pushed
+    packing, box_strains, state = pushed
     rng = np.random.default_rng(1)
     u, e = rng.standard_normal(packing.positions.shape), np.array([0.3, -0.2, 0.4])
-    model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
+    model, gradient = EnthalpyModel.of(packing, box_strains, state), box_strains.gradient(state.stress, packing.area)
     h = 2e-5
 
     def enthalpy(t):
-        moved = border.move(packing, t * u, t * e)
-        return jamlab.evaluate(moved).energy + border.pressure * moved.area
+        moved = box_strains.move(packing, t * u, t * e)
+        return jamlab.evaluate(moved).energy + box_strains.pressure * moved.area
 
     low, middle, high = (enthalpy(t) for t in (-h, 0.0, h))
     slope = gradient @ e - np.vdot(state.forces, u)
@@ -50,8 +50,8 @@ def test_model_is_that_of_the_enthalpy(pushed):
 
 def test_step_solves_the_bordered_system(pushed):
     """Beside one dense matrix, where the Schur complement is positive; its pieces are shifted as the step says."""
-    packing, border, state = pushed
-    model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
+    packing, box_strains, state = pushed
+    model, gradient = EnthalpyModel.of(packing, box_strains, state), box_strains.gradient(state.stress, packing.area)
     sites = model.sites.toarray()
     size = len(sites)
     known = PositiveSolver(), state.forces.ravel(), gradient
@@ -65,14 +65,14 @@ def test_step_solves_the_bordered_system(pushed):
 
 def test_newton_steps_end_at_the_minimum(sp_jammed):
     """From the neighborhood of a packing: forces and stress to the last digits, area and shape of the box its own."""
-    border = BoxStrains(ALL, 1e-3)
+    box_strains = BoxStrains(ALL, 1e-3)
     rng = np.random.default_rng(2)
-    near = border.move(sp_jammed, 1e-5 * rng.standard_normal((32, 2)), np.zeros(3))
+    near = box_strains.move(sp_jammed, 1e-5 * rng.standard_normal((32, 2)), np.zeros(3))
     with jamlab.Session(near) as session:
-        taken = descend_with_box(session, border, 1e-13)
+        taken = descend_with_box(session, box_strains, 1e-13)
         state = session.evaluate()
     assert 0 < taken < STEPS
-    assert state.max_force <= 1e-13 and border.excess(state.stress) < 1e-14
+    assert state.max_force <= 1e-13 and box_strains.excess(state.stress) < 1e-14
 
 
 def test_deformation_is_the_matrix_exponential():

@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.protocols import border_newton, newton, relaxation
+from jamlab.protocols import newton, newton_with_box, relaxation
 from jamlab.protocols.newton import DEFINITE
 from jamlab.protocols.preconditioned_lbfgs import FAR
 from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
@@ -180,7 +180,7 @@ def test_a_state_that_takes_many_factorisations_says_how_many_and_why_in_the_log
         return used
 
     monkeypatch.setattr(Session, "descend", counted)
-    for module in (newton, border_newton):
+    for module in (newton, newton_with_box):
         monkeypatch.setattr(module, "factorise", tried)
     caplog.set_level("DEBUG", logger="jamlab")
     jamlab.relax(dp_dense.with_state(positions=dp_dense.positions + 1e-9 * np.sin(dp_dense.positions)))

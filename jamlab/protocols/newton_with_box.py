@@ -62,7 +62,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Model:
+class EnthalpyModel:
     """Second derivatives at a state: sites, coupling (2 n_sites, m), strains (m, m)."""
 
     sites: sparse.csc_array
@@ -70,9 +70,9 @@ class Model:
     strains: Array
 
     @classmethod
-    def of(cls, packing: Packing, border: BoxStrains, state: Evaluation) -> "Model":
+    def of(cls, packing: Packing, box_strains: BoxStrains, state: Evaluation) -> "EnthalpyModel":
         """The model of the enthalpy at a packing."""
-        k, m = stiffness(packing), border.strains
+        k, m = stiffness(packing), box_strains.strains
         coupling = np.einsum("nij,aij->na", k.ue, m)
         both = np.einsum("aij,bjk->abik", m, m)  # exp(E) = 1 + E + E E/2: the second order works against the stress
         second = 0.5 * (both + both.transpose(1, 0, 2, 3))
@@ -80,7 +80,7 @@ class Model:
         strains = np.einsum("aij,ijkl,bkl->ab", m, k.ee, m) - packing.area * np.einsum(
             "abij,ij->ab", second, state.stress
         )
-        return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
+        return cls(k.uu, coupling, strains + box_strains.pressure * packing.area * np.outer(trace, trace))
 
     def step(self, solver: PositiveSolver, forces: Array, gradient: Array, shift: float) -> tuple[Step, float]:
         """The Newton step, and the shift with which the Hessian of the sites is positive."""
@@ -94,7 +94,7 @@ class Model:
         return Step((free - follow @ e).reshape(-1, 2), e), shift
 
 
-def descend_with_box(session: Session, border: BoxStrains, tolerance: float, steps: int = STEPS) -> int:
+def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float, steps: int = STEPS) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
     The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is
@@ -102,7 +102,7 @@ def descend_with_box(session: Session, border: BoxStrains, tolerance: float, ste
 
     Args:
         session: is left in the best state reached.
-        border: strains that the box may take.
+        box_strains: strains that the box may take.
         tolerance: on the largest force.
         steps: factorisations at most.
 
@@ -111,21 +111,21 @@ def descend_with_box(session: Session, border: BoxStrains, tolerance: float, ste
     """
     packing, state = session.packing(), session.evaluate()
     solver, shift, taken = PositiveSolver(session.tally, "Newton steps with the box"), _FIRST_SHIFT, 0
-    model: Model | None = None
+    model: EnthalpyModel | None = None
     size = mean_size(packing)
     for _ in range(steps):
         noise = stress_noise(packing, state)
-        at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
+        at_rest, excess = state.max_force <= tolerance, box_strains.excess(state.stress)
         if (at_rest and excess <= noise) or shift > _LAST_SHIFT:
             break
-        gradient = border.gradient(state.stress, packing.area)
+        gradient = box_strains.gradient(state.stress, packing.area)
         try:
-            model = model or Model.of(packing, border, state)
+            model = model or EnthalpyModel.of(packing, box_strains, state)
             whole, shift = model.step(solver, state.forces.ravel(), gradient, shift)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
         step, longest = whole.within(_REACH * size, LONGEST_STRAIN)
-        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force)
+        found, length = _search(session, box_strains, packing, step, step.slope(state, gradient), state.max_force)
         if found is not None:
             (packing, state), model = found, None
             taken += 1
@@ -146,7 +146,7 @@ def stress_noise(packing: Packing, state: Evaluation) -> float:
 
 def _search(
     session: Session,
-    border: BoxStrains,
+    box_strains: BoxStrains,
     packing: Packing,
     step: Step,
     slope: float,
@@ -156,13 +156,13 @@ def _search(
     length, best, reached = 1.0, None, 0.0
     for _ in range(_SEARCHES if slope > 0 else 0):
         try:
-            moved = border.move(packing, length * step.u, length * step.e)
+            moved = box_strains.move(packing, length * step.u, length * step.e)
             session.load(moved)
         except InputError:  # a polygon crosses itself
             length *= 0.5
             continue
         trial = session.evaluate()
-        after = step.slope(trial, border.gradient(trial.stress, moved.area))
+        after = step.slope(trial, box_strains.gradient(trial.stress, moved.area))
         if slope + after > 0 or trial.max_force < _FALLEN * max_force:
             best, reached = (moved, trial), length
         if after >= -_SLACK * slope:
