@@ -437,8 +437,8 @@ CONCEPTS = (
     Concept("pixel_size scale microns_per_pixel calibration um_per_px mpp pixelsize pixel_size_um", "pixel"),
     Concept("snr signal_to_noise", "noise"),
     Concept("units", "unit unit_names", "", {MODULE: "`packing.unit_names`"}),
-    Concept("power_law power_law_fit fit_power_law powerlaw exponent_fit scaling_fit", "", "", {MODULE: "the function "
-            "power_law of the module jamlab.statistics.power_laws"}),
+    Concept("power_law power_law_fit powerlaw exponent_fit scaling_fit", "", "", {MODULE: "the function "
+            "fit_power_law of the module jamlab.statistics.power_laws"}),
     # shell and package
     Concept("lammps_version test tests show_versions selftest check_installation doctor", "", "the command `jamlab "
             "doctor`"),

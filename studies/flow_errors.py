@@ -16,7 +16,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, STOKES, Flow, FlowErrors, mean_overlap
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, STOKES, FlowCondition, FlowErrors, mean_overlap
 from jamlab.estimates.ways import read_table
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
@@ -66,7 +66,7 @@ def _rows_of_packing(runs: pd.DataFrame) -> Iterator[dict[str, Any]]:
     packing = pack(int(one["n"]), float(one["pressure"]), int(one["seed"]))
     linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
     for row in runs[["kind", *_CONDITION, "beta"]].itertuples(index=False):
-        flow, began = Flow(*row), time.process_time()
+        flow, began = FlowCondition(*row), time.process_time()
         try:
             error, scatter = _oscillation(packing, flow) if flow.kind == "oscillation" else _flow(packing, flow, linear)
         except (ConvergenceError, InputError):  # no answer, or a frequency that no run reaches
@@ -75,7 +75,7 @@ def _rows_of_packing(runs: pd.DataFrame) -> Iterator[dict[str, Any]]:
         yield flow._asdict() | facts | {"error": error, "scatter": scatter, "seconds": time.process_time() - began}
 
 
-def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
+def _oscillation(packing: Packing, wanted: FlowCondition) -> tuple[float, float]:
     """Relative error of G* without running, and the number of cycles that running took."""
     stokes, alpha = wanted.alpha == STOKES, wanted.alpha or 1.0
     law = StokesDrag(eta_f=0.0) if stokes else ContactDamping(wanted.beta, alpha=alpha)
@@ -89,7 +89,7 @@ def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
     return abs(simple - true) / abs(true), run.cycles
 
 
-def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[float, float]:
+def _flow(packing: Packing, wanted: FlowCondition, linear: dict[float, float]) -> tuple[float, float]:
     """Relative error of linear drag at the rate to the power alpha; and of the mean at unit strain."""
     if wanted.drag not in linear:
         linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], ContactDamping(wanted.beta), **STEADY).stress[0])
@@ -121,7 +121,7 @@ def checks_kept(errors: FlowErrors, rows: pd.DataFrame) -> tuple[int, int]:
 
 def promises(errors: FlowErrors, rows: pd.DataFrame) -> Array:
     """(m,) what is promised for some runs."""
-    flows = [Flow(*row) for row in rows[["kind", *_CONDITION, "beta"]].itertuples(index=False)]
+    flows = [FlowCondition(*row) for row in rows[["kind", *_CONDITION, "beta"]].itertuples(index=False)]
     return np.array([errors.promise(flow) for flow in flows])
 
 

@@ -18,7 +18,7 @@ from jamlab import arrays, checks
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
 CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "finished", "packings"]
-STATISTICS = ["power_laws.power_law", "confidence.bootstrap"]
+STATISTICS = ["power_laws.fit_power_law", "confidence.bootstrap"]
 STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]
 CALLABLE = {"progress": int, "statistic": int, "quantities": int}  # a class may stand for a function
 REQUIRED = {

@@ -26,7 +26,7 @@ from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, dr
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
-from jamlab.packing.hdf5 import read_all
+from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
@@ -279,7 +279,7 @@ class Campaign(Hinted):
             StorageError: there is no such file, or it is damaged; `run` repairs it.
         """
         read_task_file(path := self.folder.task_file(task), "")  # which refuses that of another task
-        return read_all(path)
+        return read_all_hdf5(path)
 
 
 @checked

@@ -48,7 +48,7 @@ class _Driving(FileTable):
     tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
 
 
-class Flow(_Driving):
+class Flowing(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
     # of shear, 1/tau_1; 0: quasi-static
@@ -125,7 +125,7 @@ class SteadyFlow(_Run):
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
     columns = (*_Run._FLOW, "rate", *_STEADY, *_OTHERS, *_Run._ENDED)
 
-    flow: Flow
+    flow: Flowing
 
     def check(self, sites: float) -> None:
         super().check(sites)
@@ -162,7 +162,7 @@ class SteadyFlow(_Run):
         }
 
 
-class Oscillation(_Run):
+class OscillationOfStates(_Run):
     """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
 
     name, needs = "oscillation", "a table with omega and amplitudes"

@@ -44,7 +44,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from jamlab.campaign.observable import Columns, TaskStates
+from jamlab.campaign.observable import TableColumns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
 from jamlab.errors import InputError, StorageError, warn
 from jamlab.packing.hdf5 import file_image
@@ -61,7 +61,7 @@ class TaskFile:
     parameters: Parameters  # of the task
     units: str  # of all frames
     observables: dict[str, NDArray[np.float64]]  # name -> (frames,)
-    tables: dict[str, Columns]  # table -> column -> (rows,)
+    tables: dict[str, TableColumns]  # table -> column -> (rows,)
     converged: NDArray[np.bool_]  # (frames,)
     target_pressure: NDArray[np.float64]  # (frames,)
     seconds: float  # wall time of the whole task
@@ -84,7 +84,7 @@ def write_task_file(
     task: Task,
     states: TaskStates,
     measured: Mapping[str, NDArray[np.float64]],
-    tables: Mapping[str, Columns],
+    tables: Mapping[str, TableColumns],
     seconds: float,
 ) -> None:
     """Write a finished task; the file is written completely or not at all."""

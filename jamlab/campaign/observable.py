@@ -26,7 +26,7 @@ LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150
 
 T = TypeVar("T")
 Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
-Columns = dict[str, NDArray[Any]]
+TableColumns = dict[str, NDArray[Any]]
 
 
 class FileTable(BaseModel):
@@ -135,7 +135,7 @@ class Observable(FileTable):
     def check(self, sites: float) -> None:
         """Raise ValueError for packings of so many sites that cannot be measured."""
 
-    def measure(self, states: TaskStates, known: Mapping[str, NDArray[Any]]) -> Columns:
+    def measure(self, states: TaskStates, known: Mapping[str, NDArray[Any]]) -> TableColumns:
         """Measure the states of a task, row by row; of every state some columns are known."""
         rows: list[Row] = []
         for k, packing in enumerate(states.packings):
@@ -185,10 +185,10 @@ class Driven(Observable):
         return [({"law": law}, columns) for law, columns in self.laws()]
 
 
-def stack(names: Iterable[str], rows: list[Row]) -> Columns:
+def stack(names: Iterable[str], rows: list[Row]) -> TableColumns:
     """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays, and missing ones nan."""
     lengths = [max(np.size(value) for value in row.values()) for row in rows]
-    columns: Columns = {}
+    columns: TableColumns = {}
     for name in names:
         parts = [np.broadcast_to(row.get(name, np.nan), length) for row, length in zip(rows, lengths, strict=True)]
         columns[name] = np.concatenate(parts) if parts else np.empty(0)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from jamlab.campaign.flow_observables import Oscillation, SteadyFlow
+from jamlab.campaign.flow_observables import OscillationOfStates, SteadyFlow
 from jamlab.campaign.observable import LAW, STATE, Driven, Frequencies, Observable, Prestress, Row
 from jamlab.errors import BoundaryError
 from jamlab.geometry.voids.voids import voids
@@ -32,7 +32,7 @@ class Linear(Driven):
         return [(how | {"prestress": p}, columns | {"prestress": p}) for how, columns in laws for p in self.prestress]
 
 
-class Spectra(Linear):
+class SpectraOfStates(Linear):
     """The complex modulus over frequency; nan and not converged where a packing is unstable."""
 
     name = "spectra"
@@ -89,7 +89,7 @@ class Correlation(Linear):
         return [{"omega": w, "delta": c.delta, "c": c.correlation, "box": box} for w, c in curves]
 
 
-class Modes(Driven):
+class ModesOfStates(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
 
     name, only = "modes", "dp"
@@ -122,6 +122,7 @@ class VoidsOfStates(Observable):
 
 
 OBSERVABLES: dict[str, type[Observable]] = {
-    o.name: o for o in (Spectra, Quasistatic, Correlation, Modes, VoidsOfStates, SteadyFlow, Oscillation)
+    o.name: o
+    for o in (SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, SteadyFlow, OscillationOfStates)
 }
 TABLES = ("states", "onset", *OBSERVABLES)

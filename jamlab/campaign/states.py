@@ -16,7 +16,7 @@ from jamlab.campaign.tasks import Parameters
 from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.packing.hdf5 import read_all
+from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.kinds import optional_parameters
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
@@ -117,7 +117,7 @@ def read_stored(
     name, best = max(files.items(), key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
     path, shared = folder.task_file(name), _shared_tables(parameters, best.parameters)
     file = read_task_file(path)
-    states = TaskStates(read_all(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
+    states = TaskStates(read_all_hdf5(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
     whole = STATES in shared and file.observables.keys() >= {*COLUMNS}  # else an earlier jamlab measured less
     measured = file.observables if whole else {}
     tables = {name: columns for name, columns in file.tables.items() if name in shared}

@@ -13,7 +13,7 @@ import numpy as np
 
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
-from jamlab.campaign.observable import LAW, Columns
+from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
@@ -74,7 +74,7 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     return rows[wanted]
 
 
-def _onset(file: TaskFile) -> Columns:
+def _onset(file: TaskFile) -> TableColumns:
     """The packing at onset, of every task that begins there."""
     if not file.parameters.from_onset:
         return {}

@@ -17,7 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.folder import CampaignFolder, describe_gaps, write_task_file
-from jamlab.campaign.observable import Columns, load_function, measure_own
+from jamlab.campaign.observable import TableColumns, load_function, measure_own
 from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.tasks import Task, states_name
@@ -106,7 +106,7 @@ def _make_file(
         states = make_states(parameters, task.ranks)
     measured = measured or numbers_of(states.packings)
     count = len(states.packings)
-    known: Columns = {name: measured[name] for name in ("rho", "phi", "pressure")}
+    known: TableColumns = {name: measured[name] for name in ("rho", "phi", "pressure")}
     known |= {"state": np.arange(count), "target_pressure": np.array(states.target_pressures)}
     known["onset"] = np.full(count, measured["rho"][0] if parameters.from_onset else np.nan)
     for name, wanted in parameters.observables.items():

@@ -20,7 +20,7 @@ from jamlab.cli.options import (
     Beta,
     EtaF,
     Force,
-    Frame,
+    FrameOption,
     Json,
     Out,
     Stokes,
@@ -35,7 +35,7 @@ from jamlab.storage.atomic_file import check_target
 from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
-    from jamlab.flow.read_flow import Flow
+    from jamlab.flow.read_flow import FlowResult
     from jamlab.packing.packing import Packing
     from jamlab.rheology.damping import Damping
 
@@ -114,7 +114,7 @@ class Job:
         seconds = cost["seconds"]
         print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
 
-    def give(self, found: "Flow", columns: dict[str, str], *notes: str) -> None:
+    def give(self, found: "FlowResult", columns: dict[str, str], *notes: str) -> None:
         """Write picture and table of a result that is in its file already, and print columns in formats, with notes."""
         from jamlab.flow.report import describe
 
@@ -158,7 +158,7 @@ def make_job(
     eta_f: EtaF = 1.0,
     tolerance: Tolerance = None,
     background: Background = None,
-    frame: Frame = -1,
+    frame: FrameOption = -1,
     out: Out = Path("flow.h5"),
     plot: Plot = None,
     csv: Csv = None,

@@ -31,7 +31,7 @@ def jam(
     search: Annotated[
         str, typer.Option(metavar="{bisection,incremental}", help="Onset search; incremental: steps of 1e-4.")
     ] = "bisection",
-    ensemble: options.Ensemble = "fixed-box",
+    ensemble: options.EnsembleOption = "fixed-box",
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("onset.h5"),
@@ -65,7 +65,7 @@ def pack(
     phi: Annotated[float | None, typer.Option(help="Nominal packing fraction of a quench, jammed or not.")] = None,
     n: options.N = 256,
     seed: options.Seed = 1,
-    ensemble: options.Ensemble = "fixed-box",
+    ensemble: options.EnsembleOption = "fixed-box",
     ranks: options.Ranks = 1,
     law: options.Law = None,
     ratio: options.Ratio = None,
@@ -109,7 +109,7 @@ def compress(
         float | None,
         typer.Option("--pressure-tolerance", "--error", help="Adapt steps to this relative error of pressure."),
     ] = None,
-    frame: options.Frame = -1,
+    frame: options.FrameOption = -1,
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("sweep.h5"),
@@ -157,7 +157,7 @@ def convert(
 @options.reads_any_file
 def relax(
     file: options.AnyFile,
-    frame: options.Frame = -1,
+    frame: options.FrameOption = -1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("relaxed.h5"),
     force: options.Force = False,

@@ -85,13 +85,13 @@ Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="HDF5 file to write (.h5).", callback=written_as("packings"))]
 Force = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
-Ensemble = Annotated[
+EnsembleOption = Annotated[
     str, typer.Option(metavar="{fixed-box,shear-stabilized}", help="Fixed box, or box sheared to zero shear stress.")
 ]
 AnyFile = Annotated[
     Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or a table of disks (.csv).")
 ]
-Frame = Annotated[int, typer.Option(help="Frame of the file; -1: the last.")]
+FrameOption = Annotated[int, typer.Option(help="Frame of the file; -1: the last.")]
 Ranks = Annotated[int, typer.Option(help="Threads per minimisation (disks; useful above 10 000).")]
 Tolerance = Annotated[float | None, typer.Option(help="Largest residual force (default: 1e-12, droplets 1e-10).")]
 Units = Annotated[str | None, typer.Option(metavar="{eps,k}", help="Units, if the file does not state them.")]

@@ -71,7 +71,7 @@ class SweepFile:
         write_sweep(self.path, self.states, measured, add_group)
 
     def _read(self) -> None:
-        from jamlab.packing.hdf5 import read_all
+        from jamlab.packing.hdf5 import read_all_hdf5
 
         found = _task_of(self.path)
         if found is None:
@@ -81,7 +81,7 @@ class SweepFile:
         if other := [name for name in wanted | found if found.get(name) != wanted.get(name)]:
             said = ", ".join(f"{name} {found.get(name)}, not {wanted.get(name)}" for name in other)
             raise InputError(f"{self.path} holds a sweep with {said}: {_REMEDY}")
-        self.states = read_all(self.path)
+        self.states = read_all_hdf5(self.path)
         self._before = len(self.states)
 
     def _describe(self) -> str:

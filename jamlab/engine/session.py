@@ -48,7 +48,7 @@ _COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two 
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
 
 
-class Descent(NamedTuple):
+class DescentCounts(NamedTuple):
     """What a minimisation of droplets took, as `jamlab/descend` gives it: counts, then two numbers and a flag."""
 
     steps: float
@@ -99,7 +99,7 @@ class Session(Hinted):
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
         self._compiled_steps = 0
-        self.last_descent: Descent | None = None  # of this session
+        self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with lammps_errors("start"):
@@ -269,7 +269,7 @@ class Session(Hinted):
         self._stale = False
         return self._lmp.lib.lammps_get_thermo(self._lmp.lmp, b"pe"), self._atoms.forces(self.size)
 
-    def descend(self, numbers: Sequence[float]) -> Descent:
+    def descend(self, numbers: Sequence[float]) -> DescentCounts:
         """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
         tolerance, as the command lists them."""
         if self._stale:
@@ -277,7 +277,7 @@ class Session(Hinted):
             self._stale = False
         self._run(f"jamlab/descend {' '.join(map(_text, numbers))}")
         with DecimalPoint():
-            self.last_descent = Descent(*map(float, self._lmp.extract_variable("descent").split()))
+            self.last_descent = DescentCounts(*map(float, self._lmp.extract_variable("descent").split()))
         return self.last_descent
 
     def steps(self) -> int:

@@ -15,7 +15,7 @@ import pandas as pd
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.choice import Choice, Why, judge
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
@@ -104,7 +104,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
     best, error = plain, 0.0
     outside: tuple[str, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
-        flow = Flow.oscillating(packing, law, omega, amplitude)
+        flow = FlowCondition.oscillating(packing, law, omega, amplitude)
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
         if law.alpha < 1:
@@ -146,7 +146,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> Choice:
     table, linear = shipped_errors(), law.linear()
-    flow = Flow.steady(law, rate)
+    flow = FlowCondition.steady(law, rate)
     if outside := table.outside(packing, flow):
         raise InputError(
             f"{'; '.join(outside)}: the scatter of steady flow was not measured there; run flow_curve and use its "

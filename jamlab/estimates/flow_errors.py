@@ -32,7 +32,7 @@ _RATIO = 1.4  # of their two sizes, half and half
 _DIGITS = 1e-4  # relative: conditions have five digits
 
 
-class Flow(NamedTuple):
+class FlowCondition(NamedTuple):
     """What is asked of the table."""
 
     # "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at the rate
@@ -46,14 +46,14 @@ class Flow(NamedTuple):
     beta: float = 1.0  # of contact drag
 
     @classmethod
-    def oscillating(cls, packing: Packing, law: Damping, omega: float, amplitude: float) -> "Flow":
+    def oscillating(cls, packing: Packing, law: Damping, omega: float, amplitude: float) -> "FlowCondition":
         """Describe an oscillation of a packing by the two numbers that carry over to others."""
         drag = (law.tau * omega) ** law.alpha * amplitude ** (law.alpha - 1.0)
         part = amplitude / mean_overlap(packing)
         return cls("oscillation", law.alpha if law.at_contacts else STOKES, float(drag), part, law.contrast)
 
     @classmethod
-    def steady(cls, law: Damping, rate: float) -> "Flow":
+    def steady(cls, law: Damping, rate: float) -> "FlowCondition":
         """Describe steady flow by the rate at which linear drag gives the same stress."""
         alpha = law.alpha if law.at_contacts else STOKES
         return cls("flow", alpha, float((law.tau * rate) ** law.alpha), beta=law.contrast)
@@ -70,7 +70,7 @@ class FlowErrors:
 
     content: dict[str, Any]
 
-    def promise(self, flow: Flow) -> float:
+    def promise(self, flow: FlowCondition) -> float:
         """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
         Between conditions it lies on lines; where drag or strain are less than in the grid, and errors tend to a
@@ -102,7 +102,7 @@ class FlowErrors:
         more strain than blocks of a short run are long: what was measured is raised by as much."""
         return _SHORT_BLOCKS * float(self.content["scatter"])
 
-    def outside(self, packing: Packing, flow: Flow) -> tuple[str, ...]:
+    def outside(self, packing: Packing, flow: FlowCondition) -> tuple[str, ...]:
         """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
         measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
         found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]

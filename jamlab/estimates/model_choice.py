@@ -25,7 +25,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.particle_numbers import check_count
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
-QUANTITIES = {
+CHOICE_QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",
     "g": "relaxed shear modulus, mean over directions, relative to its mean size over packings",
     "a": "mean excess shape factor A - A_J (A_J: free particle), absolute",
@@ -43,7 +43,8 @@ def choose(
 
     Args:
         rho: true packing fraction of the scene.
-        tolerance: allowed error of each quantity of `QUANTITIES`, relative to default droplets on the same packing.
+        tolerance: allowed error of each quantity of `CHOICE_QUANTITIES`, relative to default droplets on the same
+            packing.
         n: even number of particles; errors of single packings scale as n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
         table: replaces the shipped table, see `jamlab.estimates.ways.read_ways`.
@@ -75,7 +76,8 @@ def choose(
         close = nearest if min(shares) < np.inf else ""
         raise InputError(f"no entry of the reference table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
-    correction = dict.fromkeys(QUANTITIES, 0.0)  # none of G, whose errors are over a mean that vanishes towards onset
+    # none of G, whose errors are over a mean that vanishes towards onset
+    correction = dict.fromkeys(CHOICE_QUANTITIES, 0.0)
     for name in ("z", "a", "void_sides") if records[row] is not reference else ():
         means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
         correction[name] = -between(records[row].levels, means, rho)
@@ -108,9 +110,9 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
 def _check(tolerance: Mapping[str, float], model: str) -> None:
     check_choice("model", model, ("auto", *MODELS.names()))
     if not tolerance:
-        raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(QUANTITIES)}")
+        raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(CHOICE_QUANTITIES)}")
     for name, limit in tolerance.items():
-        check_choice("tolerance of", name, QUANTITIES)
+        check_choice("tolerance of", name, CHOICE_QUANTITIES)
         check_number(f"tolerance of {name}", limit, np.inf)
 
 

@@ -28,7 +28,7 @@ from jamlab.rheology.damping import Damping, refuse_slip
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
-LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
+LARGEST_BETA_IN_TIME = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps keep their length; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
@@ -300,9 +300,9 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
     check_tolerance(tolerance)
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")
-    if damping.at_contacts and damping.contrast > LARGEST_BETA:
+    if damping.at_contacts and damping.contrast > LARGEST_BETA_IN_TIME:
         raise InputError(
-            f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA:g}), since "
+            f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA_IN_TIME:g}), since "
             "normal damping is lost to rounding; use a smaller beta, or complex_modulus"
         )
     if background and not damping.at_contacts:

@@ -28,7 +28,7 @@ from jamlab.flow.flow_run import FINER, FlowResult, FlowRun
 from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
 from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
 from jamlab.mechanics.force_network import check_at_rest
-from jamlab.packing.hdf5 import file_image, read_all
+from jamlab.packing.hdf5 import file_image, read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping, law_of_record
@@ -163,7 +163,7 @@ def read_result(path: FilePath, *kinds: type[Any]) -> Any:
         facts, law = (json.loads(group.attrs[name]) for name in ("facts", "damping"))
     try:
         damping = None if law == _NO_DRAG else law_of_record(law)
-        return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})
+        return kind(**arrays | facts | {"frames": tuple(read_all_hdf5(path)), "damping": damping})
     except (KeyError, TypeError, ValueError) as error:
         raise StorageError(f"{path} is damaged (its {kind.__name__} is incomplete: {error}): {REMEDY}") from error
 

@@ -21,7 +21,7 @@ from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.labels import PIECES
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import Segments, edge_of, meetings
-from jamlab.micrographs.walls import THICKEST_FILM, Droplets
+from jamlab.micrographs.walls import THICKEST_FILM, SeenDroplets
 
 EDGE = 0.3  # pixels, by which the edge of a label is uncertain
 Z, LINE, ODD_Z = 16.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
@@ -48,7 +48,7 @@ SMOOTH = 0.1  # typical radii, by which the edge of a large round droplet may le
 SEEN = 0.15  # share of its circle that a large droplet must show to be known as one
 
 
-def doubt_labels(droplets: Droplets) -> Array:
+def doubt_labels(droplets: SeenDroplets) -> Array:
     """(n,) droplets by which the count may be off for each label, 0 for one that is a droplet. An odd one that is
     counted may be none or several; one that is cut hides as many as fit in it."""
     drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
@@ -61,7 +61,7 @@ def doubt_labels(droplets: Droplets) -> Array:
     return np.where(odd, np.where(droplets.whole, np.maximum(worth - 1, 1.0), worth), 0.0)
 
 
-def elongation(droplets: Droplets) -> float:
+def elongation(droplets: SeenDroplets) -> float:
     """Aspect of a typical droplet, by which the largest disc inside is smaller than that of a round one: the median of
     the second moments, if nearly all labels are ellipses and long ones; else 1."""
     y, x = np.nonzero(droplets.segments.droplets)
@@ -78,7 +78,7 @@ def elongation(droplets: Droplets) -> float:
     return typical if typical > LONG and ellipses.mean() >= ALIKE else 1.0
 
 
-def _beyond(droplets: Droplets) -> Mask:
+def _beyond(droplets: SeenDroplets) -> Mask:
     """(n,) labels far larger than all others that are no discs."""
     areas, n = droplets.areas, len(droplets.areas)
     order = np.argsort(areas)
@@ -107,13 +107,13 @@ def _is_disc(segments: Segments, label: int, radius: float) -> bool:
     return off < max(SMOOTH * radius, 1.0) and float(own.sum()) > SEEN * np.pi * wide**2
 
 
-def in_doubt(droplets: Droplets) -> dict[str, float]:
+def in_doubt(droplets: SeenDroplets) -> dict[str, float]:
     """Droplets in doubt by odd labels and by notes, for each number that they concern."""
     own = float(doubt_labels(droplets).sum())
     return {name: own + sum(note.doubt for note in droplets.notes if name in note.concerns) for name in PIECES}
 
 
-def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str, float]:
+def bounds_of_labels(droplets: SeenDroplets, doubt: Mapping[str, float]) -> dict[str, float]:
     """How far the numbers of labels may be off, by the names of `Micrograph.numbers`. `doubt`: as of `in_doubt`."""
     whole, ground, edge = droplets.whole, ~droplets.segments.droplets, label_edge(droplets)
     count, typical = int(whole.sum()), float(droplets.areas[whole].mean())
@@ -134,7 +134,7 @@ def bounds_of_labels(droplets: Droplets, doubt: Mapping[str, float]) -> dict[str
     }
 
 
-def limits_of_labels(droplets: Droplets) -> dict[str, float]:
+def limits_of_labels(droplets: SeenDroplets) -> dict[str, float]:
     """How far numbers of labels may be off to be known well, by the names of `Micrograph.numbers`."""
     return {
         "area": LIMIT * float(droplets.areas[droplets.whole].mean()),
@@ -145,7 +145,7 @@ def limits_of_labels(droplets: Droplets) -> dict[str, float]:
     }
 
 
-def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]]:
+def rules_of_labels(droplets: SeenDroplets) -> list[tuple[bool, str, frozenset[str]]]:
     """Whether odd labels leave numbers uncertain, why in words, and which."""
     count, doubt = int(droplets.whole.sum()), in_doubt(droplets)
     found, sharp = (bounds_of_labels(droplets, each) for each in (doubt, dict.fromkeys(doubt, 0.0)))
@@ -158,7 +158,7 @@ def rules_of_labels(droplets: Droplets) -> list[tuple[bool, str, frozenset[str]]
 
 
 def widths_of_labels(
-    droplets: Droplets, numbers: Mapping[str, Number], scale: float
+    droplets: SeenDroplets, numbers: Mapping[str, Number], scale: float
 ) -> list[tuple[bool, str, frozenset[str]]]:
     """Intervals wider than the limits: whether they say nothing, why in words, and of which number.
 
@@ -184,12 +184,12 @@ def widths_of_labels(
     return found
 
 
-def _touched(droplets: Droplets) -> float:
+def _touched(droplets: SeenDroplets) -> float:
     """Droplets whose contacts bound the voids of a picture: of cut ones it shows half."""
     return float(droplets.whole.sum()) + 0.5 * float((~droplets.whole & (droplets.size > 0)).sum())
 
 
-def guessed_contacts(droplets: Droplets) -> float:
+def guessed_contacts(droplets: SeenDroplets) -> float:
     """Pairs of droplets of which it is a guess whether they touch: a little farther apart than contacts may be, or
     beside a rattler, which touches by chance."""
     walls = droplets.walls
@@ -198,27 +198,27 @@ def guessed_contacts(droplets: Droplets) -> float:
     return float((near | (walls.touching & rattlers[walls.pairs].any(axis=1))).sum())
 
 
-def label_edge(droplets: Droplets) -> float:
+def label_edge(droplets: SeenDroplets) -> float:
     """Pixels by which edges of labels are uncertain: half of the line that is left free between them belongs to
     either."""
     return EDGE if lie_apart(droplets) else EDGE + 0.5 * droplets.walls.line
 
 
-def lie_apart(droplets: Droplets) -> bool:
+def lie_apart(droplets: SeenDroplets) -> bool:
     """Whether gaps are wide and of all widths: they lie between droplets that do not touch, and are no lines."""
     walls = droplets.walls
     wide = walls.line > THICKEST_FILM * droplets.segments.radius and droplets.segments.droplets.mean() < DILUTE
     return bool(wide) and walls.widest - walls.film > VARIED * walls.film
 
 
-def widest_gap(droplets: Droplets) -> float:
+def widest_gap(droplets: SeenDroplets) -> float:
     """Gap that passes for a contact, beyond a line, up to which labels pass for touching, with the line, over the
     diameter."""
     walls = droplets.walls
     return float((walls.widest - (1 - LINE) * walls.film) / (2 * droplets.segments.radius))
 
 
-def _near_the_edge(droplets: Droplets, edge: float) -> Mask:
+def _near_the_edge(droplets: SeenDroplets, edge: float) -> Mask:
     """(n,) droplets of which it is uncertain whether the edge of the picture cuts them."""
     cells, body = droplets.segments.cells, droplets.walls.inside > 0
     chord = np.bincount(edge_of(cells)[edge_of(body)], minlength=droplets.segments.count)

@@ -33,7 +33,7 @@ from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, shar
 from jamlab.micrographs.pixel_size import common_size
 from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts, find_widths
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
-from jamlab.micrographs.walls import Droplets, shape_factor
+from jamlab.micrographs.walls import SeenDroplets, shape_factor
 
 CONTRASTS = ("auto", "dark", "bright")
 TRIED = 256  # pixels along a side on which bright and dark are tried
@@ -108,7 +108,7 @@ def micrograph(
         if contrast != CONTRASTS[0]:
             raise InputError("`contrast` does not apply to labels: leave it out")
         named, notes = read_labels(labels, None if grey is None else grey.shape)
-        droplets = Droplets("labels", *labelled_picture(named), film, tuple(notes))
+        droplets = SeenDroplets("labels", *labelled_picture(named), film, tuple(notes))
         return _measured((named > 0).astype(np.float64) if grey is None else grey, droplets, pixel, unit)
     assert grey is not None and picture is not None
     if contrast == "auto":
@@ -124,7 +124,7 @@ def micrograph(
     if darkness is None or segments is None:
         text = f"no droplet stands out from light and noise: check `contrast` ({contrast}) and the picture"
         raise NoDropletsError(text)
-    return _measured(grey, Droplets(contrast, darkness, segments, film), pixel, unit)
+    return _measured(grey, SeenDroplets(contrast, darkness, segments, film), pixel, unit)
 
 
 def find_contrast(grey: Array) -> str:
@@ -140,7 +140,7 @@ def _roundness(grey: Array) -> float:
     return roundness(None if darkness is None else find_droplets(darkness.smooth, darkness.noise))
 
 
-def _coordination(droplets: Droplets, widest: float) -> tuple[Indices, Mask, Number]:
+def _coordination(droplets: SeenDroplets, widest: float) -> tuple[Indices, Mask, Number]:
     """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
     whole, pairs = droplets.whole, droplets.walls.pairs[droplets.walls.gap <= widest]
     rattlers, bearing = find_rattlers(pairs, whole)
@@ -148,7 +148,7 @@ def _coordination(droplets: Droplets, widest: float) -> tuple[Indices, Mask, Num
     return contacts, rattlers, mean_of(contacts[whole & ~rattlers].astype(np.float64))
 
 
-def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
+def _checks(droplets: SeenDroplets, rattlers: Mask, z: float) -> Checks:
     """What the quality rests on."""
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
@@ -166,7 +166,7 @@ def _checks(droplets: Droplets, rattlers: Mask, z: float) -> Checks:
     )
 
 
-def _measured(grey: Array, droplets: Droplets, pixel: float | None, unit: str) -> Micrograph:
+def _measured(grey: Array, droplets: SeenDroplets, pixel: float | None, unit: str) -> Micrograph:
     """Numbers of the droplets that are whole, each with why it may be wrong."""
     walls, darkness, cells, n = droplets.walls, droplets.darkness, droplets.segments.cells, droplets.segments.count
     whole = droplets.whole

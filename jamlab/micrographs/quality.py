@@ -26,7 +26,7 @@ from jamlab.micrographs.label_doubts import (
 from jamlab.micrographs.label_doubts import rules_of_labels as _rules_of_labels
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import meetings
-from jamlab.micrographs.walls import Droplets
+from jamlab.micrographs.walls import SeenDroplets
 
 FEWEST_LABELS = 5  # whole labels: of fewer their scatter is unknown
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
@@ -73,13 +73,13 @@ Rules = list[tuple[bool, str, frozenset[str]]]
 Doubts = list[tuple[str, frozenset[str]]]
 
 
-def find_doubts(droplets: Droplets, checks: Checks) -> Doubts:
+def find_doubts(droplets: SeenDroplets, checks: Checks) -> Doubts:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
     rules = _rules_of_labels(droplets) if droplets.labelled else _rules_of_light(droplets, checks)
     return [(text, numbers) for objects, text, numbers in rules + _rules_of_droplets(droplets, checks) if objects]
 
 
-def doubted_droplets(droplets: Droplets, checks: Checks) -> Mask:
+def doubted_droplets(droplets: SeenDroplets, checks: Checks) -> Mask:
     """(n,) droplets that may be none, several or part of one; all where light, noise or blur leave none certain."""
     if droplets.labelled:
         named = [name - 1 for note in droplets.notes for name in note.droplets]
@@ -88,7 +88,7 @@ def doubted_droplets(droplets: Droplets, checks: Checks) -> Mask:
     return spoilt | (checks.roundness < ROUND)
 
 
-def find_bounds(droplets: Droplets, checks: Checks) -> dict[str, float]:
+def find_bounds(droplets: SeenDroplets, checks: Checks) -> dict[str, float]:
     """How far each number may be off for what the picture shows badly, by the names of `Micrograph.numbers`."""
     if droplets.labelled:
         bounds = bounds_of_labels(droplets, in_doubt(droplets))
@@ -120,12 +120,12 @@ def doubt_few(numbers: Mapping[str, Number], labelled: bool = False) -> Doubts:
     return found
 
 
-def find_widths(droplets: Droplets, numbers: Mapping[str, Number], scale: float) -> Rules:
+def find_widths(droplets: SeenDroplets, numbers: Mapping[str, Number], scale: float) -> Rules:
     """Whether wide intervals of labels say nothing, in words, and of which number. `scale`: length of a pixel."""
     return widths_of_labels(droplets, numbers, scale) if droplets.labelled else []
 
 
-def _rules_of_light(droplets: Droplets, checks: Checks) -> Rules:
+def _rules_of_light(droplets: SeenDroplets, checks: Checks) -> Rules:
     darkness, segments, walls = droplets.darkness, droplets.segments, droplets.walls
     radius, spread, noise = segments.radius, float(np.hypot(droplets.blur, darkness.filter)), darkness.noise
     dim, smeared, guessed = noise * np.sqrt(darkness.light), spread > BLUR * radius, darkness.ground < 3
@@ -147,7 +147,7 @@ def _rules_of_light(droplets: Droplets, checks: Checks) -> Rules:
     ]
 
 
-def _rules_of_droplets(droplets: Droplets, checks: Checks) -> Rules:
+def _rules_of_droplets(droplets: SeenDroplets, checks: Checks) -> Rules:
     radius, film, labelled = droplets.segments.radius, droplets.walls.film, droplets.labelled
     share, shape = film / radius, checks.roundness[droplets.whole]
     sized = WALLS if labelled else ALL  # labels may be of any size

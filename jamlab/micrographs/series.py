@@ -17,7 +17,7 @@ from jamlab.micrographs.pixel_size import PixelSize, common_size
 
 
 @dataclass(frozen=True)
-class Frame:
+class SeriesFrame:
     """One frame of a series, as `micrograph` takes it."""
 
     picture: Any = None
@@ -34,7 +34,7 @@ class Frame:
         return replace(found, unit=self.size.unit) if self.size and found.pixel == self.size.width else found
 
 
-def read_series(source: Any, labels: Any, how: dict[str, Any]) -> list[Frame]:
+def read_series(source: Any, labels: Any, how: dict[str, Any]) -> list[SeriesFrame]:
     """Frames of a series; pictures that are labels are taken as such, all or none. Arguments as of
     `track_droplets`."""
     if source is None and labels is None:
@@ -53,7 +53,7 @@ def read_series(source: Any, labels: Any, how: dict[str, Any]) -> list[Frame]:
         pictures, names = None, _frames("source", source, True)
     count = len(pictures if pictures is not None else names or ())
     none = [None] * count
-    return [Frame(a, b, size) for a, b in zip(pictures or none, names or none, strict=True)]
+    return [SeriesFrame(a, b, size) for a, b in zip(pictures or none, names or none, strict=True)]
 
 
 def _frames(what: str, source: Any, numbers: bool) -> list[Any] | None:
@@ -69,7 +69,7 @@ def _frames(what: str, source: Any, numbers: bool) -> list[Any] | None:
     return [*source]
 
 
-def _measured_already(frames: list[Any], labels: Any, how: dict[str, Any]) -> list[Frame]:
+def _measured_already(frames: list[Any], labels: Any, how: dict[str, Any]) -> list[SeriesFrame]:
     given = [*how, *(("labels",) if labels is not None else ())]
     if given:
         raise InputError(
@@ -78,7 +78,7 @@ def _measured_already(frames: list[Any], labels: Any, how: dict[str, Any]) -> li
     for number, each in enumerate(frames):
         if not isinstance(each, Micrograph):
             raise InputError(f"frame {number} is a {type(each).__name__}, others are Micrographs: give one kind")
-    return [Frame(each) for each in frames]
+    return [SeriesFrame(each) for each in frames]
 
 
 def _labelled(frames: list[Any]) -> bool:

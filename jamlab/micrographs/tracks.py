@@ -24,7 +24,7 @@ from jamlab.hints import unknown_argument
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import NoDropletsError
-from jamlab.micrographs.series import Frame, read_series
+from jamlab.micrographs.series import SeriesFrame, read_series
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,7 +117,7 @@ def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Microg
     return found
 
 
-def _measured(frame: Frame, how: dict[str, Any]) -> Micrograph:
+def _measured(frame: SeriesFrame, how: dict[str, Any]) -> Micrograph:
     if isinstance(frame.picture, Micrograph):
         return frame.picture
     stated: dict[str, Any] = {} if frame.pixel is None else {"pixel": frame.pixel}

@@ -222,7 +222,7 @@ def shape_factor(outline: Array) -> float:
     return float(shape.length**2 / (4 * np.pi * shape.area)) if shape.area > 0 else float("nan")
 
 
-class Droplets:
+class SeenDroplets:
     """Droplets of a picture, cut ones included, with their cells, walls and outlines.
 
     Attributes:

@@ -86,7 +86,7 @@ def file_image(
 
 
 @checked
-def read(path: FilePath, frame: int = -1) -> Packing:
+def read_hdf5(path: FilePath, frame: int = -1) -> Packing:
     """Read one frame of a file, by default the last; negative numbers count from the end."""
     if not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
@@ -99,8 +99,8 @@ def read(path: FilePath, frame: int = -1) -> Packing:
 
 
 @checked
-def read_all(path: FilePath) -> list[Packing]:
-    """Read every frame, in the order written. Errors as in `read`."""
+def read_all_hdf5(path: FilePath) -> list[Packing]:
+    """Read every frame, in the order written. Errors as in `read_hdf5`."""
     with opened(path) as file:
         if not (count := _count(file)):
             raise StorageError(f"{path} has no frames: write packings into it again")
@@ -108,7 +108,7 @@ def read_all(path: FilePath) -> list[Packing]:
 
 
 def read_observables(path: FilePath) -> dict[str, Array]:
-    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
+    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read_hdf5`."""
     with opened(path) as file:
         return {name: dataset(element, "value", "f")[()] for name, element in file["observables"].items()}
 

@@ -84,7 +84,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing, *, described: boo
     vectors away from the box. `described`: False leaves out what LAMMPS does not read."""
     check_ending(path, "data")
     table = types(packing)
-    first = describe(packing) if described else MARK.strip()
+    first = title_of(packing) if described else MARK.strip()
     text = "\n".join([first, *_data_lines(packing, table)]) + "\n"
     with atomic_file(path) as temporary:
         temporary.write_text(text, encoding="ascii")
@@ -114,7 +114,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
             file.write(dump_frame(packing.box, "ATOMS", len(packing.positions), _dump_columns(packing), step))
 
 
-def describe(packing: Packing) -> str:
+def title_of(packing: Packing) -> str:
     """Describe a packing in a comment line: all its facts, and the diameters of the types. Numbers have 17 significant
     digits; rest areas of droplets are left to the section `d_a0`."""
     facts = facts_of(packing)

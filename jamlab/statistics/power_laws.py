@@ -20,7 +20,7 @@ _LARGEST_POWER = 700.0  # of e in float64
 
 
 @dataclass(frozen=True)
-class PowerLaw:
+class FittedPowerLaw:
     """y = sum of coefficients_k x^exponents_k.
 
     Errors allow each point its own scatter: they follow from the fits that leave out one point each. An interval of 95
@@ -47,9 +47,9 @@ class PowerLaw:
 
 
 @checked
-def power_law(
+def fit_power_law(
     x: ArrayLike, y: ArrayLike, exponents: Sequence[float] | None = None, *, low: float = 0.0, high: float = np.inf
-) -> PowerLaw:
+) -> FittedPowerLaw:
     """Fit a power law, or a sum of several of given exponents, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al.
     eqs 13-14.
 
@@ -71,11 +71,11 @@ def power_law(
 
     Example:
         >>> d = [1e-3, 1e-2, 1e-1]
-        >>> from jamlab.statistics.power_laws import power_law
-        >>> power_law(d, [0.12, 0.39, 1.25], (0.5, 1.0)).coefficients.round(2)
+        >>> from jamlab.statistics.power_laws import fit_power_law
+        >>> fit_power_law(d, [0.12, 0.39, 1.25], (0.5, 1.0)).coefficients.round(2)
         array([3.81, 0.48])
-        >>> from jamlab.statistics.power_laws import power_law
-        >>> power_law(d, [0.12, 0.39, 1.25]).exponents.round(3)
+        >>> from jamlab.statistics.power_laws import fit_power_law
+        >>> fit_power_law(d, [0.12, 0.39, 1.25]).exponents.round(3)
         array([0.509])
     """
     powers = None if exponents is None else finite_array("exponents", exponents, (None,))
@@ -93,7 +93,7 @@ def power_law(
     return _free(a, b) if powers is None else _given(a, b, powers)
 
 
-def _given(x: Array, y: Array, powers: Array) -> PowerLaw:
+def _given(x: Array, y: Array, powers: Array) -> FittedPowerLaw:
     """The coefficients of terms of given exponents, by least squares whose weights are those of the fit before."""
     middle = float(np.exp(np.log(x).mean()))  # makes terms alike in size
     terms = (x / middle)[:, None] ** powers
@@ -108,10 +108,10 @@ def _given(x: Array, y: Array, powers: Array) -> PowerLaw:
     unit = middle**-powers
     errors = np.sqrt(np.diag(_covariance(design, residual))) * unit
     spread = float(np.sqrt(np.mean((y / height - terms @ found / height) ** 2)))
-    return PowerLaw(found * unit, powers, float(x.min()), float(x.max()), spread, errors, np.zeros(len(powers)))
+    return FittedPowerLaw(found * unit, powers, float(x.min()), float(x.max()), spread, errors, np.zeros(len(powers)))
 
 
-def _free(x: Array, y: Array) -> PowerLaw:
+def _free(x: Array, y: Array) -> FittedPowerLaw:
     """The law c x^e of relative residuals whose sum, and whose sum over ln x, is 0: e is where the logarithm of the sum
     of y x^-e is least."""
     places = np.log(x)
@@ -128,7 +128,9 @@ def _free(x: Array, y: Array) -> PowerLaw:
     errors = np.sqrt([[1, -middle] @ covariance @ [1, -middle], covariance[1, 1]])
     spread = float(np.sqrt(np.mean(residual**2)))
     ends = float(x.min()), float(x.max())
-    return PowerLaw(np.array([coefficient]), np.array([exponent]), *ends, spread, coefficient * errors[:1], errors[1:])
+    return FittedPowerLaw(
+        np.array([coefficient]), np.array([exponent]), *ends, spread, coefficient * errors[:1], errors[1:]
+    )
 
 
 def _flattest(along: Array, y: Array) -> float:
@@ -186,6 +188,6 @@ def fit_exponent(x: Array, y: Array) -> float:
     if kept.sum() < 3:
         return float("nan")
     try:
-        return float(power_law(x[kept], y[kept]).exponents[0])
+        return float(fit_power_law(x[kept], y[kept]).exponents[0])
     except InputError:
         return float("nan")

@@ -11,7 +11,7 @@ from typing import Any
 from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
-from jamlab.packing import hdf5
+from jamlab.packing.hdf5 import read_all_hdf5, read_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.formats import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
@@ -113,7 +113,7 @@ def _read(path: FilePath, frame: int | None, given: _Given, style: str | None) -
             f"style = {style!r}: {path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
         )
     if kind == "hdf5":
-        own = hdf5.read_all(path) if frame is None else [hdf5.read(path, frame)]
+        own = read_all_hdf5(path) if frame is None else [read_hdf5(path, frame)]
         if any(value is not None for value in given):
             raise InputError(
                 f"{path} contains box, sizes, units and force law: leave out radii, units, params, box and model"

@@ -21,7 +21,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.mechanics.elasticity import elastic_tensor
-from jamlab.packing.hdf5 import read
+from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.compression import compress
@@ -48,7 +48,7 @@ Part = tuple[tuple[int, ...], Callable[[int], Run]]  # sizes, and what is timed 
 
 def large(model: str, n: int, kick: float = 0.0) -> Packing:
     """A stable packing of n, repeated along both sides of its box, its coordinates moved by `kick` on average."""
-    small = pack(256, 1e-2, ensemble="shear-stabilized") if model == "disks" else read(example_file("dp"))
+    small = pack(256, 1e-2, ensemble="shear-stabilized") if model == "disks" else read_hdf5(example_file("dp"))
     times = max(1, round(np.sqrt(n / small.n)))
     cells = np.indices((times, times)).reshape(2, -1).T
     positions = (small.positions + (cells @ small.box)[:, None]).reshape(-1, 2)

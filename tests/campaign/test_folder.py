@@ -23,7 +23,7 @@ from jamlab.campaign.plan import plan, share_names, total_time
 from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_task
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.hdf5 import read_all
+from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.protocols.target_pressure import decompress
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -131,7 +131,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     assert [p for p, _ in began] == pytest.approx([1e-2, 1e-2, 1e-4], rel=1e-6)
     assert all(how == {"tolerance": 1e-13, "ranks": 1} for _, how in began)
     (name,) = campaign.finished()
-    first, _, last = read_all(campaign.folder.task_file(name))
+    first, _, last = read_all_hdf5(campaign.folder.task_file(name))
     assert first.provenance["protocol"] == "pressure"
     assert last.provenance["from_pressure"] == pytest.approx(1e-4, rel=1e-6)
     assert jamlab.open_campaign(written(path, **keys)).status().foreign == 1  # the key enters names

@@ -58,7 +58,7 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
         ("startup", "strain", [overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN]),
         ("startup", "background", [0, overdamped_session.LARGEST_BACKGROUND]),
         ("startup", "alpha", [LEAST_ALPHA, 1]),
-        ("startup", "beta", [0, overdamped_session.LARGEST_BETA]),
+        ("startup", "beta", [0, overdamped_session.LARGEST_BETA_IN_TIME]),
         ("startup", "accuracy", [overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE]),
         ("startup", "rows", [1, shear.MOST_ROWS]),
         ("oscillate", "omega", [oscillate.SLOWEST, oscillate.FASTEST]),

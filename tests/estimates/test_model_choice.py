@@ -8,7 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.estimates.choice import Why
-from jamlab.estimates.model_choice import QUANTITIES, errors_of, expected_error, list_records
+from jamlab.estimates.model_choice import CHOICE_QUANTITIES, errors_of, expected_error, list_records
 from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, default_way, read_ways
 from jamlab.statistics.confidence import exceeded_by_few
 
@@ -29,7 +29,7 @@ def table():
 
     def record(way, bias, scatter, seconds):
         own = ERRORS[:, None] * np.array(scatter)
-        values = dict.fromkeys(QUANTITIES, 4.0 + np.linspace(-3, 3, 21)[:, None] + bias + own)
+        values = dict.fromkeys(CHOICE_QUANTITIES, 4.0 + np.linspace(-3, 3, 21)[:, None] + bias + own)
         return WayRecord(way, np.arange(21), LEVELS, values, np.full((21, 2), seconds))
 
     disks, coarse = record(DISKS, -0.2, (0.1, 0.5), 0.1), record(COARSE, 0.06, (0.1, 0.1), 1.0)
@@ -92,7 +92,7 @@ def test_few_new_packings_exceed_what_is_expected():
     assert [exceeded_by_few(np.arange(39.0)[:n]) for n in (39, 38, 19, 18)] == [37.0, 37.0, 18.0, np.inf]
 
 
-@pytest.mark.parametrize("name", QUANTITIES)
+@pytest.mark.parametrize("name", CHOICE_QUANTITIES)
 def test_errors_expected_from_the_shipped_table_hold_in_95_of_100_packings(name):
     """Each packing of disks, carried or coarse droplets against what all others of its way foretell."""
     reference = read_ways()[FINE]

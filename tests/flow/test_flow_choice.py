@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.estimates.choice import Why
 from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, FlowCondition, shipped_errors
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies.flow_errors import STEADY
 
@@ -124,7 +124,7 @@ def test_steady_flow(packing):
 
 def test_linear_flow_shares_its_tolerance_with_its_average(packing):
     """Else its error and that of the average, each as large as allowed, would add up to more."""
-    model = shipped_errors().promise(Flow("flow", 0.5, 1e-3**0.5))
+    model = shipped_errors().promise(FlowCondition("flow", 0.5, 1e-3**0.5))
     for tolerance in (1.5 * model, 1.05 * model):
         choice = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
         noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow / np.sqrt(choice.strain - 1)

@@ -9,7 +9,7 @@ import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.label_doubts import doubt_labels
 from jamlab.micrographs.labels import labelled_picture, sort_objects
-from jamlab.micrographs.walls import Droplets
+from jamlab.micrographs.walls import SeenDroplets
 
 pytest.importorskip("skimage")
 Y, X = np.mgrid[:240, :240] + 0.5
@@ -25,7 +25,7 @@ def circles(radius=14.8, pitch=30.0, at=0.0):
 def doubt(labels):
     """Droplets in doubt for each label of an image."""
     found, notes = sort_objects(labels)
-    return doubt_labels(Droplets("labels", *labelled_picture(found), None, tuple(notes)))
+    return doubt_labels(SeenDroplets("labels", *labelled_picture(found), None, tuple(notes)))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 from edited_files import edited
 
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.hdf5 import read, read_all, read_observables
+from jamlab.packing.hdf5 import read_all_hdf5, read_hdf5, read_observables
 from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
@@ -59,14 +59,14 @@ def test_provenance_survives_and_numpy_numbers_become_plain(tmp_path):
     numpy |= {"array": np.array([[1.5, 2.0]])}
     write(tmp_path / "run.h5", [disks(provenance=plain | numpy), disks(provenance={"frame": 1})])
     expected = plain | {"i": 3, "f": 0.1, "single": 0.5, "b": True, "array": [[1.5, 2.0]]}
-    assert_same_bits(read(tmp_path / "run.h5", frame=0).provenance, expected)
-    assert_same_bits(read(tmp_path / "run.h5", frame=1).provenance, {"frame": 1})
+    assert_same_bits(read_hdf5(tmp_path / "run.h5", frame=0).provenance, expected)
+    assert_same_bits(read_hdf5(tmp_path / "run.h5", frame=1).provenance, {"frame": 1})
 
 
 def test_entries_of_a_provenance_may_have_any_name(tmp_path):
     given = {"state": {"converged": True}, "ensemble": "mine", "rounding": 3, "\ud800": "a\0b"}
     write(tmp_path / "run.h5", [disks(provenance=given, rounding=1e-3, on_target=False)])
-    back = read(tmp_path / "run.h5")
+    back = read_hdf5(tmp_path / "run.h5")
     assert_same_bits(back.provenance, given)
     assert (back.rounding, back.on_target, back.converged, back.ensemble) == (1e-3, False, False, "fixed-box")
 
@@ -79,7 +79,7 @@ def test_numbers_that_others_shortened_make_a_rounded_packing(tmp_path):
             values = file[part][()]
             del file[part]
             file[part] = values.astype("f4")
-        for back in read_all(tmp_path / "run.h5"):
+        for back in read_all_hdf5(tmp_path / "run.h5"):
             error = np.abs(values - values.astype("f4")).max()
             assert error < back.rounding < 1e-6
             assert (back.converged, back.max_force, back.tolerance, back.on_target) == (False, None, None, False)
@@ -164,7 +164,7 @@ def test_values_that_no_file_can_hold_are_refused(tmp_path, packings, observable
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize("call", [read, read_all, read_observables])
+@pytest.mark.parametrize("call", [read_hdf5, read_all_hdf5, read_observables])
 def test_files_that_are_not_whole_jamlab_files_are_refused(tmp_path, call):
     write(tmp_path / "run.h5", [disks()])
     whole = (tmp_path / "run.h5").read_bytes()
@@ -187,7 +187,7 @@ def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
         file.attrs["schema_version"] = SCHEMA_VERSION + 1
         file["h5md/creator"].attrs["version"] = "7.8.9"
     with pytest.raises(StorageError):
-        read(tmp_path / "run.h5")
+        read_hdf5(tmp_path / "run.h5")
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a.png"])

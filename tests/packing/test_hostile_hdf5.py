@@ -8,7 +8,7 @@ from edited_files import edited
 from wandering_packings import disks, polygons
 
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.packing.hdf5 import read, read_all
+from jamlab.packing.hdf5 import read_all_hdf5, read_hdf5
 from jamlab.packing.write import write
 from jamlab.storage.verified_file import USER_BLOCK, checksum, dataset
 
@@ -107,7 +107,7 @@ HOSTILE = {
 def test_what_no_packing_can_be_is_named_with_file_and_thing(path, name):
     with edited(path) as file:
         HOSTILE[name](file)
-    for act in (read, read_all):
+    for act in (read_hdf5, read_all_hdf5):
         with pytest.raises((StorageError, InputError)) as caught:
             act(path)
         assert str(path) in str(caught.value) and "\n" not in str(caught.value)
@@ -121,7 +121,7 @@ def test_a_dataset_that_stores_a_little_of_what_it_declares_is_not_read(path):
         made = file.create_dataset("parameters/onset", shape=(200_000,), dtype="f8", chunks=(100,))
         made[:100] = 1.0  # the others are zeros that HDF5 makes up
     with pytest.raises(StorageError, match="shape"):
-        read(path)
+        read_hdf5(path)
     with h5py.File(path) as file, pytest.raises(StorageError, match="declared"):
         dataset(file, "parameters/onset", "f")
 
@@ -134,16 +134,16 @@ def test_offsets_that_lead_nowhere(tmp_path, offsets):
     with edited(tmp_path / "run.h5") as file:
         replace("parameters/offsets", offsets)(file)
     with pytest.raises((StorageError, InputError)):
-        read(tmp_path / "run.h5")
+        read_hdf5(tmp_path / "run.h5")
 
 
 def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
-    packing = read(path)
+    packing = read_hdf5(path)
     assert checksum(path) == ("packings", True)
     assert "checksum" not in call(path.parent, "analyze", path.name).stderr
     path.write_bytes(path.read_bytes()[USER_BLOCK:])
     assert checksum(path) is None
-    assert read(path).positions.tobytes() == packing.positions.tobytes()
+    assert read_hdf5(path).positions.tobytes() == packing.positions.tobytes()
     assert "run.h5 has no checksum" in call(path.parent, "analyze", path.name).stderr
 
 
@@ -157,6 +157,6 @@ def test_single_bit_flips_are_noticed(path, flips):
         content[place] ^= 1 << bit
         path.write_bytes(content)
         with pytest.raises(JamlabError):
-            read(path)
+            read_hdf5(path)
     path.write_bytes(whole)
-    read(path)
+    read_hdf5(path)

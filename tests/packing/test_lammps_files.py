@@ -11,7 +11,7 @@ import jamlab
 from jamlab.engine.installation import start_lammps
 from jamlab.errors import InputError
 from jamlab.packing.facts import STATE
-from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
+from jamlab.packing.lammps_files import described, title_of, types, write_data, write_dump
 from jamlab.packing.packing import Packing
 
 TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
@@ -136,7 +136,7 @@ def test_the_comment_of_a_data_file_holds_the_force_law(tmp_path, make):
     packing = replace(packing, onset=1 / 3, ensemble="shear-stabilized", max_force=1e-13 / 3, converged=True)
     write_data(tmp_path / "p.data", packing)
     lines = (tmp_path / "p.data").read_text().splitlines()
-    assert lines[0] == describe(packing)
+    assert lines[0] == title_of(packing)
     entries = described([*lines[1:], lines[0]])  # wherever it stands
     for name in ("model", "units", *STATE):
         assert entries.pop(name, None) == getattr(packing, name)
@@ -151,7 +151,7 @@ def test_a_comment_that_is_no_list_of_numbers_is_refused():
     with pytest.raises(InputError, match="'gamma=much'"):
         described(["# jamlab model=dp gamma=much"])
     with pytest.raises(InputError, match=r"params\['note'\]"):
-        describe(disks(1, 0.0).with_state(params={"eps": 1.0, "note": [1]}))
+        title_of(disks(1, 0.0).with_state(params={"eps": 1.0, "note": [1]}))
 
 
 @pytest.mark.parametrize("name", ["p.csv", "p.dump.gz", "p.txt", "p.html"])

@@ -7,7 +7,7 @@ import random_packings
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from jamlab.packing.hdf5 import read, read_all, read_observables
+from jamlab.packing.hdf5 import read_all_hdf5, read_hdf5, read_observables
 from jamlab.packing.write import write
 
 in_one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -50,13 +50,13 @@ def assert_same(got, wanted):
 def test_hdf5(tmp_path, frames, data):
     g = data.draw(st.lists(numbers, min_size=len(frames), max_size=len(frames)))
     write(tmp_path / "run.h5", frames, {"g": g})
-    for got, wanted in zip(read_all(tmp_path / "run.h5"), frames, strict=True):
+    for got, wanted in zip(read_all_hdf5(tmp_path / "run.h5"), frames, strict=True):
         assert_same(got, wanted)
     frame = data.draw(st.integers(-len(frames), len(frames) - 1))
-    assert_same(read(tmp_path / "run.h5", frame), frames[frame])
+    assert_same(read_hdf5(tmp_path / "run.h5", frame), frames[frame])
     assert read_observables(tmp_path / "run.h5")["g"].tolist() == g
     # what is read is written alike
-    write(tmp_path / "again.h5", read_all(tmp_path / "run.h5"), {"g": g})
-    for got, wanted in zip(read_all(tmp_path / "again.h5"), frames, strict=True):
+    write(tmp_path / "again.h5", read_all_hdf5(tmp_path / "run.h5"), {"g": g})
+    for got, wanted in zip(read_all_hdf5(tmp_path / "again.h5"), frames, strict=True):
         assert_same(got, wanted)
         assert json.dumps(got.provenance) == json.dumps(wanted.provenance)

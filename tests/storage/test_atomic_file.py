@@ -15,7 +15,7 @@ import pytest
 from commands import call
 
 from jamlab.errors import StorageError
-from jamlab.packing.hdf5 import read
+from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -28,7 +28,7 @@ def disks(seed=0):
 
 @pytest.mark.parametrize("place", ["absent/run.h5", ".", "/proc/run.h5", "a" * 300 + ".h5", "a\0b.h5"])
 def test_places_that_cannot_be_written_or_read(tmp_path, place):
-    for act in (lambda: write(tmp_path / place, [disks()]), lambda: read(tmp_path / place)):
+    for act in (lambda: write(tmp_path / place, [disks()]), lambda: read_hdf5(tmp_path / place)):
         with pytest.raises(StorageError):
             act()
     assert os.listdir(tmp_path) == []
@@ -44,7 +44,7 @@ def test_a_full_disk_keeps_the_old_file_and_leaves_no_other(tmp_path):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert os.listdir(tmp_path) == ["run.h5"]
-    assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+    assert (read_hdf5(tmp_path / "run.h5").positions == disks().positions).all()
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(5, "Input/output error")])
@@ -59,7 +59,7 @@ def test_an_interrupt_before_the_rename_keeps_the_old_file(tmp_path, monkeypatch
     with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else StorageError):
         write(tmp_path / "run.h5", [disks(1)])
     assert os.listdir(tmp_path) == ["run.h5"]
-    assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+    assert (read_hdf5(tmp_path / "run.h5").positions == disks().positions).all()
 
 
 def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path):
@@ -72,7 +72,7 @@ def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path):
         os.umask(old)
     assert (tmp_path / "run.h5").is_symlink()
     assert (tmp_path / "data" / "real.h5").stat().st_mode & 0o777 == 0o640
-    assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+    assert (read_hdf5(tmp_path / "run.h5").positions == disks().positions).all()
 
 
 @pytest.fixture(params=["device", "pipe", "socket"])
@@ -98,7 +98,7 @@ def test_what_is_no_file_is_neither_replaced_nor_read(no_file, tmp_path):
     with pytest.raises(StorageError):
         write(no_file, [disks()])
     with pytest.raises(StorageError):
-        read(no_file)
+        read_hdf5(no_file)
     done = call(tmp_path, "jam", "--n", 8, "--out", no_file)
     assert done.exit_code == 1 and "run.h5" in done.stderr
     assert os.listdir(tmp_path) == ["run.h5"]
@@ -119,7 +119,7 @@ def test_files_are_read_without_locks(tmp_path):
     write(tmp_path / "run.h5", [disks()])
     with open(tmp_path / "run.h5") as other:
         fcntl.flock(other, fcntl.LOCK_EX)
-        assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+        assert (read_hdf5(tmp_path / "run.h5").positions == disks().positions).all()
 
 
 def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jamlab.errors import StorageError
-from jamlab.packing.hdf5 import read
+from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.packing.write import write
 from jamlab.storage.system_errors import system_said
@@ -24,7 +24,7 @@ def test_what_the_system_says_is_not_damage(tmp_path, monkeypatch, number, place
 
     monkeypatch.setattr(place, fail)
     with pytest.raises(StorageError) as caught:
-        read(tmp_path / "run.h5")
+        read_hdf5(tmp_path / "run.h5")
     monkeypatch.undo()
     assert os.strerror(number) in str(caught.value) and "damaged" not in str(caught.value)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from jamlab.estimates.flow_errors import Flow, shipped_errors
+from jamlab.estimates.flow_errors import FlowCondition, shipped_errors
 from studies.flow_errors import COLUMNS, Part, checks_kept, measure_runs, promises, read_runs, reduce_runs
 
-AT = Flow("oscillation", 1.0, 1.0, 1.0)
+AT = FlowCondition("oscillation", 1.0, 1.0, 1.0)
 
 
 @pytest.fixture(scope="module")

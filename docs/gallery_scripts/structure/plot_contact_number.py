@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
-from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.power_laws import fit_power_law
 
 distance, excess = [], []
 for seed in range(1, 11):
@@ -23,7 +23,7 @@ for seed in range(1, 11):
     excess.append([jamlab.contacts(p).z - jamlab.contacts(onset).z for p in states])
 distance, excess = np.array(distance), np.array(excess)  # (packings, distances)
 
-fit = power_law(distance.ravel(), excess.ravel(), (0.5, 1.0))
+fit = fit_power_law(distance.ravel(), excess.ravel(), (0.5, 1.0))
 (root, linear), (root_error, linear_error) = fit.coefficients, fit.coefficients_stderr
 law = f"{root:.2f}({100 * root_error:.0f}) Δφ$^{{1/2}}$ + {linear:.1f}({10 * linear_error:.0f}) Δφ"
 places, mean, number = distance.mean(axis=0), np.nanmean(excess, axis=0), np.isfinite(excess).sum(axis=0)

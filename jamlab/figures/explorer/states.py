@@ -170,7 +170,7 @@ SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more tha
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ShownQuantity:
     """A quantity as the page shows it."""
 
     name: str  # its key
@@ -217,23 +217,23 @@ def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:
     return np.cumsum([start, *(shear_between(before, after) for before, after in pairwise(packings))])
 
 
-def along(packings: Sequence[Packing]) -> Quantity:
+def along(packings: Sequence[Packing]) -> ShownQuantity:
     """What changes from state to state: rho, the strain at fixed phi, or nothing but the number of the state."""
     phi = np.array([packing.phi for packing in packings])
     if np.ptp(phi) > SHEARED * phi.max():
-        return Quantity("rho", "ρ", "true packing fraction ρ")
+        return ShownQuantity("rho", "ρ", "true packing fraction ρ")
     if np.ptp(strains(packings)) > SHEARED:
-        return Quantity("strain", "γ", "shear strain γ")
-    return Quantity("number", "state", "state")
+        return ShownQuantity("strain", "γ", "shear strain γ")
+    return ShownQuantity("number", "state", "state")
 
 
-def curves(packing: Packing) -> list[Quantity]:
+def curves(packing: Packing) -> list[ShownQuantity]:
     """The curves beside the picture; in motion, where no rule tells rattlers, z is that of all contacts."""
     stress = unit_labels(packing)["stress"]
     moving = "flow_rate" in packing.provenance
-    of_all = Quantity("z_all", "z", "contacts per particle z, of all that press")
+    of_all = ShownQuantity("z_all", "z", "contacts per particle z, of all that press")
     return [
-        of_all if moving else Quantity("z", "z", "contacts per particle z, without rattlers"),
-        Quantity("g", "G", f"G: {MEASURED['g'].words}", stress),
-        Quantity("pressure", "p", "pressure p", stress),
+        of_all if moving else ShownQuantity("z", "z", "contacts per particle z, without rattlers"),
+        ShownQuantity("g", "G", f"G: {MEASURED['g'].words}", stress),
+        ShownQuantity("pressure", "p", "pressure p", stress),
     ]

@@ -28,7 +28,7 @@ from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import FilePath, versions
 
-MOST_PARTICLES = 20_000  # more do not come out as single particles on a screen, and slow the page down
+MOST_SHOWN = 20_000  # more do not come out as single particles on a screen, and slow the page down
 MOST_BYTES = 50_000_000  # a page that a browser still opens within seconds
 
 
@@ -139,8 +139,8 @@ def explorer_fragment(
         raise InputError(f"every = {every}: must be 1 or more; 2 shows every second state")
     everything = list(packings)
     check_one_sweep(everything)
-    if (n := everything[0].n) > MOST_PARTICLES:
-        raise InputError(f"{n} particles: a page shows {MOST_PARTICLES} at most; draw states instead, packing.plot()")
+    if (n := everything[0].n) > MOST_SHOWN:
+        raise InputError(f"{n} particles: a page shows {MOST_SHOWN} at most; draw states instead, packing.plot()")
     known = stored_columns(observables or {}, len(everything))
     chosen = everything[::every]
     strain, rows, packed, size = strains(everything)[::every], [], [], 0

@@ -13,7 +13,7 @@ from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK
 from jamlab.statistics.confidence import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
-from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.power_laws import fit_power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import (
     FEWEST,
@@ -186,7 +186,7 @@ def size_exponent(n: Array, p: Array, eta: Array, a: float) -> float:
 
 def tail(n: Array, p: Array, eta: Array, a: float, low: float) -> float:
     """Fit the slope of eta_0/N^a in large packings; with pre-stress it is too shallow even where p N^2 > 10^3."""
-    return float(power_law(p * n**2, eta / n**a, low=low).exponents[0])
+    return float(fit_power_law(p * n**2, eta / n**a, low=low).exponents[0])
 
 
 def small_end(n: Array, p: Array, eta: Array, a: float, small: float = 0.1, large: float = TAIL) -> float:

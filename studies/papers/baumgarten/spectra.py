@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.packing.hdf5 import read
+from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
@@ -19,7 +19,7 @@ from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, scaling_collapse
 from jamlab.rheology.displacement_correlation import displacement_response
-from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.power_laws import fit_power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, mean_over_packings, scaled, select, vary_bootstrap
 from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
@@ -152,7 +152,7 @@ def spectrum(tables: EnsembleTables, law: str, pressure: float, part: str) -> Sa
 
 def slope(omega: Array, values: Array, low: float, high: float) -> float:
     """Fit the slope of the mean in a window of frequency."""
-    return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
+    return float(fit_power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
 
 
 # exponents in pressure ------------------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ def power(places: Sequence[float] | Array, values: ArrayLike, first: int = 0, la
     x, y = np.asarray(places)[first:last], np.asarray(values)[first:last]
     if len(x) < 2:
         raise InputError(f"{len(x)} places for an exponent: two or more are needed")
-    return float(power_law(x, y).exponents[0])
+    return float(fit_power_law(x, y).exponents[0])
 
 
 def at_pressures(groups: Mapping[float, Array], values: Callable[[Array], float]) -> Sample:
@@ -228,7 +228,9 @@ def regime_ends(
     means = [packings.mean(axis=0) for packings in drawn]
     roots = np.array([np.interp(at, w, mean[2:]) / at**0.5 for w, mean in zip(omega, means, strict=True)])
     slow, fast = np.square(roots / np.array([mean[:2] for mean in means]).T)
-    return np.array([power_law(p, fast).exponents[0], np.log10(slow[pressure] / p[pressure]), np.log10(fast[pressure])])
+    return np.array(
+        [fit_power_law(p, fast).exponents[0], np.log10(slow[pressure] / p[pressure]), np.log10(fast[pressure])]
+    )
 
 
 # without rotations, without damping, with a fluid ---------------------------------------------------------------------
@@ -278,7 +280,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
     inset = axes.inset_axes((0.66, 0.04, 0.32, 0.38))
     inset.set_gid("inset")
-    _draw_disks(inset, read(DATA / SHEARED))
+    _draw_disks(inset, read_hdf5(DATA / SHEARED))
     return out
 
 
@@ -291,7 +293,7 @@ def _draw_disks(axes: Any, packing: Packing) -> None:
 def figure_1_fields(tables: EnsembleTables) -> Drawing:
     """Displacements of disks at zero and at peak stress, at a low, a critical and a high frequency, on one scale."""
     out, panels = drawing("baumgarten-1-fields", 2, len(REGIMES), 4.6, 4.9)
-    packing = read(DATA / SHEARED)
+    packing = read_hdf5(DATA / SHEARED)
     moduli = complex_modulus(packing, list(REGIMES.values()))
     ratios = []
     for k, (regime, omega) in enumerate(REGIMES.items()):

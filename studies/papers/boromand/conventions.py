@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.statistics.power_laws import fit_exponent, power_law
+from jamlab.statistics.power_laws import fit_exponent, fit_power_law
 from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Ensemble, Sample, average, groups_by, log_places, median, scaled, select
 from studies.panels import Drawing, size_style
@@ -157,7 +157,7 @@ def exponent(x: Array, y: Array, low: float = 0.0, high: float = np.inf) -> floa
 
 def power(x: Array, y: Array, low: float = 0.0, high: float = np.inf, inverse: bool = False) -> float:
     """Fit a power law of relative residuals in a window, y as a power of x, or x as one of y."""
-    found = float(power_law(x, y, low=(1 - _EDGE) * low, high=(1 + _EDGE) * high).exponents[0])
+    found = float(fit_power_law(x, y, low=(1 - _EDGE) * low, high=(1 + _EDGE) * high).exponents[0])
     return 1 / found if inverse else found
 
 

@@ -7,7 +7,7 @@ from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
 from jamlab.plotting.palette import GREEN, ORANGE
-from jamlab.statistics.power_laws import fit_exponent, power_law
+from jamlab.statistics.power_laws import fit_exponent, fit_power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Ensemble, log_places
 from studies.panels import FIT, PAPER, Drawing, TextTable, drawing, label, model_style, scale
@@ -44,7 +44,7 @@ def area_left(x: Array, lost: Array, place: float) -> float:
 def last_decade(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
     """Fit the exponent over the last decade of the abscissa, that half of the packings reach; in units of its end."""
     last = float(np.nanmax(x))
-    return float(power_law(x, y, low=0.999 * low * last, high=1.001 * high * last).exponents[0])
+    return float(fit_power_law(x, y, low=0.999 * low * last, high=1.001 * high * last).exponents[0])
 
 
 def omega_if_late(tables: EnsembleTables, late: float, low: float, high: float) -> float:
@@ -159,7 +159,7 @@ def _draw_law(
     x, y = tables.curve(model, N, *what).band
     out.curve(axes, f"{model.upper()}, N = {N}", *((y.value, x) if inverse else (x, y)), **model_style(model))
     low, high = (keywords(statements()[statement].settings)[end] for end in ("low", "high"))
-    fit = power_law(x, y.value, low=0.99 * low, high=1.01 * high)
+    fit = fit_power_law(x, y.value, low=0.99 * low, high=1.01 * high)
     line, theirs, ours = np.geomspace(fit.low, fit.high, 20), paper(statement), measure(statement, tables).value
     places, heights = (fit(line), line) if inverse else (line, fit(line))
     out.curve(axes, f"fit: {ours:.3g}", places, heights, **FIT)

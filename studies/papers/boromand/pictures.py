@@ -10,7 +10,7 @@ from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids, voids
-from jamlab.packing.hdf5 import read_all
+from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_background, draw_particles, size_colours
@@ -29,7 +29,7 @@ COMPARED_AT, VOIDS_AT = 0.92, 0.97  # rho of figs 2 and 8
 @cache
 def _examples(model: str, n: int) -> list[tuple[float, Packing]]:
     """Read true packing fraction and packing, in the order of the sweep."""
-    return [(packing_fraction(p), p) for p in read_all(example_file(model, n))]
+    return [(packing_fraction(p), p) for p in read_all_hdf5(example_file(model, n))]
 
 
 def _nearest(model: str, n: int, rho: float) -> tuple[float, Packing]:
