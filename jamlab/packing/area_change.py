@@ -12,7 +12,7 @@ from jamlab.packing.strain_map import ALONG_Y
 
 
 @dataclass(frozen=True, eq=False)
-class Compression:
+class AreaChange:
     """The change of area of a packing: a strain e = log of the area maps r to exp(e M) r, tr M = 1."""
 
     generator: Array  # (2, 2) M, diagonal
@@ -33,10 +33,10 @@ class Compression:
         return float(np.einsum("ij,ijkl,kl->", m, curvature, m)) + beside
 
 
-ISOTROPIC, _BETWEEN_WALLS = Compression(0.5 * np.eye(2)), Compression(ALONG_Y)
+ISOTROPIC, _BETWEEN_WALLS = AreaChange(0.5 * np.eye(2)), AreaChange(ALONG_Y)
 
 
-def compression(packing: Packing) -> Compression:
+def compression(packing: Packing) -> AreaChange:
     """How the area of a packing changes, with the pressure and the bulk modulus that belong to it: isotropic, and
     between walls along y alone, since walls keep their shape."""
     return _BETWEEN_WALLS if packing.walls else ISOTROPIC
