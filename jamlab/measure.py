@@ -25,7 +25,6 @@ from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
 from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
-from jamlab.packing.strain_map import admits, undefined
 from jamlab.processes.cores import available_cores
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
@@ -172,7 +171,7 @@ def why_no_modulus(packing: Packing) -> str:
             return str(error)
         kept = f" except {squeezed} squeezed by two contacts" if squeezed else ""
         return f"{error} ({rattlers} rattlers ignored{kept})"
-    return "" if admits(packing, np.eye(4)) else undefined("g, the mean over directions,")
+    return "" if packing.frame.admits(np.eye(4)) else packing.frame.undefined("g, the mean over directions,")
 
 
 def _measure_several(

@@ -192,9 +192,9 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     needed, found = settings.get("model", "sp"), packing.model
     if found != needed:
         raise InputError(f"data = {settings['data']}: contains {found}, but this deck needs {needed}")
-    if packing.fixed is not None:
+    if not packing.frame.all_free:
         raise InputError(
-            f"data = {settings['data']}: {packing.fixed.sum()} particles are fixed, but decks move all: use "
+            f"data = {settings['data']}: {packing.frame.fixed.sum()} particles are fixed, but decks move all: use "
             "jamlab in Python, or release them by packing.with_state(fixed=None, walls=False)"
         )
     if packing.converged is False:

@@ -40,7 +40,7 @@ from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
-from jamlab.packing.strain_map import shapes_of_stress, wall_offsets
+from jamlab.packing.strain_map import shapes_of_stress
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
@@ -93,7 +93,7 @@ class Session(Hinted):
     @checked
     def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
         check_ranks(ranks, not packing.kind.may_use_ranks)
-        if ranks > 1 and packing.fixed is not None:
+        if ranks > 1 and not packing.frame.all_free:
             raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
         self._ranks = ranks
@@ -226,7 +226,7 @@ class Session(Hinted):
             InputError: `box_strains` or `fire` where they would not be used: another style, or a law or a box that the
                 kernel does not take.
         """
-        by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.fixed is None
+        by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.frame.all_free
         if (box_strains is not None or fire is not None) and not by_kernel:
             raise InputError(
                 f"box_strains, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
@@ -360,8 +360,9 @@ class Session(Hinted):
             with _plain_name(file) as name, _plain_name(kind.part) as part:
                 self.set_variables(settings | {"data": name})
                 self._run(f"include {part}")
-        if packing.fixed is not None:
-            for some in np.array_split(1 + np.flatnonzero(packing.fixed_sites), 1 + packing.fixed_sites.sum() // 1000):
+        if not packing.frame.all_free:
+            fixed = 1 + np.flatnonzero(packing.frame.fixed_sites)
+            for some in np.array_split(fixed, 1 + len(fixed) // 1000):
                 self._run(f"group fixed id {' '.join(map(str, some))}")
             self._run("fix on_fixed fixed store/force")
             self._run("fix fixed fixed setforce 0.0 0.0 0.0")
@@ -383,10 +384,11 @@ class Session(Hinted):
         thermo, forces = self._lmp.get_thermo, self._atoms.forces(self.size)
         xx, yy, xy = map(thermo, ("pxx", "pyy", "pxy"))
         stress = np.array([[xx, xy], [xy, yy]])
-        if self._packing.fixed is not None:  # the virial is for sites that all follow the strain
+        frame, area = self._packing.frame, self._packing.area
+        if not frame.all_free:  # the virial is for sites that all follow the strain
             held = self._forces_on_fixed()
-            stress += held.T @ wall_offsets(self._packing) / self._packing.area
-            stress -= 0.5 * shapes_of_stress(self._packing, held) / self._packing.area * np.eye(2)
+            stress += held.T @ frame.wall_offsets / area
+            stress -= 0.5 * shapes_of_stress(frame.kept_shapes, held) / area * np.eye(2)
         return Evaluation(
             energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),

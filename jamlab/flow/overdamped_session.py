@@ -23,7 +23,7 @@ from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
-from jamlab.packing.strain_map import kept_shapes, shapes_of_stress
+from jamlab.packing.strain_map import shapes_of_stress
 from jamlab.rheology.damping import Damping, refuse_slip
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
@@ -135,11 +135,11 @@ class OverdampedSession:
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
                 eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
-            if natural.fixed is not None:  # the plugin holds them, and needs the forces on them
+            if not natural.frame.all_free:  # the plugin holds them, and needs the forces on them
                 self._session.command("unfix fixed")
                 self._session.command("unfix on_fixed")
-                self._outlines += " walls fixed" if natural.walls else " fixed fixed"
-            self._between = _between_walls(natural) if natural.walls else np.zeros(4)
+                self._outlines += f" {natural.frame.held_as} fixed"
+            self._between = _between_walls(natural) if natural.frame.has_walls else np.zeros(4)
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
             self.close()
@@ -164,7 +164,7 @@ class OverdampedSession:
         here, or from `before`, the last state of an earlier flow. `drive`: "rate value", "oscillate amplitude omega" or
         "stress value", as of `fix overdamped`; a stress as `stress_drive` says it. `interval`: of time, after which
         `advance` returns. `longest`: step, by default no limit but that of the tolerance."""
-        if self._given.walls and drive.startswith("stress"):
+        if self._given.frame.has_walls and drive.startswith("stress"):
             raise InputError(
                 "walls: the packing has walls, which move by a strain that is given, not under a stress; use shear or "
                 "oscillate, or remove the walls with packing.with_state(walls=False)"
@@ -205,12 +205,13 @@ class OverdampedSession:
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets.
         Between walls with the pressure on them."""
-        if self._given.walls:
+        if self._given.frame.has_walls:
             state = state._replace(pressure=0.5 * (state.lower_pressure + state.upper_pressure))
         now = self._session.strained()
-        if kept_shapes(now).any():  # as in `jamlab.mechanics.stiffness.stress`; the plugin squeezes fixed droplets
+        shapes = now.frame.kept_shapes
+        if shapes.any():  # as in `jamlab.mechanics.stiffness.stress`; the plugin squeezes fixed droplets
             push = forces_of(energy_terms(now), len(now.positions))
-            less = 0.5 * self._scales.stress * shapes_of_stress(now, push) / now.area
+            less = 0.5 * self._scales.stress * shapes_of_stress(shapes, push) / now.area
             state = state._replace(pressure=state.pressure - less)
         return state._replace(contacts=float(len(now.kind.pairs(now).i)))
 
@@ -283,7 +284,7 @@ class OverdampedSession:
 
 def _between_walls(packing: Packing) -> Array:
     """(4,) what either wall feels of the other across the edge of the box, as in `ON_WALLS`; it stays."""
-    pushes = forces_of(energy_terms(packing), len(packing.positions)) * packing.fixed_sites[:, None]
+    pushes = forces_of(energy_terms(packing), len(packing.positions)) * packing.frame.fixed_sites[:, None]
     upper = packing.positions[:, 1] % packing.box[1, 1] > 0.5 * packing.box[1, 1]
     low, high = pushes[~upper].sum(axis=0), pushes[upper].sum(axis=0)
     total = np.array([low[0], -low[1], -high[0], high[1]]) / packing.box[0, 0]

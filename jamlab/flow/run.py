@@ -279,7 +279,7 @@ class TimedRun(Run[R]):
             self.rows[-1] = self.rows[-1]._replace(
                 iterations=float(self.before.iterations), ambiguous_contacts=float(self.before.ambiguous_contacts)
             )
-            if packing.walls:
+            if packing.frame.has_walls:
                 kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
                 self.rows = [row._replace(**dict(zip(ON_WALLS, on_walls, strict=True))) for row, on_walls in kept]
         self._last = self.rows[-1] if self.rows else None
@@ -351,7 +351,7 @@ class TimedRun(Run[R]):
     def result(self) -> R:
         """The run so far."""
         self.facts |= {name: int(getattr(self.rows[-1], name)) for name in ("iterations", "ambiguous_contacts")}
-        if self._started.walls:
+        if self._started.frame.has_walls:
             on_walls = [[getattr(row, name) for name in ON_WALLS] for row in self.rows]
             self.facts["wall_stress"] = np.array(on_walls).reshape(-1, 2, 2)
         return super().result()

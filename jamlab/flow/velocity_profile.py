@@ -63,7 +63,7 @@ def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
     if len(frames) < 2:
         raise InputError(f"{len(frames)} stored packing: a profile needs two or more; use snapshot_every= or every=")
     first = frames[0]
-    free, lattice = ~first.fixed_particles, float(first.box[1, 1])
+    free, lattice = first.frame.free, float(first.box[1, 1])
     edges = np.linspace(0.0, 1.0, max(4, round(lattice / mean_size(first))) + 1)
     heights: list[Array] = []
     parts: list[Array] = []

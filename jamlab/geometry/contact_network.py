@@ -120,12 +120,12 @@ class Contacts(Result):
     @property
     def n_backbone(self) -> int:
         """N', number of free particles that are not rattlers."""
-        return int((~self.rattlers & ~self.packing.fixed_particles).sum())
+        return int((~self.rattlers & self.packing.frame.free).sum())
 
     @property
     def unjammed(self) -> bool:
         """Whether the packing is unjammed: every particle is a rattler if contacts of any force count."""
-        return bool((_contacts_of_all(self.packing)[1] | self.packing.fixed_particles).all())
+        return bool((_contacts_of_all(self.packing)[1] | self.packing.frame.fixed).all())
 
     @property
     def z(self) -> float:
@@ -135,7 +135,7 @@ class Contacts(Result):
         packings at rest: in motion drag holds particles as well, and those with two contacts are no rattlers."""
         if not self.n_backbone:
             return float("nan")
-        return int((~self.packing.fixed_particles)[self.pairs[self.bearing]].sum()) / self.n_backbone
+        return int(self.packing.frame.free[self.pairs[self.bearing]].sum()) / self.n_backbone
 
     @property
     def z_all(self) -> float:
@@ -149,8 +149,7 @@ class Contacts(Result):
         2 N' - 1; 2 N' + 1 beside fixed particles, which leave no translations; 2 N' between flat walls, which leave
         one. Of 30 packings of 16, 8 and 4 disks 2, 13 and 24 have one to three contacts more, and as many more states
         of self-stress."""
-        free = self.packing.fixed is None
-        return 2 * self.n_backbone + (-1 if free else 0 if self.packing.slips else 1)
+        return 2 * self.n_backbone + 1 - self.packing.frame.translations
 
     @property
     def forces(self) -> ContactForces:
@@ -256,9 +255,9 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
 
 def _rattlers(packing: Packing, pairs: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """See `find_rattlers`."""
-    fixed = packing.fixed_particles
-    rattlers, bearing = find_rattlers(pairs, ~fixed, packing.law.least_contacts)
-    return rattlers, bearing & ~fixed[pairs].all(axis=1)
+    free = packing.frame.free
+    rattlers, bearing = find_rattlers(pairs, free, packing.law.least_contacts)
+    return rattlers, bearing & free[pairs].any(axis=1)
 
 
 STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md

@@ -7,7 +7,6 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import disk_cells, radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
@@ -45,7 +44,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         raise InputError(
             f"unknown packing fraction {method!r} for model {packing.model}: use one of {', '.join(methods)}"
         )
-    return methods[method](mirrored(packing))
+    return methods[method](packing.frame.images)
 
 
 def cover_by_droplets(packing: Packing) -> float:

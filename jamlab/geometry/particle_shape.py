@@ -13,7 +13,6 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
-from jamlab.geometry.mirrored_slab import in_slab, mirrored
 from jamlab.geometry.vertex_contacts import named_pairs, unique_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -41,7 +40,7 @@ def particle_areas(packing: Packing) -> Array:
         >>> bool(np.isclose(jamlab.particle_areas(p).sum() / p.area, jamlab.packing_fraction(p)))
         True
     """
-    return in_slab(packing, packing.kind.shares(mirrored(packing)))
+    return packing.frame.pull_back(packing.kind.shares(packing.frame.images))
 
 
 @checked
@@ -66,7 +65,7 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
         >>> a.shape, bool((a >= 1).all())
         ((32,), True)
     """
-    area, perimeter = (in_slab(packing, values) for values in packing.kind.outline(mirrored(packing), rim))
+    area, perimeter = (packing.frame.pull_back(values) for values in packing.kind.outline(packing.frame.images, rim))
     factors = np.full(packing.n, np.nan)
     np.divide(perimeter**2, 4 * np.pi * area, out=factors, where=area > 0)
     return factors
@@ -88,7 +87,7 @@ def relative_areas(packing: Packing) -> Array:
         >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
         (True, True)
     """
-    return in_slab(packing, packing.kind.relative_areas(mirrored(packing)), np.nan)
+    return packing.frame.pull_back(packing.kind.relative_areas(packing.frame.images), np.nan)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ from scipy.spatial import ConvexHull
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import moves_home, periodic_copies, positive_image
@@ -123,7 +122,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     """
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
-    whole = mirrored(packing)
+    whole = packing.frame.images
     owner, points, radius = whole.kind.power_points(whole, spacing)
     walls = find_power_walls(points, radius, whole.box)
     if whole is not packing:
@@ -207,7 +206,7 @@ def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple
     flat = j >= count
     lower = np.argsort(packing.centroids[n:, 1] % height)
     places = np.outer(np.floor(packing.centroids[owner[i], 1] / height), packing.box[1])
-    places[:, 1] += packing.planes[0]
+    places[:, 1] += packing.frame.planes[0]
     j = np.where(flat, count + (shift[:, 1] != 0), j)
     walls = PowerWalls(
         i, j, np.where(flat[:, None], 0, shift), walls.height[kept], walls.length[kept], walls.corner[kept] + places

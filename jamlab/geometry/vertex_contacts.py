@@ -35,8 +35,8 @@ def touching_disks(packing: Packing) -> Pairs:
     pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
     touches each of them. A flat wall is met at the distance along y: r = (0, dy)."""
     reach = 0.5 * packing.disk_diameters + 0.5 * packing.law.range
-    near, flat = periodic_pairs(packing.positions, packing.box, reach), packing.flat_walls
-    if not flat.any():
+    near, flat = periodic_pairs(packing.positions, packing.box, reach), packing.frame.flat_sites
+    if not packing.frame.is_flat:
         return near
     found: Pairs = _joined(near.select(~flat[near.i] & ~flat[near.j]), _near_walls(packing, reach))
     return found.select(np.lexsort([*found.shift.T[::-1], found.j, found.i]))  # i < j: flat walls are last
@@ -49,7 +49,7 @@ def _joined(one: Any, other: Any) -> Any:
 
 def _near_walls(packing: Packing, reach: Array) -> Pairs:
     """Sites i within the sum of reaches, (len(positions),), of a flat wall j, at the distance along y: r = (0, dy)."""
-    flat, height = packing.flat_walls[packing.particle], packing.box[1, 1]
+    flat, height = packing.frame.flat_sites, packing.box[1, 1]
     image, y = np.divmod(packing.positions[:, 1], height)
     walls = np.flatnonzero(flat)
     behind = ~flat & ((y <= y[walls].min()) | (y >= y[walls].max()))
@@ -117,7 +117,8 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
         return count, (vertex, tail, place, separation, shift)
 
     found = VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
-    if (flat := packing.flat_walls[packing.particle]).any():
+    if packing.frame.is_flat:
+        flat = packing.frame.flat_sites
         near = _near_walls(packing, np.full(len(flat), 0.5 * delta))
         met = VertexContacts(near.i, near.j, np.zeros(len(near.i)), -near.r, near.shift @ packing.box)
         found = _joined(found.select(~flat[found.vertex] & ~flat[found.tail]), met)

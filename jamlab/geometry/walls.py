@@ -63,7 +63,7 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
     low, high = y < thickness * size, y >= height - thickness * size
     if not (low.any() and high.any() and (~low & ~high).any()):
         raise InputError(f"thickness = {thickness:g}: no particle in a wall or between the walls; use another value")
-    if freed := int((packing.fixed_particles & ~(low | high)).sum()):
+    if freed := int((packing.frame.fixed & ~(low | high)).sum()):
         raise InputError(
             f"thickness = {thickness:g}: {freed} particles that are fixed lie between the walls; give a larger "
             "thickness, or free them before with packing.with_state(fixed=None, walls=False), and relax"
@@ -73,8 +73,8 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
 
 
 def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
-    if packing.fixed is not None:
-        raise InputError(f"flat: {int(packing.fixed.sum())} particles are fixed; use flat=False, or free them")
+    if not packing.frame.all_free:
+        raise InputError(f"flat: {int(packing.frame.fixed.sum())} particles are fixed; use flat=False, or free them")
     box, x = np.array(packing.box), np.array(packing.positions)
     between, rim = box[1, 1] + _MORE * mean_size(packing), 0.5 * packing.params.get("delta", 0.0)
     x -= np.outer(np.floor(packing.centroids[:, 1] / box[1, 1]), box[1])[packing.particle]
@@ -104,15 +104,15 @@ def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
 
 def walled(packing: Packing, walls: bool | None) -> Packing:
     """The packing with its walls, or without (`walls` False); None: as it is."""
-    if walls and not packing.walls:
+    if walls and not packing.frame.has_walls:
         raise InputError("walls=True: the packing has no walls; use jamlab.with_walls(packing)")
-    return packing.with_state(fixed=None, walls=False) if walls is False and packing.walls else packing
+    return packing.with_state(fixed=None, walls=False) if walls is False and packing.frame.has_walls else packing
 
 
 def wall_stress(packing: Packing) -> Array:
     """(2, 2) stress of the slab on the lower and on the upper wall, by contact forces: shear stress, conjugate to the
     strain, and pressure. At force balance both walls feel the same."""
-    network, fixed, height = contacts(packing), packing.fixed_particles, packing.box[1, 1]
+    network, fixed, height = contacts(packing), packing.frame.fixed, packing.box[1, 1]
     mixed = fixed[network.pairs].sum(axis=1) == 1
     i, j = network.pairs[mixed].T
     sign = np.where(fixed[j], 1.0, -1.0)
@@ -155,9 +155,9 @@ def slab(packing: Packing) -> Slab:
     """
     walled(packing, walls=True)
     found = voids(packing)
-    if packing.flat_walls.any():
-        return Slab(*packing.planes, packing_fraction(packing), np.ones(len(found.area), dtype=bool))
-    fixed, height = packing.fixed_particles, packing.box[1, 1]
+    if packing.frame.is_flat:
+        return Slab(*packing.frame.planes, packing_fraction(packing), np.ones(len(found.area), dtype=bool))
+    fixed, height = packing.frame.fixed, packing.box[1, 1]
     y, centre = packing.centroids[fixed, 1] % height, found.centroid[:, 1] % height
     bottom, top = float(y[y < 0.5 * height].max()), float(y[y > 0.5 * height].min())
     covered = float(particle_areas(packing)[~fixed].sum() / tessellation(packing).area[~fixed].sum())

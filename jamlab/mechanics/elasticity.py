@@ -22,7 +22,6 @@ from jamlab.packing.area_change import ISOTROPIC, compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.strain_map import admits, check_admitted
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
@@ -105,7 +104,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         JamlabWarning: B, or G along some direction, is negative: the packing is unstable at its box shape.
 
     Raises:
-        InputError: the packing has walls, between which only two strains are defined, see `jamlab.packing.strain_map`.
+        InputError: the packing has walls, between which only two strains are defined, see `jamlab.packing.frame`.
         ConvergenceError: no backbone, not at a minimum, or a negative or floppy mode of the backbone (`UnstableError`).
 
     Example:
@@ -114,7 +113,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
         True
     """
-    check_admitted(packing, np.eye(4), "the elastic tensor")
+    packing.frame.check_admitted(np.eye(4), "the elastic tensor")
     found = linear_response(packing, prestress=prestress)
     along = modulus_along(found.relaxed, _DIRECTIONS)
     lowest = f"G along {np.degrees(_DIRECTIONS[along.argmin()]):.0f} degrees"
@@ -164,7 +163,7 @@ def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
 
     def apart(u: Array) -> Array:
         u = u.reshape(-1, 2, u.shape[1])
-        return np.asarray(u - u.mean(axis=0) if packing.fixed is None else u).reshape(-1, u.shape[2])
+        return np.asarray(u - packing.frame.drift(u)).reshape(-1, u.shape[2])
 
     relative = apart(modes)
     return least_along(modes, relative.T @ relative, relative.T @ apart(solution), _TURNED)
@@ -179,6 +178,6 @@ def modulus_along(c: Array, angles: Array) -> Array:
 
 def mean_shear_modulus(packing: Packing, c: Array) -> float:
     """Mean over directions of the shear modulus of an elastic tensor c; nan where the packing does not admit all."""
-    if not admits(packing, np.eye(4)):
+    if not packing.frame.admits(np.eye(4)):
         return float("nan")
     return float(modulus_along(c, AVERAGING_ANGLES).mean())

@@ -83,7 +83,7 @@ def without_load(packing: Packing) -> Mask:
         pairs = network.pairs[network.bearing]
         joined = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(packing.n, packing.n))
         cluster = csgraph.connected_components(joined, directed=False)[1]
-        held = [np.bincount(cluster[~rattlers]).argmax(), *cluster[packing.fixed_particles]]
+        held = [np.bincount(cluster[~rattlers]).argmax(), *cluster[packing.frame.fixed]]
         return np.asarray(rattlers | ~np.isin(cluster, held))
     squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least)[0]
     if not squeezed.any():

@@ -77,7 +77,7 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
         return MaxwellCount(0, 0, 0, 0, 0)
     singular = np.linalg.svd(rows, compute_uv=False)
     rank = int((singular > DEPENDENT).sum())
-    whole = 2 if packing.fixed is None else 0
+    whole = 2 if packing.frame.all_free else 0
     return MaxwellCount(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - whole - rank)
 
 
@@ -85,14 +85,14 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
-    fixed = packing.fixed_particles
-    rattlers, bearing = find_rattlers(network.pairs, ~fixed, packing.law.least_bearing)
-    bearing = bearing & ~fixed[network.pairs].all(axis=1)
-    if (rattlers | fixed).all():
+    free = packing.frame.free
+    rattlers, bearing = find_rattlers(network.pairs, free, packing.law.least_bearing)
+    bearing = bearing & free[network.pairs].any(axis=1)
+    if not (free & ~rattlers).any():
         return np.zeros((0, 0)), 0, 0
     loose, rows = np.repeat(rattlers, kind.motions), kind.rigidity(packing)
-    still = np.repeat(fixed, kind.motions)
-    rows = rows[~rows[:, loose].any(axis=1)][:, ~loose & ~still]  # a rattler that touches holds nothing
-    if packing.fixed is not None:
+    moving = np.repeat(free & ~rattlers, kind.motions)
+    rows = rows[~rows[:, loose].any(axis=1)][:, moving]  # a rattler that touches holds nothing
+    if not packing.frame.all_free:
         rows = rows[rows.any(axis=1)]  # of two that are fixed
-    return rows, int((~rattlers & ~fixed).sum()), int(bearing.sum())
+    return rows, int((free & ~rattlers).sum()), int(bearing.sum())

@@ -18,7 +18,7 @@ from jamlab.mechanics.elasticity import linear_response
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.strain_map import SIMPLE_SHEAR, wall_offsets
+from jamlab.packing.strain_map import SIMPLE_SHEAR
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE, GREEN, RED
 
@@ -114,7 +114,7 @@ def nonaffine_response(packing: Packing, *, prestress: bool = True) -> Nonaffine
     network = force_network(packing)
     touching = touching_disks(network.packing)  # refuses droplets
     u = linear_response(packing, prestress=prestress).displacements[network.held, :, 0, 1]
-    u = u + wall_offsets(network.packing) @ SIMPLE_SHEAR.T  # walls are not affine
+    u = u + network.packing.frame.wall_offsets @ SIMPLE_SHEAR.T  # walls are not affine
     i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
     normal = r / np.hypot(*r.T)[:, None]
@@ -124,6 +124,6 @@ def nonaffine_response(packing: Packing, *, prestress: bool = True) -> Nonaffine
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
         nonaffine_tangential=sliding,
-        nonaffine=u - u.mean(axis=0) if packing.fixed is None else u,
+        nonaffine=u - packing.frame.drift(u),
         unit=packing.unit_names.length,
     )

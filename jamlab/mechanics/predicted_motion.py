@@ -24,7 +24,7 @@ def follow(packing: Packing, phi: float) -> Packing:
     except ConvergenceError:
         return moved
     strain = compression(packing).gradient(packing.phi / phi) - np.eye(2)
-    held = force_network(packing).held & ~packing.fixed_sites
+    held = force_network(packing).held & packing.frame.free_sites
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     positions = moved.positions.copy()
     positions[held] = (packing.positions @ (np.eye(2) + strain).T + response)[held]
@@ -41,8 +41,7 @@ def unstable_directions(packing: Packing, named: int = NAMED) -> tuple[Array, fl
         modes = error.modes.reshape(len(error.modes), -1, 2)
         directions = np.zeros((len(modes), *packing.positions.shape))
         # with one site fixed, all others may move where its own droplet slides
-        whole = modes.mean(axis=1, keepdims=True) if packing.fixed is None else 0.0
-        directions[:, force_network(packing).held] = modes - whole
+        directions[:, force_network(packing).held] = modes - packing.frame.drift(modes, axis=1)
         return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue, error.count
     except ConvergenceError:
         return None

@@ -63,7 +63,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
         (True, True)
     """
-    if packing.flat_walls.any():
+    if packing.frame.is_flat:
         raise InputError("flat walls: a contact with a line is no bond between points; use rough walls")
     pairs = contacts(packing).pairs
     game = _Game(len(packing.disk_diameters))  # refuses droplets

@@ -19,7 +19,7 @@ from jamlab.errors import InputError
 from jamlab.packing.area_change import compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
-from jamlab.packing.strain_map import kept_shapes, shapes_of_curvature, shapes_of_stress, wall_offsets
+from jamlab.packing.strain_map import shapes_of_curvature, shapes_of_stress
 from jamlab.packing.terms import Terms
 
 MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 32 bits
@@ -48,22 +48,22 @@ def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
     part of each Hessian that is proportional to the force in the contact (Baumgarten & Tighe eq 4 with f0 = 0): every
     contact is replaced by an unstressed spring. SP only."""
     terms = packing.kind.terms(packing, prestress)
-    if not packing.walls:
+    if not packing.frame.has_walls:
         return terms
-    return [replace(term, local=term.local + wall_offsets(packing)[term.sites]) for term in terms]
+    offsets = packing.frame.wall_offsets
+    return [replace(term, local=term.local + offsets[term.sites]) for term in terms]
 
 
 def solved_coordinates(packing: Packing) -> Indices:
     """(m,) coordinates 2 i, 2 i + 1 of sites that linear response solves for: those of free particles. Where all are
     free, the packing moves as a whole at no cost, and a site stays: the others move relative to it."""
-    if packing.fixed is None:
-        return np.arange(2, 2 * len(packing.positions))
-    return free_coordinates(packing)
+    moving = free_coordinates(packing)
+    return moving[2:] if packing.frame.all_free else moving
 
 
 def free_coordinates(packing: Packing) -> Indices:
     """(m,) coordinates of free particles."""
-    return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
+    return np.flatnonzero(np.repeat(packing.frame.free_sites, 2))
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Stiffness:
 @per_packing
 def forces(packing: Packing) -> Array:
     """(len(positions), 2) forces -dU/dx in numpy, 0 on fixed particles; the engine's own come from LAMMPS."""
-    return _held(packing, forces_of(energy_terms(packing), len(packing.positions)))
+    return packing.frame.hold(forces_of(energy_terms(packing), len(packing.positions)))
 
 
 def forces_of(terms: Sequence[Terms], size: int) -> Array:
@@ -109,34 +109,25 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
         ((64, 64), True)
     """
     terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
-    if packing.fixed is not None:
-        terms = [replace(term, hessian=_between_free(packing, term)) for term in terms]
-    return assemble(terms, size)
+    return assemble(terms if packing.frame.all_free else [_between_free(packing, term) for term in terms], size)
 
 
 def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
     """Assemble the Hessian of a packing and its couplings to a homogeneous strain, of its free particles."""
     terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
     found = stiffness_of(terms, size)
-    if packing.fixed is None:
+    if packing.frame.all_free:
         return found
     ue, ee = found.ue, found.ee
-    if (shapes := kept_shapes(packing)).any():
-        more = shapes_of_curvature(packing, -forces_of(terms, size), ue, found.uu @ shapes.ravel())
+    if (shapes := packing.frame.kept_shapes).any():
+        more = shapes_of_curvature(shapes, -forces_of(terms, size), ue, found.uu @ shapes.ravel())
         ue, ee = ue + more[0], ee + more[1]
-    return Stiffness(hessian(packing, prestress=prestress), _held(packing, ue, 2), ee)
+    return Stiffness(hessian(packing, prestress=prestress), packing.frame.hold(ue, 2), ee)
 
 
-def _held(packing: Packing, values: Array, each: int = 1) -> Array:
-    """Values of all sites, `each` of one site in the first axis: 0 for those that are fixed."""
-    if packing.fixed is not None:
-        values[np.repeat(packing.fixed_sites, each)] = 0.0
-    return values
-
-
-def _between_free(packing: Packing, term: Terms) -> Array:
-    free = (~packing.fixed_sites)[term.sites].astype(np.float64)
-    return np.asarray(term.hessian * free[:, :, None, None, None] * free[:, None, None, :, None])
+def _between_free(packing: Packing, term: Terms) -> Terms:
+    free = packing.frame.free_sites[term.sites].astype(np.float64)
+    return replace(term, hessian=term.hessian * free[:, :, None, None, None] * free[:, None, None, :, None])
 
 
 def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
@@ -151,12 +142,12 @@ def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
 @per_packing
 def stress(packing: Packing) -> Array:
     """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted; fixed
-    particles are carried along by `jamlab.packing.strain_map`."""
+    particles are carried along by `Frame.carried`."""
     terms = energy_terms(packing)
     found = stress_of(terms, packing.area)
-    if kept_shapes(packing).any():
+    if (shapes := packing.frame.kept_shapes).any():
         gradient = -forces_of(terms, len(packing.positions))
-        found += 0.5 * shapes_of_stress(packing, gradient) / packing.area * np.eye(2)
+        found += 0.5 * shapes_of_stress(shapes, gradient) / packing.area * np.eye(2)
     return found
 
 

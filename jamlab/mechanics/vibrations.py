@@ -104,7 +104,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
-        values, vectors = _find_lowest(matrix, count, packing.fixed is None)
+        values, vectors = _find_lowest(matrix, count, packing.frame.all_free)
     unit, everywhere = packing.unit_names.stress, np.zeros((count, 2 * len(packing.positions)))
     everywhere[:, moving] = vectors.T
     return Modes(values, everywhere.reshape(count, -1, 2), unit)
@@ -112,7 +112,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
 
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
     matrix, moving = hessian(packing, prestress=prestress), free_coordinates(packing)
-    return matrix if packing.fixed is None else matrix[moving][:, moving].tocsc()
+    return matrix if packing.frame.all_free else matrix[moving][:, moving].tocsc()
 
 
 @checked

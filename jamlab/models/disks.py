@@ -65,16 +65,15 @@ class Disks(Model):
         return {"diameters": diameters}
 
     def law(self, packing: Packing) -> PairLaw:
-        return PowerLaw.of(packing.params, float(packing.disk_diameters[~packing.flat_walls].mean()))
+        return PowerLaw.of(packing.params, float(packing.frame.sizes.mean()))
 
     def free_area(self, packing: Packing) -> float:
         return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
-        round_ = ~packing.flat_walls
-        if -growth >= packing.disk_diameters[round_].min():
+        if -growth >= packing.frame.sizes.min():
             return None
-        return packing.with_state(diameters=packing.disk_diameters + growth * round_)
+        return packing.with_state(diameters=packing.disk_diameters + growth * ~packing.frame.flat_sites)
 
     def rotations(self, packing: Packing) -> int:
         return packing.n
@@ -99,7 +98,8 @@ class Disks(Model):
         energy, slope, stiffness = packing.law(s, distance)
         normal = r / distance[:, None]
         borne = np.where(np.abs(slope) > packing.law.slack, slope, 0.0) if prestress else np.zeros_like(slope)
-        across = np.where(packing.flat_walls[pairs[:, 1]], 0.0, borne / distance)  # a flat wall does not turn a force
+        turned = ~packing.frame.flat_sites[pairs[:, 1]]  # a flat wall does not turn a force
+        across = np.where(turned, borne / distance, 0.0)
         block = central_block(normal, stiffness, across)
         return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
 

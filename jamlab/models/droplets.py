@@ -263,7 +263,7 @@ class Droplets(Model):
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         found = {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
-        if packing.flat_walls.any():  # the smallest size is the first type; these words end the line of pair_style
+        if packing.frame.is_flat:  # the smallest size is the first type; these words end the line of pair_style
             found["contact"] += " flat 1"
         return found
 
@@ -339,7 +339,7 @@ def _tension(packing: Packing) -> Terms:
     inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
     unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
     pairs = np.column_stack([np.arange(len(edge)), packing.successor])
-    bound = ~packing.flat_walls[packing.particle]
+    bound = ~packing.frame.flat_sites
     unit, inverse, length = unit[bound], inverse[bound], length[bound]
     block = central_block(unit, np.zeros_like(inverse), inverse)
     return pair_terms("tension", pairs[bound], edge[bound], gamma * length, gamma * unit, block)
@@ -384,7 +384,7 @@ def _contacts(packing: Packing) -> list[Terms]:
 
     ends = (place == 0.0) | (place == 1.0)
     corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
-    n, flat = normal[ends], packing.flat_walls[packing.particle[tail[ends]]]
+    n, flat = normal[ends], packing.frame.flat_sites[tail[ends]]
     block = central_block(n, stiffness[ends], np.where(flat, 0.0, slope[ends] / distance[ends]))  # as of disks
     pairs = np.column_stack([corner, vertex[ends]])
     points = pair_terms("contact", pairs, separation[ends], energy[ends], slope[ends, None] * n, block)
@@ -423,7 +423,7 @@ def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
     square = np.einsum("ij,ij->i", edges, edges)
     around = square.copy()  # of both edges at a vertex
     around[head] += square
-    around[packing.flat_walls[packing.particle]] = 1.0  # they do not turn
+    around[packing.frame.flat_sites] = 1.0  # they do not turn
     if not np.all(around > 0):
         raise InputError(f"vertex {np.argmin(around)} coincides with both its neighbours; move it")
     rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head

@@ -8,7 +8,6 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.packing.packing import Packing
-from jamlab.packing.strain_map import ALONG_Y
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +32,10 @@ class AreaChange:
         return float(np.einsum("ij,ijkl,kl->", m, curvature, m)) + beside
 
 
-ISOTROPIC, _BETWEEN_WALLS = AreaChange(0.5 * np.eye(2)), AreaChange(ALONG_Y)
+ISOTROPIC = AreaChange(0.5 * np.eye(2))
 
 
 def compression(packing: Packing) -> AreaChange:
     """How the area of a packing changes, with the pressure and the bulk modulus that belong to it: isotropic, and
     between walls along y alone, since walls keep their shape."""
-    return _BETWEEN_WALLS if packing.walls else ISOTROPIC
+    return AreaChange(packing.frame.squeeze)

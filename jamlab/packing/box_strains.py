@@ -14,7 +14,6 @@ from jamlab.arrays import Array
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-from jamlab.packing.strain_map import carried
 
 # upper triangles: they leave the first lattice vector along x
 COMPRESSION = np.eye(2)[None]
@@ -71,4 +70,4 @@ class BoxStrains:
     def move(self, packing: Packing, displacement: Array, strain: Array) -> Packing:
         """The packing after strains of box and sites, amplitudes (m,), and displacements (n_sites, 2)."""
         f = self.deformation(strain)
-        return packing.with_state(box=packing.box @ f.T, positions=carried(packing, f) + displacement)
+        return packing.with_state(box=packing.box @ f.T, positions=packing.frame.carried(f) + displacement)

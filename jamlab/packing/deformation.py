@@ -9,7 +9,6 @@ from jamlab.errors import InputError
 from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_direction
-from jamlab.packing.strain_map import carried
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:
@@ -19,8 +18,8 @@ def at_phi(packing: Packing, phi: float) -> Packing:
         raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
     gradient = compression(packing).gradient(packing.phi / phi)
     moved = packing.positions + packing.centroids[packing.particle] @ (gradient - np.eye(2)).T
-    if packing.fixed is not None:
-        moved[packing.fixed_sites] = carried(packing, gradient)[packing.fixed_sites]
+    frame = packing.frame
+    moved[frame.fixed_sites] = frame.carried(gradient)[frame.fixed_sites]
     return packing._trusted(box=packing.box @ gradient.T, positions=moved)
 
 
@@ -37,7 +36,7 @@ def sheared(packing: Packing, strain: float) -> Packing:
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     """The packing after the affine map r -> F r of box and every free site, turned so that box[0, 1] stays 0; fixed
-    ones follow by `carried`. `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2)
+    ones follow by `Frame.carried`. `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2)
     rotation R that was applied after F: a vector v of the packing returned is R^T v in the frame of the one given, a
     tensor S is R^T S R."""
     box = packing.box @ gradient.T
@@ -45,4 +44,4 @@ def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])
     box = box @ rotation.T
     box[0, 1] = 0.0  # rounding
-    return packing._trusted(box=box, positions=carried(packing, gradient, rotation)), rotation
+    return packing._trusted(box=box, positions=packing.frame.carried(gradient, rotation)), rotation

@@ -120,8 +120,8 @@ def title_of(packing: Packing) -> str:
     facts = facts_of(packing)
     if not section_of_sizes(packing, types(packing)):
         facts |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
-    if packing.fixed is not None:
-        facts["fixed"] = np.packbits(packing.fixed).tobytes().hex()
+    if not packing.frame.all_free:
+        facts["fixed"] = np.packbits(packing.frame.fixed).tobytes().hex()
     return MARK + words(facts)
 
 
@@ -191,8 +191,8 @@ def site_columns(packing: Packing) -> dict[str, NDArray[Any]]:
     columns: dict[str, NDArray[Any]] = {"id": np.arange(1, len(particle) + 1), "mol": particle + 1}
     columns["type"] = types(packing).types[particle]
     columns |= {name: values[particle] for name, values in packing.kind.dump_columns(packing).items()}
-    if packing.fixed is not None:
-        columns["fixed"] = np.where(packing.fixed_sites, 2 if packing.walls else 1, 0)
+    if not packing.frame.all_free:
+        columns["fixed"] = np.where(packing.frame.fixed_sites, 2 if packing.frame.has_walls else 1, 0)
     return columns
 
 

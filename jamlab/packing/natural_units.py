@@ -69,7 +69,7 @@ class Scales:
 
 def mean_size(packing: Packing) -> float:
     """Mean diameter of disks, or mean square root of the rest areas of droplets: 1 in packings that jamlab makes."""
-    return float(np.mean(packing.kind.sizes(packing)[~packing.flat_walls]))
+    return float(np.mean(packing.frame.sizes))
 
 
 def stiffness_scale(packing: Packing) -> float:

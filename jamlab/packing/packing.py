@@ -20,6 +20,7 @@ from jamlab.checks import check_choice, checked, checked_class, finite_array, is
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
+from jamlab.packing.frame import Frame, checked_fixed, frame_of
 from jamlab.packing.kinds import MODELS, UnitNames
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
 from jamlab.packing.outlines import outlines, polygon_areas
@@ -64,7 +65,7 @@ class Packing(Hinted):
         tolerance: force tolerance of that minimisation, or None.
         on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian neglects this.
         on_target: whether the sweep that made this state reached the requested packing fraction.
-        fixed: (n,) bool, particles that move only with strains of the box, see `jamlab.packing.strain_map`. None: all
+        fixed: (n,) bool, particles that move only with strains of the box, see `jamlab.packing.frame`. None: all
             particles are free.
         walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: shear along x and compression along
             y shift the upper wall as a whole; the lower wall stays.
@@ -122,7 +123,7 @@ class Packing(Hinted):
         check_params(self.model, self.units, self.parameters, self.params)
         for name, value in self.kind.checked(self).items():
             self._set(name, value)
-        self._set("fixed", self._check_fixed())
+        self._set("fixed", checked_fixed(self))
         self._lock()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -175,31 +176,6 @@ class Packing(Hinted):
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _check_fixed(self) -> Mask | None:
-        """The mask as kept, None if it fixes nothing."""
-        mask = None if self.fixed is None else np.array(self.fixed)
-        if mask is not None and (mask.dtype != bool or mask.shape != (self.n,)):
-            raise InputError(f"fixed is {mask.dtype} of shape {mask.shape}: give {self.n} truth values, one a particle")
-        if mask is not None and mask.all():
-            raise InputError(f"fixed: all {self.n} particles are fixed: leave at least one free")
-        if self.walls and (mask is None or not mask.any()):
-            raise InputError("walls=True, but no particle is fixed: make walls with jamlab.with_walls(packing)")
-        if self.walls and self.ensemble != "fixed-box":
-            raise InputError(
-                f"ensemble = {self.ensemble!r} with walls=True: it stretches the box, and walls keep their shape; use "
-                'ensemble="fixed-box", or remove the walls, walls=False and fixed=None'
-            )
-        if (flat := self.flat_walls).any():
-            last = np.arange(self.n) >= self.n - 2
-            held = self.walls and mask is not None and mask[last].all()
-            if not (held and np.array_equal(flat, last) and (np.bincount(self.particle)[last] == 1).all()):
-                raise InputError(
-                    f"{self.kind.size_name}s[{flat.argmax()}] = 0: must be positive; flat walls alone, the last two "
-                    "particles, have size 0: make them with jamlab.with_walls(packing, flat=True), or leave them out "
-                    "with packing.select(~packing.flat_walls)"
-                )
-        return mask if mask is not None and mask.any() else None
-
     def _check_minimum(self) -> None:
         check_choice("ensemble", self.ensemble, ENSEMBLES)
         for name, value in (("max_force", self.max_force), ("rounding", self.rounding)):
@@ -244,36 +220,15 @@ class Packing(Hinted):
         return self.kind.particle(self)
 
     @property
-    def fixed_particles(self) -> Mask:
-        """(n,) which particles are fixed."""
-        return np.zeros(self.n, dtype=bool) if self.fixed is None else self.fixed
+    def frame(self) -> Frame:
+        """What holds it: who is free, which strains it admits, what lies behind flat walls."""
+        return frame_of(self)
 
     @property
     @per_packing
     def flat_walls(self) -> Mask:
         """(n,) which particles are flat walls: fixed lines along x, as particles of one site and of size 0."""
         return np.asarray(self.kind.sizes(self) == 0)
-
-    @property
-    @per_packing
-    def planes(self) -> tuple[float, float]:
-        """Heights between which all particles lie: surfaces of flat walls, else the edges of the cell."""
-        if not self.flat_walls.any():
-            return 0.0, float(self.box[1, 1])
-        y = np.sort(self.positions[self.flat_walls[self.particle], 1] % self.box[1, 1])
-        rim = 0.5 * float(self.params.get("delta", 0.0))
-        return float(y[0] + rim), float(y[-1] - rim)
-
-    @property
-    def slips(self) -> bool:
-        """Whether flat walls alone are fixed: all the others may move along x at no energy."""
-        return self.fixed is not None and np.array_equal(self.flat_walls, self.fixed)
-
-    @property
-    @per_packing
-    def fixed_sites(self) -> Mask:
-        """(len(positions),) whether each position belongs to a fixed particle."""
-        return np.asarray(self.fixed_particles[self.particle])
 
     @property
     @per_packing
@@ -369,9 +324,9 @@ class Packing(Hinted):
             mask = self.fixed[particles]
             changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
-        sizes, round_ = self.kind.sizes(self), ~self.flat_walls
+        kept = self.kind.sizes(self)[particles & ~self.flat_walls]
         for name in (name for name, each in self.parameters.items() if each.over_size and name in self.params):
-            own[name] = self.params[name] * sizes[round_].mean() / sizes[particles & round_].mean()  # the length stays
+            own[name] = self.params[name] * self.frame.sizes.mean() / kept.mean()  # the length stays
         if own:
             changes["params"] = {**self.params, **own}
         return self._trusted(**changes)

@@ -45,10 +45,10 @@ _SCALE = "viridis"  # of many sizes; nothing in it looks like the grey of rattle
 def size_colours(packing: Packing) -> NDArray[np.str_]:
     """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours; fixed
     particles grey."""
-    sizes, many = packing.kind.sizes(packing), has_many_sizes(packing)
-    mean = sizes[~packing.flat_walls].mean()
+    sizes, mean = packing.kind.sizes(packing), packing.frame.sizes.mean()
+    many = has_many_sizes(packing)
     free = _scale_colours(_size_scale(packing)(sizes)) if many else np.where(sizes > mean, LARGE, SMALL)
-    return np.where(packing.fixed_particles, RATTLER, free)
+    return np.where(packing.frame.fixed, RATTLER, free)
 
 
 def bar_colours() -> list[str]:
@@ -62,7 +62,7 @@ def _scale_colours(places: Array) -> NDArray[np.str_]:
 
 def has_many_sizes(packing: Packing) -> bool:
     """Whether particles have more sizes than two colours can tell apart."""
-    return len(np.unique(packing.kind.sizes(packing)[~packing.flat_walls])) > 2
+    return len(np.unique(packing.frame.sizes)) > 2
 
 
 def add_size_bar(axes: Axes, packing: Packing) -> None:
@@ -73,7 +73,7 @@ def add_size_bar(axes: Axes, packing: Packing) -> None:
 
 
 def _size_scale(packing: Packing) -> Normalize:
-    sizes = packing.kind.sizes(packing)[~packing.flat_walls]
+    sizes = packing.frame.sizes
     return Normalize(sizes.min(), sizes.max())
 
 
@@ -98,8 +98,8 @@ def rings(packing: Packing) -> tuple[list[Array], list[Array]]:
     fills, edges = packing.kind.rings(packing)
     for k in np.flatnonzero(packing.flat_walls):
         (x, y), height = packing.centroids[k], packing.box[1, 1]
-        edge = height * np.round(y / height)
-        face = edge + packing.planes[0] if edge < y else edge - height + packing.planes[1]
+        edge, (low, high) = height * np.round(y / height), packing.frame.planes
+        face = edge + low if edge < y else edge - height + high
         right = x + packing.box[0, 0]
         fills[k] = edges[k] = np.array([[x, face], [right, face], [right, edge], [x, edge]])
     return fills, edges

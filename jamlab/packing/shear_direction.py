@@ -10,7 +10,7 @@ from jamlab.arrays import Array
 from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-from jamlab.packing.strain_map import SIMPLE_SHEAR, check_admitted
+from jamlab.packing.strain_map import SIMPLE_SHEAR
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,8 @@ def shear_direction(packing: Packing, direction: Direction, angle: float = 0.0) 
         raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radians')
     c, s = np.cos(turn + angle), np.sin(turn + angle)
     found = ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
-    check_admitted(packing, found.generator, f"shear in the direction {direction!r}{f' + {angle:g}' if angle else ''}")
+    what = f"shear in the direction {direction!r}{f' + {angle:g}' if angle else ''}"
+    packing.frame.check_admitted(found.generator, what)
     return found
 
 

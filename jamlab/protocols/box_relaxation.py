@@ -209,7 +209,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
     Returns:
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load, or to rounding.
     """
-    quick = session.law.kernel_arguments() is not None and session.packing().fixed is None
+    quick = session.law.kernel_arguments() is not None and session.packing().frame.all_free
     pushes = pressure > 0 and not session.law.range
     for attempt in range(_RETURNS + 1):
         if quick:

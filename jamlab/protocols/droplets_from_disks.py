@@ -76,7 +76,7 @@ def droplets_from_disks(
     check_law_arguments(droplets_from_disks, "dp", parameters)
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    if packing.flat_walls.any():
+    if packing.frame.is_flat:
         raise InputError(
             "flat walls: make the droplets of the packing without them, then with_walls(droplets, flat=True)"
         )

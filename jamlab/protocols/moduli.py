@@ -26,7 +26,6 @@ from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
-from jamlab.packing.strain_map import check_admitted
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
@@ -92,7 +91,7 @@ def shear_modulus(
                 f"average = True: the mean over all directions has no direction = {direction!r} and angle = {angle!r}; "
                 "leave them out"
             )
-        check_admitted(packing, np.eye(4), "the mean over directions")
+        packing.frame.check_admitted(np.eye(4), "the mean over directions")
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     directions = [shear_direction(packing, direction, each) for each in angles.tolist()]
     first = _first_strain(packing, method, strain)

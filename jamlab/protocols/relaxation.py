@@ -146,7 +146,7 @@ def _entangled(session: Session) -> bool:
     """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing, or
     disks through a wall."""
     packing = session.packing()
-    if not (packing.kind.has_outlines or packing.walls):
+    if not (packing.kind.has_outlines or packing.frame.has_walls):
         return False
     try:
         packing.kind.points(packing)

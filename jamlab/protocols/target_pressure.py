@@ -240,7 +240,7 @@ def _decompressed(
     """The packing at the lower pressure, the pressure met, and that where it came from."""
     start, search = _check_start(packing, pressure), numbers("pressure")
     steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
-    may_strain = packing.fixed is None or minimizer(packing.ensemble).may_shear
+    may_strain = packing.frame.all_free or minimizer(packing.ensemble).may_shear
     with Session(packing, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)

@@ -160,7 +160,7 @@ class ContactDamping(DragLaw):
                     before[others] = before[before[others]]
                 own = np.isin(touching.i, order)
                 sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
-                held = packing.fixed_particles[order].any()  # they do not turn
+                held = packing.frame.fixed[order].any()  # they do not turn
                 if not held and np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
                     free.append(first)
         return free
@@ -223,7 +223,7 @@ class StokesDrag(DragLaw):
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(2 * sites + packing.kind.rotations(packing) + 1)
         stiffness = stiffness_scale(whole)
-        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share * ~packing.fixed_sites, 2)
+        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share * packing.frame.free_sites, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
 
@@ -237,7 +237,7 @@ Damping = ContactDamping | StokesDrag
 
 def refuse_slip(packing: Packing, damping: Damping, background: float = 0.0) -> None:
     """Refuse what moves along flat walls without any drag."""
-    if packing.slips and damping.at_contacts and not damping.contrast and not background:
+    if packing.frame.slips and damping.at_contacts and not damping.contrast and not background:
         raise InputError(
             f"beta = 0: nothing drags {packing.kind.particles} along flat walls; use beta > 0, rough walls or, in "
             "flow, a background drag"

@@ -19,7 +19,7 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.strain_map import SIMPLE_SHEAR, wall_offsets
+from jamlab.packing.strain_map import SIMPLE_SHEAR
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.rheology.complex_modulus import check_frequencies
@@ -122,8 +122,8 @@ def _displacements(
             )
         u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
         u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus
-        u += wall_offsets(network.packing) @ SIMPLE_SHEAR.T / modulus  # walls are not affine
-        yield network.packing, u if network.packing.fixed is not None else u - u.mean(axis=0)
+        u += network.packing.frame.wall_offsets @ SIMPLE_SHEAR.T / modulus  # walls are not affine
+        yield network.packing, u - network.packing.frame.drift(u)
 
 
 @checked

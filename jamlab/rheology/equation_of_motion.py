@@ -20,7 +20,6 @@ from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction, shear_direction
-from jamlab.packing.strain_map import wall_offsets
 from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip
 
 
@@ -182,17 +181,17 @@ def equation_of_motion(
     refuse_slip(packing, damping)
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
-    drifting = not damping.at_contacts and packing.fixed is None
+    drifting = not damping.at_contacts and packing.frame.all_free
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
     spinning = damping.at_contacts and damping.contrast > 0 and packing.kind.rotations(packing) > 0
     displaced = np.arange(2 * sites) if drifting else solved_coordinates(packing)
     if spinning:
-        turning = np.setdiff1d(np.flatnonzero(~packing.fixed_particles), damping.gears(packing))
+        turning = np.setdiff1d(np.flatnonzero(packing.frame.free), damping.gears(packing))
         solved = np.concatenate([displaced, 2 * sites + turning])
     else:
         solved = displaced
     carried = np.zeros(k.shape[0])  # by the strain: nothing but itself, and walls
-    carried[: 2 * sites] = (wall_offsets(packing) @ shear_direction(packing, direction).generator.T).ravel()
+    carried[: 2 * sites] = (packing.frame.wall_offsets @ shear_direction(packing, direction).generator.T).ravel()
     carried[-1] = 1.0
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
     law, contrast = packing.law, damping.contrast

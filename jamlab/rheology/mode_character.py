@@ -114,7 +114,7 @@ def _displacements(packing: Packing, motion: EquationOfMotion, vectors: Array) -
     u = np.zeros((2 * sites, vectors.shape[1]))
     u[motion.displaced] = vectors[: motion.moving]
     moved = u.reshape(sites, 2, -1)
-    return moved if packing.fixed is not None else moved - _mean_over_vertices(packing, moved).mean(axis=0)
+    return moved - packing.frame.drift(_mean_over_vertices(packing, moved))
 
 
 def _mean_over_vertices(packing: Packing, values: Array) -> Array:

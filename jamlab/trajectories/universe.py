@@ -108,8 +108,8 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     made.add_TopologyAttr("masses", np.ones(len(first.positions)))
     made.add_TopologyAttr("resids", np.arange(1, first.n + 1))
     made.add_TopologyAttr(Descriptions(np.array(["\n".join(map(_described, frames))], dtype=object)))
-    if first.fixed is not None:
-        made.add_TopologyAttr(FixedFlags(first.fixed))
+    if not first.frame.all_free:
+        made.add_TopologyAttr(FixedFlags(first.frame.fixed))
     columns = first.kind.dump_columns(first)
     made.add_TopologyAttr("radii", columns["radius"][first.particle])
     if "a0" in columns:
@@ -143,8 +143,7 @@ def _frames(source: FilePath | Packing | Iterable[Packing], reading: dict[str, A
 
 def _described(packing: Packing) -> str:
     """A line of facts; of how many particles, and of their mean size, by which a part is known."""
-    sizes = packing.kind.sizes(packing)[~packing.flat_walls]
-    return MARK + words(facts_of(packing) | {"particles": packing.n, "mean_size": sizes.mean()})
+    return MARK + words(facts_of(packing) | {"particles": packing.n, "mean_size": packing.frame.sizes.mean()})
 
 
 def _dimensions(box: Array) -> list[float]:

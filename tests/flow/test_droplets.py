@@ -105,8 +105,8 @@ def test_drag_on_fixed_droplets_does_the_work_of_a_compression_that_keeps_their_
     moved = after.positions - before.positions
     moved[:, 0] -= 1e-3 * place[:, 1]
     middle = before.with_state(positions=place, box=0.5 * (before.box + after.box))
-    assert np.all(moved[middle.fixed_sites] == pytest.approx(0.0, abs=1e-12))
-    kept = -0.5 * (place - middle.centroids[middle.particle]) * middle.fixed_sites[:, None]
+    assert np.all(moved[middle.frame.fixed_sites] == pytest.approx(0.0, abs=1e-12))
+    kept = -0.5 * (place - middle.centroids[middle.particle]) * middle.frame.fixed_sites[:, None]
     grown = drag_rates(middle, kept, 0.5 * np.eye(2), 0.3)
     viscous = -grown @ drag_rates(middle, moved / dt, np.array([[0.0, 0.3], [0.0, 0.0]]), 0.3) / middle.area
     found = run.pressure[-2:].mean() - jamlab.evaluate(middle).pressure

@@ -160,6 +160,6 @@ def test_isostatic_network_has_its_faces(sp_jammed):
 def test_voids_between_flat_walls_add_up_to_the_slab():
     """Not to the box, which holds the walls as well."""
     p = jamlab.with_walls(jamlab.pack(24, 1e-2, 1), 1.5, flat=True)
-    slab = p.box[0, 0] * (p.planes[1] - p.planes[0])
+    slab = p.box[0, 0] * (p.frame.planes[1] - p.frame.planes[0])
     assert jamlab.voids(p).area.sum() == pytest.approx((1 - jamlab.packing_fraction(p)) * slab, rel=1e-9)
     assert slab < 0.95 * p.area

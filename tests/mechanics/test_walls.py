@@ -56,7 +56,7 @@ def test_a_mask_of_nothing_changes_no_digit(packing):
 def test_walls_of_a_minimum_are_at_a_minimum_and_stay(walled):
     """Both in LAMMPS and in plain sums; free particles come back to where they were pushed from."""
     found = jamlab.evaluate(walled)
-    free = ~walled.fixed_sites
+    free = walled.frame.free_sites
     assert np.array_equal(found.forces[~free], np.zeros((np.sum(~free), 2))) and not forces(walled)[~free].any()
     assert found.stress == pytest.approx(stress(walled), abs=1e-12)
     pushed = walled.positions + 1e-5 * np.sin(7 * walled.positions) * free[:, None]
@@ -92,7 +92,7 @@ def test_fixed_particles_leave_no_translations(walled):
     modes = jamlab.lowest_modes(walled, 6)
     slips = int(walled.flat_walls.any())
     loose = slips + (2 * int(network.rattlers.sum()) if walled.model == "sp" else 0)
-    assert not modes.vectors[:, walled.fixed_sites].any() and jamlab.count_zero_modes(walled) == loose
+    assert not modes.vectors[:, walled.frame.fixed_sites].any() and jamlab.count_zero_modes(walled) == loose
     assert modes.eigenvalues[min(loose, 5)] > 1e-9
     assert not network.rattlers[walled.fixed].any() and network.n_backbone == np.sum(free & ~network.rattlers)
     bearing = network.pairs[network.bearing]
@@ -115,7 +115,7 @@ def test_complex_modulus_of_a_slab_is_that_of_dense_solves(request, packing, dam
     smooth = made != "rough"
     walled = request.getfixturevalue(made) if smooth else jamlab.with_walls(packing)
     packing = walled if smooth else packing
-    n, fixed = len(packing.positions), walled.fixed_sites
+    n, fixed = len(packing.positions), walled.frame.fixed_sites
     k, b = (m.toarray() for m in jamlab.dynamical_matrices(packing, damping))
     if not damping.at_contacts:  # the fluid drags on free particles alone
         b[np.repeat(fixed, 2).nonzero()[0]] *= 0
@@ -184,7 +184,7 @@ def test_flat_walls_push_by_the_slope_of_the_energy(packing, flat, many):
     if many:  # more sizes than types of LAMMPS
         own = np.append(flat.diameters[:-2] * (1 + 0.01 * np.sin(np.arange(64))), [0, 0])
         p = flat.with_state(diameters=own, params={"eps": 1.0, "exponent": 2.5}, units="eps")
-    p = p.with_state(positions=p.positions + 0.02 * np.sin(7 * p.positions) * ~p.fixed_sites[:, None])
+    p = p.with_state(positions=p.positions + 0.02 * np.sin(7 * p.positions) * p.frame.free_sites[:, None])
     push, h = jamlab.evaluate(p).forces, jamlab.hessian(p).toarray()
     assert push == pytest.approx(forces(p), abs=1e-13)
     near = np.unique(touching_disks(p).i[p.flat_walls[touching_disks(p).j]])
@@ -197,14 +197,14 @@ def test_flat_walls_push_by_the_slope_of_the_energy(packing, flat, many):
         assert push.ravel()[k] == pytest.approx(-slope, abs=1e-8)
         assert h[k] == pytest.approx(-(forces(up) - forces(down)).ravel() / 2e-6, abs=1e-7 if not many else 1e-5)
     shift = np.arange(p.n)[:, None] % 3 * p.box[1] + [0.37, 0.0]
-    moved = p.with_state(positions=p.positions + np.where(p.fixed_sites[:, None], [-0.2, 0.0], shift))
+    moved = p.with_state(positions=p.positions + np.where(p.frame.fixed_sites[:, None], [-0.2, 0.0], shift))
     assert jamlab.evaluate(moved).forces == pytest.approx(push, abs=1e-12)
     assert forces(moved) == pytest.approx(push, abs=1e-12) and stress(moved) == pytest.approx(stress(p), abs=1e-12)
 
 
 def test_droplets_press_on_flat_walls_by_the_height_of_their_vertices(flat_dp):
     """Energy by a plain sum, forces and Hessian by its differences; the slab slips."""
-    x = flat_dp.positions + 1e-3 * np.sin(7 * flat_dp.positions) * ~flat_dp.fixed_sites[:, None]
+    x = flat_dp.positions + 1e-3 * np.sin(7 * flat_dp.positions) * flat_dp.frame.free_sites[:, None]
     p, (low, high), delta = flat_dp.with_state(positions=x), flat_dp.positions[-2:, 1], flat_dp.params["delta"]
     gaps = np.maximum(0, 1 - np.array([x[:-2, 1] - low, high - x[:-2, 1]]) / delta)
     push, alone = jamlab.evaluate(p), jamlab.evaluate(p.select(~p.flat_walls))
@@ -219,20 +219,20 @@ def test_droplets_press_on_flat_walls_by_the_height_of_their_vertices(flat_dp):
             -(jamlab.evaluate(up).energy - jamlab.evaluate(down).energy) / 2e-7, abs=1e-6
         )
         assert h[[k]].toarray()[0] == pytest.approx(-(forces(up) - forces(down)).ravel() / 2e-7, rel=1e-5, abs=1e-4)
-    moved = p.with_state(positions=x + [0.31, 0.0] * ~p.fixed_sites[:, None])
+    moved = p.with_state(positions=x + [0.31, 0.0] * p.frame.free_sites[:, None])
     assert jamlab.evaluate(moved).energy == pytest.approx(push.energy, rel=1e-13)
 
 
 @pytest.mark.parametrize("made", ["flat", "flat_dp", "flat_sticky"])
 def test_cells_voids_and_fractions_end_at_flat_walls(request, made):
     p = request.getfixturevalue(made)
-    (low, high), width, rho = p.planes, p.box[0, 0], jamlab.packing_fraction(p)
+    (low, high), width, rho = p.frame.planes, p.box[0, 0], jamlab.packing_fraction(p)
     slab, found, cells = width * (high - low), jamlab.voids(p), jamlab.tessellation(p)
     assert cells.area.sum() == pytest.approx(slab, rel=1e-12) and not cells.area[-2:].any()
     assert found.area.sum() == pytest.approx((1 - rho) * slab, rel=1e-9)
     assert jamlab.particle_areas(p).sum() == pytest.approx(rho * slab, rel=1e-6)
     rim = 0.5 * (p.diameters[:-2] if p.model == "sp" else p.params["delta"])
-    y = p.positions[~p.fixed_sites, 1]
+    y = p.positions[p.frame.free_sites, 1]
     assert [(y - rim).min(), (y + rim).max()] == pytest.approx([low, high], abs=0.05)  # they press on the walls
     y = found.centroid[found.percolating == 0, 1] % p.box[1, 1]
     assert ((low < y) & (y < high)).all() and jamlab.slab(p).packing_fraction == rho
@@ -242,13 +242,13 @@ def test_cells_voids_and_fractions_end_at_flat_walls(request, made):
         r -= np.round(r @ np.linalg.inv(p.box)) @ p.box
         covered = (np.hypot(*np.moveaxis(r, -1, 0)) < 0.5 * p.diameters[:-2]).any(axis=-1)
         assert covered.mean() == pytest.approx(rho, abs=3e-3)
-    assert pack_state(p, None)["planes"] == p.planes and len(rings(p)[0]) == p.n
+    assert pack_state(p, None)["planes"] == p.frame.planes and len(rings(p)[0]) == p.n
 
 
 def test_oscillation_between_walls_is_that_of_linear_response(walled):
     found, expected = jamlab.oscillate(walled, 1.0, 1e-6, cycles=3), jamlab.complex_modulus(walled, [1.0])
     assert complex(found.storage, found.loss) == pytest.approx(complex(*expected.storage, *expected.loss), rel=3e-3)
-    off = (found.packing.positions - walled.positions)[walled.fixed_sites]
+    off = (found.packing.positions - walled.positions)[walled.frame.fixed_sites]
     assert np.abs(off).max() < 1e-12  # after whole cycles
 
 
@@ -313,8 +313,8 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     assert np.array_equal(found.wall_stress, part.wall_stress) and found.energy_error < 1e-2
     viscosity = jamlab.complex_modulus(walled, 1.0, damping).eta_inf
     assert found.viscous_stress[0] == pytest.approx(0.1 * viscosity, rel=1e-4, abs=1e-9)
-    moved, height = (found.packing.positions - walled.positions)[walled.fixed_sites], walled.box[1, 1]
-    plane = np.round(walled.centroids[walled.particle[walled.fixed_sites], 1] / height)
+    moved, height = (found.packing.positions - walled.positions)[walled.frame.fixed_sites], walled.box[1, 1]
+    plane = np.round(walled.centroids[walled.particle[walled.frame.fixed_sites], 1] / height)
     assert moved[:, 0] == pytest.approx(0.02 * height * plane, abs=1e-12)
     assert np.abs(moved[:, 1]).max() < 1e-12
     if damping.at_contacts:  # nothing but the walls pushes the slab
@@ -336,7 +336,7 @@ def test_droplets_with_fixed_ones_answer_in_time_as_in_linear_response(dp_dense)
     crept = jamlab.creep(pinned, small * expected.g0, 1e5)
     assert 1 / crept.compliance[-1] == pytest.approx(expected.g0, rel=1e-3)
     off = crept.packing.positions - sheared(pinned, crept.strain[-1]).positions
-    assert np.abs(off[pinned.fixed_sites]).max() < 1e-12
+    assert np.abs(off[pinned.frame.fixed_sites]).max() < 1e-12
 
 
 def test_scattered_fixed_disks_follow_the_flow(packing):

@@ -208,7 +208,7 @@ def test_a_part_of_a_universe_has_the_facts_of_its_own_particles():
         kept = np.zeros(12, dtype=bool)
         kept[order] = True
         part = packing.select(kept)
-        assert got.fixed_particles.tolist() == packing.fixed_particles[order].tolist()
+        assert got.frame.fixed.tolist() == packing.frame.fixed[order].tolist()
         assert got.onset == part.onset and np.array_equal(got.diameters, packing.diameters[order])
         assert got.params["stickiness"] == pytest.approx(part.params["stickiness"], rel=1e-15)
     droplets = polygons(5, 0.0)

@@ -21,6 +21,7 @@ from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.measure import numbers_of, why_no_modulus
+from jamlab.packing.area_change import compression
 from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
@@ -46,7 +47,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
-        "planes": packing.planes if packing.flat_walls.any() else None,
+        "planes": packing.frame.planes if packing.frame.is_flat else None,
         "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
         "particles": _pack_particles(packing, network),
@@ -81,8 +82,9 @@ def shear_between(before: Packing, after: Packing) -> float:
 
 
 def _lean(before: Packing, after: Packing) -> float:
-    """Tilt over height of the box before, once its area has changed: walls are compressed along y alone."""
-    return float(before.box[1, 0] / (after if before.walls else before).box[1, 1])
+    """Tilt over height of the box before, once its area has changed."""
+    squeezed = before.box @ compression(before).gradient(after.area / before.area).T
+    return float(squeezed[1, 0] / squeezed[1, 1])
 
 
 def unflipped_box(before: Packing, after: Packing) -> Array:

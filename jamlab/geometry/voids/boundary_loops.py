@@ -24,7 +24,6 @@ import numpy as np
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import BoundaryError
 from jamlab.geometry.edge_capsules import EdgeRings, cut_arcs, cut_lines, edge_rings, free_parts, near_edges
-from jamlab.geometry.mirrored_slab import mirrored
 from jamlab.geometry.power_cells import free_arcs
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.outlines import cross
@@ -113,10 +112,10 @@ def _join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Ar
 def trace(packing: Packing) -> Boundary:
     """Trace the boundary of what particles cover, flat walls with all behind their planes. Where it would continue with
     a mirror image it continues along the plane, to the next piece that comes from one."""
-    whole: Boundary = packing.kind.boundary(mirrored(packing))
-    if not packing.flat_walls.any():
+    whole: Boundary = packing.kind.boundary(packing.frame.images)
+    if not packing.frame.is_flat:
         return whole
-    (low, high), width, n = packing.planes, float(packing.box[0, 0]), packing.n - 2
+    (low, high), width, n = packing.frame.planes, float(packing.box[0, 0]), packing.n - 2
     kept, after, comes = whole.pieces.particle < n, whole.following, np.zeros(len(whole.following), dtype=bool)
     comes[after] = ~kept
     parts = [Pieces(*(getattr(whole.pieces, f.name)[kept] for f in fields(Pieces)))]
