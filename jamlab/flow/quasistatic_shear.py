@@ -238,8 +238,7 @@ class Walk(Run[QuasistaticShear]):
     def add(self, row: Minimum, *, keep: bool = False) -> None:
         """Add a row, with the stress on walls."""
         super().add(row, keep=keep)
-        if self._now.frame.has_walls:
-            self._on_walls.append(wall_stress(self._now) * self._scales.stress)
+        self._on_walls.append(wall_stress(self._now) * self._scales.stress)
 
     def go_to(self, strain: float, *, keep: bool = False) -> None:
         """Take one step; it is an event where stress falls or energy is lost, and the step back does not lead back."""

@@ -111,7 +111,9 @@ def walled(packing: Packing, walls: bool | None) -> Packing:
 
 def wall_stress(packing: Packing) -> Array:
     """(2, 2) stress of the slab on the lower and on the upper wall, by contact forces: shear stress, conjugate to the
-    strain, and pressure. At force balance both walls feel the same."""
+    strain, and pressure; (0, 2) without walls. At force balance both walls feel the same."""
+    if not packing.frame.has_walls:
+        return np.zeros((0, 2))
     network, fixed, height = contacts(packing), packing.frame.fixed, packing.box[1, 1]
     mixed = fixed[network.pairs].sum(axis=1) == 1
     i, j = network.pairs[mixed].T

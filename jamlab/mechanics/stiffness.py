@@ -109,34 +109,32 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
         ((64, 64), True)
     """
     terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
-    return assemble(terms if packing.frame.all_free else [_between_free(packing, term) for term in terms], size)
+    return assemble(packing.frame.between_free(terms), size)
 
 
 def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
     """Assemble the Hessian of a packing and its couplings to a homogeneous strain, of its free particles."""
     terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
-    found = stiffness_of(terms, size)
-    if packing.frame.all_free:
-        return found
-    ue, ee = found.ue, found.ee
+    ue, ee = _couplings(terms, size)
     if (shapes := packing.frame.kept_shapes).any():
-        more = shapes_of_curvature(shapes, -forces_of(terms, size), ue, found.uu @ shapes.ravel())
+        pull = assemble(terms, size) @ shapes.ravel()
+        more = shapes_of_curvature(shapes, -forces_of(terms, size), ue, pull)
         ue, ee = ue + more[0], ee + more[1]
     return Stiffness(hessian(packing, prestress=prestress), packing.frame.hold(ue, 2), ee)
 
 
-def _between_free(packing: Packing, term: Terms) -> Terms:
-    free = packing.frame.free_sites[term.sites].astype(np.float64)
-    return replace(term, hessian=term.hessian * free[:, :, None, None, None] * free[:, None, None, :, None])
-
-
 def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
     """The same of some terms between `size` sites."""
+    return Stiffness(assemble(terms, size), *_couplings(terms, size))
+
+
+def _couplings(terms: Sequence[Terms], size: int) -> tuple[Array, Array]:
+    """`ue` and `ee` of `Stiffness`."""
     couplings = [np.einsum("kaibj,kbl->kaijl", term.hessian, term.local) for term in terms]
     ee = np.zeros((2, 2, 2, 2))
     for term, coupling in zip(terms, couplings, strict=True):
         ee += np.einsum("kal,kaijm->iljm", term.local, coupling)
-    return Stiffness(assemble(terms, size), add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee)
+    return add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee
 
 
 @per_packing

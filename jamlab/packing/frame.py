@@ -15,6 +15,7 @@ Energies of strained packings, stress, pressure and linear response follow from 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -26,6 +27,7 @@ from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
+    from jamlab.packing.terms import Terms
 
 _ROUNDING = 1e-12  # of a generator, over its largest element
 
@@ -81,6 +83,10 @@ class Frame:
     def hold(self, values: Array, each: int = 1) -> Array:
         """Set values of all sites, `each` of one site in the first axis, to 0 where a site is fixed."""
         return values
+
+    def between_free(self, terms: list[Terms]) -> list[Terms]:
+        """Energy terms whose Hessians couple free sites alone."""
+        return terms
 
     # motion of all together -------------------------------------------------------------------------------------------
 
@@ -181,6 +187,14 @@ class FixedParticles(Frame):
     def hold(self, values: Array, each: int = 1) -> Array:
         values[np.repeat(self.fixed_sites, each)] = 0.0
         return values
+
+    def between_free(self, terms: list[Terms]) -> list[Terms]:
+        found = []
+        for term in terms:
+            free = self.free_sites[term.sites].astype(np.float64)
+            hessian = term.hessian * free[:, :, None, None, None] * free[:, None, None, :, None]
+            found.append(replace(term, hessian=hessian))
+        return found
 
     @property
     def translations(self) -> int:
