@@ -7,9 +7,9 @@ Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, 
              with_walls, slab: rough walls, the layer between them
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, count_zero_modes,
              maxwell_count: constraint counting; rigid_clusters
-Oscillation  complex_modulus with ContactDamping or StokesDrag, scaling_collapse, nonlinear_modulus,
-             effective_relaxation_time, dynamical_matrices, displacement_response, displacement_correlation,
-             mode_character: of droplets
+Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: over packings, kind by kind;
+             scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices,
+             displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
              read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_contacts

@@ -25,6 +25,8 @@ from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation
+from jamlab.rheology.mean_spectrum import MeanSpectra as MeanSpectra
+from jamlab.rheology.mean_spectrum import MeanSpectrum as MeanSpectrum
 from jamlab.rheology.mode_character import ModeCharacter as ModeCharacter
 from jamlab.rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum

@@ -15,7 +15,6 @@ from campaigns import written
 import jamlab
 from jamlab import errors
 from jamlab.measure import MODULI
-from jamlab.rheology.mean_spectrum import mean_spectra
 
 FOLDER = pathlib.Path(jamlab.__file__).parent
 SOURCES = {path: path.read_text() for path in sorted(FOLDER.rglob("*.py"))}
@@ -113,7 +112,7 @@ def test_several_packings_and_their_mean(unstable, monkeypatch):
     for processes in (1, 2):
         texts = said(lambda processes=processes: jamlab.measure(unstable, MODULI, processes=processes))
         assert [text.partition(":")[0] for text in texts] == ["state 0", "state 1"]
-    (text,) = said(lambda: mean_spectra(unstable, np.ones(1)))
+    (text,) = said(lambda: jamlab.mean_spectra(unstable, np.ones(1)))
     assert "G_xy < 0 in 2 of 2 packings" in text
 
 

@@ -1,8 +1,9 @@
 """`jamlab gstar`: the complex shear modulus, on the screen and as a picture or a table.
 
-A table holds one curve: frequency, storage and loss modulus under the names by which pyRheo and rheojax know them,
-separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone; rheojax finds separator and columns by
-itself, but takes a further column whose name holds one of these for the column itself.
+A table holds frequency, storage and loss modulus under the names by which pyRheo and rheojax know them, separated by
+commas (.csv) or tabs (.tsv); the curves of several kinds of packings stand below each other, behind a column `Kind`.
+The window of pyRheo takes tabs alone; rheojax finds separator and columns by itself, but takes a further column whose
+name holds one of these for the column itself.
 """
 
 from pathlib import Path
@@ -35,21 +36,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from jamlab.arrays import Array
-    from jamlab.rheology.damping import Damping
-    from jamlab.rheology.mean_spectrum import Spectra
+    from jamlab.rheology.mean_spectrum import MeanSpectra, MeanSpectrum
 
 TABLES = (".csv", ".tsv")
+KIND = "Kind"
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 SHEAR = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
-_HEADINGS = {"omega": "ω τ1", "storage": "G'_xy", "loss": "G''_xy", "error": "error"}
+_HEADINGS = {"omega": "ω τ1", "storage": "G'_xy", "loss": "G''_xy", "error_bound": "error"}
 _HEADINGS |= {"storage_stderr": "± G'_xy", "loss_stderr": "± G''_xy"}
+_CURVES = ("storage", "loss", "error_bound")
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
 
 
 @reads_any_file
 def gstar(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="Files as in `analyze`. Several packings of one kind give a mean.")
+        list[Path] | None, typer.Argument(help="Files as in `analyze`. Packings of one kind give a mean.")
     ] = None,
     n: Annotated[int | None, typer.Option("--n", "-n", help="Disks to pack (without FILES).")] = None,
     pressure: Annotated[float | None, typer.Option(help="Their pressure (units of k).")] = None,
@@ -76,7 +78,8 @@ def gstar(
 ) -> None:
     """Compute the complex shear modulus G*(omega).
 
-    G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too.
+    G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too. Packings that differ
+    in more than their random start, such as in pressure, force law, sizes or ensemble, are averaged kind by kind.
     """
     from jamlab.protocols.target_pressure import pack as make
     from jamlab.rheology.mean_spectrum import mean_spectra
@@ -96,11 +99,12 @@ def gstar(
     )
     found = mean_spectra(packings, omega, law, prestress=prestress, method=method)
     if out is not None:
-        save(found, law, out)
+        save(found, out)
     if as_json:
-        print_json(_summary(found))
+        curves = [_summary(spectrum) for spectrum in found]
+        print_json(curves[0] if len(curves) == 1 else {"curves": curves})
         return
-    print_spectra(law, found)
+    print_spectra(found)
     if out is not None:
         print_line(f"wrote {out}")
 
@@ -113,33 +117,36 @@ def _frequencies(lowest: float, highest: float, points: int) -> "Array":
     return np.geomspace(lowest, highest, points)
 
 
-def _summary(spectra: "Spectra") -> dict[str, Any]:
+def _summary(spectrum: "MeanSpectrum") -> dict[str, Any]:
     """Plain numbers: limits and mean curves, of each packing too if there are several."""
-    from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
+    from jamlab.rheology.mean_spectrum import LIMITS
 
-    each, means = spectra.packings, spectra.means()
-    content: dict[str, Any] = {"units": spectra.units, "converged": bool(each.converged.all())}
-    content |= {"method": spectra.method, "shear": SHEAR, "omega": spectra.omega.tolist()}
+    each = spectrum.packings
+    content: dict[str, Any] = {"kind": spectrum.kind, "units": spectrum.units}
+    content |= {"converged": bool(each["converged"].all()), "method": spectrum.method}
+    content |= {"shear": SHEAR, "omega": spectrum.omega.tolist()}
     content |= {name: float(each[name].mean()) for name in ("g", *LIMITS)}
-    content |= {name: means[name].tolist() for name in COLUMNS}
+    content |= {name: getattr(spectrum, name).tolist() for name in _CURVES}
     if len(each) > 1:
-        curves = {name: spectra.all_of(name).tolist() for name in COLUMNS}
-        numbers = each[["g", *LIMITS]].to_dict("records")
-        content["packings"] = [row | {name: curves[name][k] for name in COLUMNS} for k, row in enumerate(numbers)]
+        numbers = each[["packing", "g", *LIMITS]].to_dict("records")
+        curves = [{name: getattr(own, name).tolist() for name in _CURVES} for own in spectrum.spectra]
+        content["packings"] = [row | own for row, own in zip(numbers, curves, strict=True)]
     return content
 
 
-def print_spectra(law: "Damping", spectra: "Spectra") -> None:
-    """Print G*_xy(omega), below its limits and the static G averaged over directions."""
-    each, table = spectra.packings, spectra.means()
-    count, bad = len(each), int((~each["converged"]).sum())
-    title = f"{law}; {count} packing{'s' * (count > 1)}, {spectra.method}" + f", {bad} NOT CONVERGED" * bool(bad)
-    lines = [[f"{value:.4g}" for value in row] for row in table.to_numpy()]
-    print_table(title, [_HEADINGS[str(name)] for name in table], lines)
-    mean = each[["g0", "g", "eta0", "eta_inf"]].mean()
-    over = f"; G = {mean['g']:.5g}: static, mean over directions" if mean["g"] == mean["g"] else ""  # none: walls
-    print_note(f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*{over}")
-    print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
+def print_spectra(spectra: "MeanSpectra") -> None:
+    """Print G*_xy(omega) of each kind, below it its limits and the static G averaged over directions."""
+    for spectrum in spectra:
+        each, table = spectrum.packings, spectrum.to_dataframe().dropna(axis="columns", how="all")
+        count, bad = len(each), int((~each["converged"]).sum())
+        kind = f"{spectrum.kind}; " * (len(spectra) > 1)
+        title = f"{spectra.damping}; {kind}{count} packing{'s' * (count > 1)}, {spectrum.method}"
+        lines = [[f"{value:.4g}" for value in row] for row in table.to_numpy()]
+        print_table(title + f", {bad} NOT CONVERGED" * bool(bad), [_HEADINGS[str(name)] for name in table], lines)
+        mean = each[["g0", "g", "eta0", "eta_inf"]].mean()
+        over = f"; G = {mean['g']:.5g}: static, mean over directions" if mean["g"] == mean["g"] else ""  # none: walls
+        print_note(f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*{over}")
+        print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
 
 
 def check_output(path: Path, *, replace: bool = True) -> None:
@@ -150,26 +157,24 @@ def check_output(path: Path, *, replace: bool = True) -> None:
     check_target(path, replace=replace)
 
 
-def save(spectra: "Spectra", damping: "Damping", path: Path) -> None:
+def save(spectra: "MeanSpectra", path: Path) -> None:
     """Write a picture (.png, .pdf, .svg) or a table (.csv, .tsv), all or nothing."""
     if path.suffix.lower() in TABLES:
-        table = spectra.means()[["omega", "storage", "loss"]]
-        write_table(table.set_axis(list(HEADERS), axis="columns"), path)
+        names = ["omega", "storage", "loss"] if len(spectra) == 1 else ["kind", "omega", "storage", "loss"]
+        headers = dict(zip(("kind", "omega", "storage", "loss"), (KIND, *HEADERS), strict=True))
+        write_table(spectra.to_dataframe()[names].rename(columns=headers), path)
     else:
         from jamlab.figures.save_picture import save_picture
 
-        save_picture(modulus_figure(spectra, str(damping)), path)
+        save_picture(modulus_figure(spectra), path)
 
 
-def modulus_figure(spectra: "Spectra", label: str) -> "Figure":
+def modulus_figure(spectra: "MeanSpectra") -> "Figure":
     """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log: mean and standard error."""
     from matplotlib.figure import Figure
 
-    from jamlab.plotting.curves import draw_modulus, label_modulus
     from jamlab.plotting.drawable import CURVES
 
     figure = Figure(figsize=CURVES, layout="constrained")
-    axes = figure.subplots()
-    draw_modulus(axes, spectra.omega, spectra.band("storage"), spectra.band("loss"), label=label)
-    label_modulus(axes, spectra.unit, legend=True)
+    spectra.plot(figure.subplots())
     return figure

@@ -1,4 +1,4 @@
-"""Mean spectra: G*(omega) of packings of one kind, with band and table.
+"""Mean spectra: G*(omega) of packings, a mean with band and table for each kind of packings.
 
 G* is G*_xy, for simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
 over directions, which `jamlab.measure` calls g, stands beside it.
@@ -6,114 +6,215 @@ over directions, which `jamlab.measure` calls g, stands beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
-from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
-from jamlab.rheology.complex_modulus import linear_modulus
-from jamlab.rheology.damping import Damping
+from jamlab.packing.result import Result
+from jamlab.plotting.drawable import LABEL, drawn
+from jamlab.plotting.palette import COLOURS, ordered_colours
+from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
+from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.like_packings import group_by_kind
 
-COLUMNS = ("storage", "loss", "error")
+if TYPE_CHECKING:
+    import pandas as pd
+
 LIMITS = ("g0", "eta0", "eta_inf")
-_SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
+_BELOW = -0.17  # top of a legend below the label of the axis, in heights of the axes
 
 
 @dataclass(frozen=True)
-class Spectra:
-    """G*_xy(omega) of one or more packings of one kind, at the same frequencies."""
+class MeanSpectrum(Result):
+    """G*_xy(omega) of packings of one kind: means over packings.
 
-    # a row for each packing and frequency: `packing`, `omega`, 1/tau_1, and `COLUMNS`; error: bound of the relative one
-    curves: pd.DataFrame
-    # a row for each packing: `LIMITS`, of shear along x; `g`, relaxed static modulus, mean over directions; `method`;
-    # `converged`, whether the packing is at a minimum
-    packings: pd.DataFrame
-    units: str  # "k" or "eps", of all packings
-    unit: str = ""  # of stress, for axes
+    Attributes:
+        kind: what the packings have in common, and what tells them from other kinds.
+        omega: (m,) angular frequencies, 1/tau_1.
+        storage: (m,) G' for simple shear along x.
+        loss: (m,) G''.
+        error_bound: (m,) bound of the larger of the relative errors of both, by rounding and method.
+        storage_stderr: (m,) standard error of `storage` over packings; nan of one packing.
+        loss_stderr: (m,) the same of `loss`.
+        spectra: `ComplexModulus` of each packing.
+        packings: table of a row for each packing: `packing`, its number among those given; g0, eta0, eta_inf as in
+            `jamlab.complex_modulus`; g, static modulus, mean over directions; `method`; `converged`, whether it is at a
+            minimum.
+        units: "k" or "eps", of all packings.
+        unit: unit of stress, for labels.
 
-    @property
-    def omega(self) -> Array:
-        """(m,) angular frequencies, 1/tau_1."""
-        return np.asarray(self.all_of("omega")[0])
+    Example:
+        >>> (found,) = jamlab.mean_spectra([jamlab.pack(16, 1e-2, seed) for seed in (1, 2)], [1e-3, 1.0])
+        >>> found.kind, len(found.spectra), list(found.packings)
+        ('disks, p = 0.01 k', 2, ['packing', 'g0', 'eta0', 'eta_inf', 'g', 'method', 'converged'])
+    """
+
+    _rows = ("omega", "storage", "loss", "error_bound", "storage_stderr", "loss_stderr")
+
+    kind: str
+    omega: Array
+    storage: Array
+    loss: Array
+    error_bound: Array
+    storage_stderr: Array
+    loss_stderr: Array
+    spectra: tuple[ComplexModulus, ...] = field(repr=False)
+    packings: pd.DataFrame = field(repr=False)
+    units: str
+    unit: str = field(default="", repr=False)
 
     @property
     def method(self) -> str:
         """Solvers used."""
-        return ", ".join(sorted(set(self.packings["method"])))
+        return ", ".join(sorted({each.method for each in self.spectra}))
 
-    def all_of(self, name: str) -> Array:
-        """(packings, m) values of a column of `curves`."""
-        return np.asarray(self.curves[name]).reshape(len(self.packings), -1)
+    @classmethod
+    def of(cls, kind: str, packings: Mapping[int, Packing], spectra: list[ComplexModulus], g: Array) -> MeanSpectrum:
+        """Average spectra of packings, which have numbers, and static moduli g (packings,), mean over directions."""
+        import pandas as pd
+
+        curves = {name: np.array([getattr(each, name) for each in spectra]) for name in ("storage", "loss")}
+        count, (first, *_) = len(spectra), packings.values()
+        unknown = np.full(len(spectra[0].omega), np.nan)
+        spread = {
+            f"{name}_stderr": values.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else unknown
+            for name, values in curves.items()
+        }
+        rows: dict[str, Any] = {"packing": list(packings)}
+        rows |= {name: [getattr(each, name) for each in spectra] for name in LIMITS}
+        rows |= {"g": g, "method": [each.method for each in spectra]}
+        rows |= {"converged": [packing.converged for packing in packings.values()]}
+        return cls(
+            kind=kind,
+            omega=spectra[0].omega,
+            error_bound=np.mean([each.error_bound for each in spectra], axis=0),
+            spectra=tuple(spectra),
+            packings=pd.DataFrame(rows),
+            units=first.units,
+            unit=first.unit_names.stress,
+            **{name: values.mean(axis=0) for name, values in curves.items()},
+            **spread,
+        )
 
     def band(self, name: str) -> tuple[Array, Array, Array]:
-        """Mean over packings, and mean minus and plus the standard error; the band of one packing has no width."""
-        values = self.all_of(name)
-        mean = values.mean(axis=0)
-        spread = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.zeros_like(mean)
+        """Mean of "storage" or "loss", and mean minus and plus the standard error; the band of one packing has no
+        width."""
+        mean, spread = getattr(self, name), np.nan_to_num(getattr(self, f"{name}_stderr"))
         return mean, mean - spread, mean + spread
 
-    def means(self) -> pd.DataFrame:
-        """Mean over packings at each frequency, with standard errors if there are several."""
-        table = pd.DataFrame({"omega": self.omega} | {name: self.band(name)[0] for name in COLUMNS})
-        for name in ("storage", "loss") if len(self.packings) > 1 else ():
-            mean, _, high = self.band(name)
-            table[f"{name}_stderr"] = high - mean
-        return table
+
+@dataclass(frozen=True)
+class MeanSpectra(Result):
+    """Mean G*_xy(omega) of each kind of packings: a sequence of `MeanSpectrum`.
+
+    Attributes:
+        means: one for each kind, in the order in which the kinds were given.
+        damping: drag law.
+
+    Example:
+        >>> packings = [jamlab.pack(16, pressure, 1) for pressure in (1e-2, 1e-3)]
+        >>> found = jamlab.mean_spectra(packings, [1e-3, 1.0], prestress=False)
+        >>> [spectrum.kind for spectrum in found]
+        ['disks, p = 0.01 k', 'disks, p = 0.001 k']
+        >>> found.to_dataframe().groupby("kind")["storage"].min().to_list() == [s.storage.min() for s in found][::-1]
+        True
+    """
+
+    means: tuple[MeanSpectrum, ...]
+    damping: Damping
+
+    def __iter__(self) -> Iterator[MeanSpectrum]:
+        return iter(self.means)
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+    def __getitem__(self, k: int) -> MeanSpectrum:
+        return self.means[k]
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each kind and frequency."""
+        counts = [len(each.omega) for each in self]
+        columns = {"kind": np.repeat([each.kind for each in self], counts)}
+        columns["packings"] = np.repeat([len(each.spectra) for each in self], counts)
+        return columns | {name: np.concatenate([getattr(each, name) for each in self]) for name in MeanSpectrum._rows}
+
+    @drawn("Line2D, of all curves")
+    def plot(self, axes: Any, /, **style: Any) -> None:
+        """Draw G' (solid, filled) and G'' (dashed, open) of each kind over frequency: means, and bands of one standard
+        error.
+
+        >>> ax = jamlab.mean_spectra([jamlab.pack(16, 1e-2, seed) for seed in (1, 2)], [1e-3, 1.0]).plot()
+        """
+        from jamlab.plotting.axes import legend_below
+        from jamlab.plotting.curves import draw_modulus, label_modulus
+
+        several, before = len(self) > 1, len(axes.lines)
+        colours = COLOURS[: len(self)] if len(self) <= len(COLOURS) else ordered_colours(len(self))
+        for colour, s in zip(colours, self, strict=True):
+            look = {"label": s.kind if several else str(self.damping), "color": colour, **style}
+            draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), **look)
+        label_modulus(axes, " or ".join(dict.fromkeys(s.unit for s in self)), legend=not several)
+        if several:
+            axes.set_title(f"{self.damping}; $G'$ filled, $G''$ open", fontsize=LABEL)
+            legend_below(axes, axes.lines[before::2], bbox_to_anchor=(0.5, _BELOW))
 
 
+@checked
 def mean_spectra(
     packings: Sequence[Packing],
-    omega: Array,
+    omega: ArrayLike,
     damping: Damping | None = None,
     *,
     prestress: bool = True,
     method: str = "auto",
-) -> Spectra:
-    """G*_xy(omega) of packings at energy minima that differ only in their random start; other arguments as in
-    `complex_modulus`."""
-    check_one_kind(packings)
-    curves, rows = [], []
-    for k, packing in enumerate(packings):
-        found = linear_modulus(packing, omega, damping, prestress=prestress, method=method)
-        columns = {"omega": found.omega, "storage": found.storage, "loss": found.loss, "error": found.error_bound}
-        curves.append(pd.DataFrame({"packing": k} | columns))
-        relaxed = linear_response(packing, prestress=prestress).relaxed
-        rows.append(
-            {name: getattr(found, name) for name in (*LIMITS, "method")}
-            | {"g": mean_shear_modulus(packing, relaxed), "converged": packing.converged}
-        )
-    each, first = pd.DataFrame(rows), packings[0]
-    warn_of_negative_rows({"G_xy": each["g0"], "G": each["g"]}, "packings")
-    return Spectra(pd.concat(curves), each, first.units, first.unit_names.stress)
+) -> MeanSpectra:
+    """Average G*(omega) over packings, for each kind of packings by itself.
 
+    Packings are of one kind if they differ in nothing but their random start: their particles, sizes, force law, units,
+    ensemble, walls and, to 1e-3, their pressure are the same. Others are never averaged.
 
-def check_one_kind(packings: Sequence[Packing]) -> None:
-    """Refuse packings that differ in more than their random start; pressures may differ by 1e-3."""
-    first = _kind(packings[0])
-    for k, packing in enumerate(packings):
-        kind = _kind(packing)
-        wrong = next((name for name in kind | first if kind.get(name) != first.get(name)), None)
-        if wrong is None and abs(pressure(packing) / pressure(packings[0]) - 1) > _SAME_PRESSURE:
-            wrong, kind, first = "pressure", {"pressure": pressure(packing)}, {"pressure": pressure(packings[0])}
-        if wrong:
-            raise InputError(
-                f"packing {k} has {wrong} = {kind.get(wrong)}, packing 0 has {first.get(wrong)}: a mean is over "
-                "packings of one kind; take one kind at a time"
-            )
+    Args:
+        packings: one or more, at energy minima.
+        omega: (m,) angular frequencies, 1/tau_1.
+        damping: as in `jamlab.complex_modulus`, as are the arguments that follow.
+        prestress: False replaces contacts by unstressed springs; of disks only.
+        method: solver.
 
+    Returns:
+        A `MeanSpectrum` for each kind, one after the other, with table and picture of all.
 
-def _kind(packing: Packing) -> dict[str, Any]:
-    """Whatever the packings of one mean must share, besides their pressure."""
-    sizes, counts = np.unique(packing.kind.type_sizes(packing), return_counts=True)
-    facts: dict[str, Any] = {name: getattr(packing, name) for name in ("model", "units", "n", "ensemble")}
-    facts["sizes"] = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]
-    facts["vertices"] = np.unique(np.bincount(packing.particle)).tolist()
-    return facts | {name: v for name, v in packing.params.items() if not packing.parameters[name].each}
+    Warns:
+        JamlabWarning: static moduli are negative: packings are unstable to shear at the shape of their box.
+
+    Raises:
+        InputError: no packing, or as `jamlab.complex_modulus`.
+        ConvergenceError: a packing is unjammed, not at a minimum or unstable.
+
+    Example:
+        >>> packings = [jamlab.pack(16, pressure, seed) for pressure in (1e-2, 1e-3) for seed in (1, 2)]
+        >>> found = jamlab.mean_spectra(packings, [1e-3, 1.0], jamlab.StokesDrag(), prestress=False)
+        >>> [(spectrum.kind, len(spectrum.spectra)) for spectrum in found]
+        [('disks, p = 0.01 k', 2), ('disks, p = 0.001 k', 2)]
+    """
+    if not packings:
+        raise InputError("packings: give one or more")
+    law = damping or ContactDamping()
+    means = []
+    for kind, members in group_by_kind(packings).items():
+        own = {k: packings[k] for k in members}
+        spectra = [linear_modulus(p, omega, law, prestress=prestress, method=method) for p in own.values()]
+        tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]
+        g = np.array([mean_shear_modulus(p, tensor) for p, tensor in zip(own.values(), tensors, strict=True)])
+        means.append(MeanSpectrum.of(kind, own, spectra, g))
+    moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in (("G_xy", "g0"), ("G", "g"))}
+    warn_of_negative_rows(moduli, "packings")
+    return MeanSpectra(tuple(means), law)

@@ -30,7 +30,7 @@ def test_cells():
 
 def modulus():
     omega = np.geomspace(1e-4, 1e2, 25)
-    return modulus_figure(mean_spectra([state("disks")], omega, method="dense"), "contact damping")
+    return modulus_figure(mean_spectra([state("disks")], omega, method="dense"))
 
 
 @picture

@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.cli.gstar import _summary, check_output, print_spectra
-from jamlab.rheology.mean_spectrum import check_one_kind, mean_spectra
+from jamlab.cli.gstar import _summary, check_output, print_spectra, save
+from jamlab.rheology.mean_spectrum import MeanSpectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
 
@@ -16,46 +17,76 @@ OMEGA = np.geomspace(1e-4, 10, 9)
 def three():
     packings = [jamlab.pack(32, 1e-2, seed, ensemble="shear-stabilized") for seed in (1, 2, 3)]
     packings[1] = packings[1].with_state(converged=False)
-    return mean_spectra(packings, OMEGA)
+    (found,) = jamlab.mean_spectra(packings, OMEGA)
+    return found
 
 
 def test_band_is_mean_and_standard_error(three):
-    values = three.all_of("loss")
+    values = np.array([each.loss for each in three.spectra])
     mean, low, high = three.band("loss")
     assert mean == pytest.approx(values.sum(axis=0) / 3, rel=1e-14)
     error = np.sqrt(((values - mean) ** 2).sum(axis=0) / 2 / 3)
     assert high - mean == pytest.approx(error, rel=1e-12) and mean - low == pytest.approx(error, rel=1e-12)
-    assert three.means()["loss_stderr"].to_numpy() == pytest.approx(error, rel=1e-12)
-    one = replace(three, curves=three.curves.query("packing == 0"), packings=three.packings[:1])
+    assert three.to_dataframe()["loss_stderr"].to_numpy() == pytest.approx(error, rel=1e-12)
+    one = replace(three, storage_stderr=np.full(len(OMEGA), np.nan))
     mean, low, high = one.band("storage")
-    assert np.array_equal(low, mean) and np.array_equal(high, mean) and "loss_stderr" not in one.means()
+    assert np.array_equal(low, mean) and np.array_equal(high, mean)
 
 
 def test_numbers_and_words_say_what_did_not_converge(three, capsys):
     content = _summary(three)
     assert content["converged"] is False and len(content["packings"]) == 3
     assert content["g0"] == pytest.approx(np.mean([each["g0"] for each in content["packings"]]), rel=1e-14)
-    print_spectra(jamlab.ContactDamping(), three)
+    print_spectra(MeanSpectra((three,), jamlab.ContactDamping()))
     assert "1 NOT CONVERGED" in capsys.readouterr().out
 
 
-def test_packings_that_differ_are_never_averaged():
-    """Seeds alone may be averaged; pressure, size, ensemble, sizes and units each are refused."""
-    same = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2)]
-    others = [
+def test_packings_that_differ_are_never_averaged(tmp_path):
+    """Seeds alone may be averaged; pressure, size, ensemble, sizes, law, walls and units each make a kind of its own,
+    with the numbers that it has alone, in the table, in files and under a name of its own."""
+    first = jamlab.pack(16, 1e-2, 1)
+    packings = [
+        first,
         jamlab.pack(16, 2e-2, 1),
         jamlab.pack(24, 1e-2, 1),
         jamlab.pack(16, 1e-2, 1, ensemble="shear-stabilized"),
         jamlab.pack(16, 1e-2, 1, size_ratio=1.2),
+        first.with_state(params={"k": 2.0}, converged=True),
+        first.with_state(fixed=np.arange(16) == 3, converged=True),
         jamlab.jam(16, "sp", 1, ensemble="shear-stabilized"),
+        jamlab.pack(16, 1e-2, 2),
     ]
-    for other in others:
-        with pytest.raises(jamlab.InputError):
-            check_one_kind([same[0], other])
-    first = mean_spectra(same, OMEGA)
-    measured = jamlab.measure(same[0])
-    assert first.packings["g"][0] == pytest.approx(measured["g"], rel=1e-12)
-    assert first.packings["g0"][0] == pytest.approx(measured["g_x"], rel=1e-8)
+    found = jamlab.mean_spectra(packings, OMEGA, prestress=False)
+    assert [s.packings["packing"].tolist() for s in found] == [[0, 8], *([k] for k in range(1, 8))]
+    assert len({s.kind for s in found}) == 8
+    alone = [jamlab.complex_modulus(p, OMEGA, prestress=False) for p in packings]
+    table = found.to_dataframe()
+    for s in found:
+        rows = table[table["kind"] == s.kind]
+        mean = np.mean([alone[k].storage for k in s.packings["packing"]], axis=0)
+        assert rows["storage"].to_numpy() == pytest.approx(mean, rel=1e-14)
+    assert table["storage_stderr"].notna().sum() == len(OMEGA) and set(table["packings"]) == {1, 2}
+    save(found, tmp_path / "g.csv")
+    written = pd.read_csv(tmp_path / "g.csv")
+    assert list(written)[:2] == ["Kind", "Angular Frequency"] and set(written["Kind"]) == set(table["kind"])
+    assert len(found.plot().lines) == 16
+
+
+def test_kinds_whose_sizes_no_label_tells_apart_are_numbered():
+    sizes = 1 + 0.01 * np.arange(16)
+    packings = [jamlab.pack(16, 1e-2, 1, sizes=each / each.mean()) for each in (sizes, sizes + 0.3 * (sizes > 1.14))]
+    found = jamlab.mean_spectra(packings, [1.0], prestress=False)
+    assert len(found) == 2 == len({s.kind for s in found})
+
+
+def test_the_static_moduli_are_those_of_measure():
+    packing = jamlab.pack(16, 1e-2, 1)
+    (found,) = jamlab.mean_spectra([packing], OMEGA)
+    measured = jamlab.measure(packing)
+    assert found.packings["g"][0] == pytest.approx(measured["g"], rel=1e-12)
+    assert found.packings["g0"][0] == pytest.approx(measured["g_x"], rel=1e-8)
+    with pytest.raises(jamlab.InputError, match="packings"):
+        jamlab.mean_spectra([], OMEGA)
 
 
 def test_unknown_endings_and_places_are_refused(tmp_path):

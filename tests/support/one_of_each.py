@@ -30,6 +30,7 @@ def objects():
     voids = jamlab.voids(p)
     spectra = [[jamlab.complex_modulus(jamlab.pack(8, q, seed=1), omega, prestress=False)] for q in (0.03, 0.02, 0.01)]
     campaign = jamlab.open_campaign(written(folder / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))
+    means = jamlab.mean_spectra([p, jamlab.pack(16, 1e-2, seed=2)], omega, prestress=False)
     choice = jamlab.estimate_cost("z", rho=0.9, error=0.1)
     found = [
         *(p, run, steady, steady.events, run.velocity_profile, voids, jamlab.void_statistics(voids), campaign, choice),
@@ -37,6 +38,7 @@ def objects():
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], alpha=1.0, stress=1e-5)),
+        *(means, means[0]),
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
         jamlab.scaling_collapse([0.03, 0.02, 0.01], spectra, resamples=0),
         jamlab.results.ModeCharacter(*np.linspace(0.1, 1.0, 21).reshape(7, 3)),

@@ -1,0 +1,67 @@
+"""Which packings may be averaged: those of one kind, which differ in nothing but their random start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from jamlab.mechanics.stiffness import pressure
+from jamlab.packing.packing import Packing
+
+_SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
+_SHOWN = 4  # sizes in a label
+
+
+def group_by_kind(packings: Sequence[Packing]) -> dict[str, list[int]]:
+    """Numbers of the packings of each kind, in the order of its first one. Its name says particles, pressure, and what
+    differs between kinds."""
+    facts, pressures = [_facts(packing) for packing in packings], [pressure(packing) for packing in packings]
+    groups: list[list[int]] = []
+    for k, own in enumerate(facts):
+        for group in groups:
+            first = group[0]
+            close = abs(pressures[k] - pressures[first]) <= _SAME_PRESSURE * abs(pressures[first])
+            if close and own == facts[first]:
+                group.append(k)
+                break
+        else:
+            groups.append([k])
+    firsts = [facts[group[0]] for group in groups]
+    differing = [
+        name
+        for name in dict.fromkeys(name for own in firsts for name in own if name != "model")
+        if any(own.get(name) != firsts[0].get(name) for own in firsts)
+    ]
+    names = []
+    for own, (k, *_) in zip(firsts, groups, strict=True):
+        force = f"p = {pressures[k]:.4g} {packings[k].unit_names.stress}"
+        names.append(", ".join([own["model"][1], force, *(own[name][1] for name in differing if name in own)]))
+    return {name: group for name, group in zip(_distinct(names), groups, strict=True)}
+
+
+def _distinct(names: list[str]) -> list[str]:
+    """Number the kinds that a label does not tell apart, such as sizes beyond the first few."""
+    return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
+
+
+def _facts(packing: Packing) -> dict[str, tuple[Any, str]]:
+    """Whatever the packings of one mean must share, besides their pressure: its value, and how a label says it."""
+    kind, declared = packing.kind, packing.parameters
+    sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
+    every = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]
+    shown = " ".join(f"{count} × {size:.4g}" for size, count in zip(sizes[:_SHOWN], counts, strict=False))
+    vertices = np.unique(np.bincount(packing.particle)).tolist()
+    held = 0 if packing.fixed is None else int(packing.fixed.sum())
+    facts: dict[str, tuple[Any, str]] = {
+        "model": (packing.model, kind.particles),
+        "units": (packing.units, f"units {packing.units}"),
+        "n": (packing.n, f"n = {packing.n}"),
+        "ensemble": (packing.ensemble, packing.ensemble),
+        "sizes": (every, f"{kind.size_name}s {shown}" + " ..." * (len(sizes) > _SHOWN)),
+        "vertices": (vertices, f"vertices {', '.join(map(str, vertices))}"),
+        "fixed": ((held, packing.walls), f"{held} fixed" + ", walls" * packing.walls),
+    }
+    own = {name: value for name, value in packing.params.items() if not declared[name].each}
+    return facts | {name: (value, f"{name} = {value}") for name, value in own.items()}
