@@ -27,7 +27,7 @@ def test_every_parameter_of_every_law_is_compared():
         own = [name for name, each in p.parameters.items() if name in p.params and p.params[name] is not each.default]
         seen |= {(p.model, p.units, name) for name in own if np.any(p.params[name])}
     laws = [(kind, units) for kind in map(MODELS.get, MODELS.names()) for units in kind.unit_names]
-    assert seen == {(kind.name, u, name) for kind, u in laws for name in kind.parameters(u)}
+    assert seen == {(kind.name, u, name) for kind, u in laws for name in kind.parameters(u, {})}
 
 
 @pytest.mark.parametrize("name, model", RUNS)

@@ -1,7 +1,7 @@
 """FIRE over soft disks in compiled code: the steps of LAMMPS' `min_style fire`, at less than half its price.
 
 A step of LAMMPS serves any force field in three dimensions; one of `plugin/kernels/disk_fire.cpp` knows only disks that
-repel by `jamlab.models.pair_laws.PowerLaw`, and its threads share memory. The states are the same to rounding, unless
+repel by `jamlab.laws.power.PowerLaw`, and its threads share memory. The states are the same to rounding, unless
 a disk has more than twice the mean diameter: its mass then grows with it. Forces, energy and stress of the last state
 are always LAMMPS' own.
 """

@@ -31,12 +31,12 @@ from jamlab.engine.installation import check_lammps, lammps_errors, last_error, 
 from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
+from jamlab.laws.pair_law import PairLaw, PairStyle
 from jamlab.models.model import Model
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
-from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
@@ -352,7 +352,7 @@ class Session(Hinted):
 
         self._run("clear")
         self._run("newton on")
-        for name in ("own_sizes", "section"):
+        for name in ("own_sizes", "section", *PairStyle.NAMES):
             self._run(f"variable {name} delete")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
@@ -459,7 +459,8 @@ def _plain_name(file: Path) -> Iterator[str]:
 
 def _check_fits(packing: Packing) -> None:
     scales = natural_scales(packing)
-    if not all(1 / _FROM_ONE <= unit <= _FROM_ONE for unit in (scales.length, scales.stress)):
+    most = {scales.length: _FROM_ONE, scales.stress: _FROM_ONE * max(1.0, packing.law.stiffness)}
+    if not all(1 / _FROM_ONE <= unit <= highest for unit, highest in most.items()):
         raise InputError(
             f"the natural units of the packing are {scales.length:.3g} of its unit of length and "
             f"{scales.stress:.3g} of its unit of stress, too far from 1 for LAMMPS; give "

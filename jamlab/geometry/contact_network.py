@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
+from jamlab.laws.pair_law import LEAST_CONTACTS
 from jamlab.packing.derived import per_packing
-from jamlab.packing.law_parameters import LEAST_CONTACTS
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn

@@ -23,7 +23,7 @@ from scipy.sparse import linalg
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.packing.law_parameters import PairLaw
+from jamlab.laws.pair_law import PairLaw
 
 
 @cache

@@ -8,7 +8,7 @@ import numpy as np
 
 from jamlab.arrays import ArrayLike
 from jamlab.errors import warn
-from jamlab.packing.law_parameters import REMEDY_OF_NEGATIVE_G
+from jamlab.packing.ensembles import REMEDY_OF_NEGATIVE_G
 from jamlab.packing.packing import Packing
 
 _COMPRESSION = ("B", "b")  # names of bulk moduli; all others are of shear

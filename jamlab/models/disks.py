@@ -17,10 +17,12 @@ from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_disks
 from jamlab.installed_files import installed_file
+from jamlab.laws.laws import declared, law_class
+from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.models.model import Model
-from jamlab.models.pair_laws import PowerLaw, StickyLaw
 from jamlab.packing.kinds import UnitNames
-from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
+from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
@@ -48,9 +50,8 @@ class Disks(Model):
 
     # state ------------------------------------------------------------------------------------------------------------
 
-    def parameters(self, units: str) -> dict[str, Parameter]:
-        strength = {"eps": Parameter(energy=1), "k": Parameter(energy=1, length=-2)}
-        return {units: strength[units], **PowerLaw.parameters, **StickyLaw.parameters}
+    def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
+        return declared(params, units)
 
     def checked(self, packing: Packing) -> dict[str, Any]:
         if packing.offsets is not None:
@@ -61,11 +62,11 @@ class Disks(Model):
         sizes = diameters[diameters != 0]  # flat walls have none
         check_positive("diameters", np.where(diameters == 0, 1.0, diameters))
         check_magnitudes(packing.box, packing.positions, sizes)
-        PowerLaw.of(packing.params, float(sizes.mean()))
+        law_class(packing.params).of(packing.params, packing.units, float(sizes.mean()))
         return {"diameters": diameters}
 
     def law(self, packing: Packing) -> PairLaw:
-        return PowerLaw.of(packing.params, float(packing.frame.sizes.mean()))
+        return law_class(packing.params).of(packing.params, packing.units, float(packing.frame.sizes.mean()))
 
     def free_area(self, packing: Packing) -> float:
         return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
@@ -161,7 +162,12 @@ class Disks(Model):
             raise EngineError(f"disks {i} and {j} have the same position; move one of them")
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        return packing.law.lammps_variables()
+        found = packing.law.lammps_variables()
+        if packing.law.pair_style is None:
+            return found
+        return found | {
+            "law_words": words({name: value for name, value in law_of(packing).items() if name not in UNITS})
+        }
 
 
 DISKS = Disks()  # as entry points name it

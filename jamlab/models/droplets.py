@@ -23,10 +23,11 @@ from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
+from jamlab.laws.parameter import STRENGTHS, WIDEST, Parameter
+from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
 from jamlab.models.model import Model
-from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.kinds import UnitNames
-from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
+from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
@@ -39,11 +40,13 @@ _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
 _SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
 _AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
 _PARAMETERS = {
-    "gamma": Parameter(energy=1, length=-1, may_vanish=True),  # line tension
-    "ka": Parameter(energy=1, length=-4),  # area elasticity
-    "eps": Parameter(energy=1),  # repulsion of rims
+    "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST)),  # line tension
+    "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST)),  # area elasticity
+    "eps": STRENGTHS["eps"],  # repulsion of rims
     **RimLaw.parameters,
-    "eta": Parameter(length=1, may_vanish=True),  # rounds the energy of edges that vanish
+    "eta": Parameter(
+        length=1, may_vanish=True, made=(1 / WIDEST, WIDEST_RIM)
+    ),  # rounds the energy of edges that vanish
     "contact": Parameter(choices=CONTACT_FORMS),
     "a0": Parameter(length=2, each=True),  # rest areas
 }
@@ -72,7 +75,7 @@ class Droplets(Model):
 
     # state ------------------------------------------------------------------------------------------------------------
 
-    def parameters(self, units: str) -> dict[str, Parameter]:
+    def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
         return _PARAMETERS
 
     def checked(self, packing: Packing) -> dict[str, Any]:
@@ -109,7 +112,7 @@ class Droplets(Model):
         return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygon_areas)[:, None])
 
     def law(self, packing: Packing) -> RimLaw:
-        return RimLaw(float(packing.params["eps"]), float(packing.params["delta"]))
+        return RimLaw("eps", float(packing.params["eps"]), float(packing.params["delta"]))
 
     def sizes(self, packing: Packing) -> Array:
         return np.asarray(np.sqrt(packing.params["a0"]))
@@ -262,7 +265,7 @@ class Droplets(Model):
             )
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        found = {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
+        found = {"units": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
         if packing.frame.is_flat:  # the smallest size is the first type; these words end the line of pair_style
             found["contact"] += " flat 1"
         return found

@@ -16,8 +16,10 @@ import numpy as np
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import InputError
+from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.parameter import Parameter
 from jamlab.packing.kinds import UnitNames
-from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
+from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.terms import ContactJacobian, Terms
 
@@ -54,8 +56,13 @@ class State(Part):
     # of `packing_fraction`, by name
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {"nominal": lambda packing: packing.phi}
 
-    def parameters(self, units: str) -> dict[str, Parameter]:
-        """Parameters of the force law, declared once."""
+    def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
+        """Parameters of the force law, declared once, by name.
+
+        Args:
+            units: of the strength among them; None: the strengths of all units.
+            params: some parameters, where they decide which law it is, as `law` of disks does.
+        """
         self.lacks("parameters")
 
     def law(self, packing: Packing) -> PairLaw:
@@ -214,7 +221,7 @@ class Lammps(Part):
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         """Variables of the deck part, by default the units and every parameter that is one number or text."""
         shared = {name: packing.params[name] for name, each in packing.parameters.items() if not each.each}
-        return {"law": packing.units, **shared}
+        return {"units": packing.units, **shared}
 
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
         """Columns of dumps of which each particle has its own value."""

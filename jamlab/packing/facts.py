@@ -6,13 +6,13 @@ lists: a field of `Packing` that is missing here fails the test. A format keeps 
 
 Text formats hold facts of the whole packing as words `name=value`: numbers with 17 significant digits, which read back
 as the same doubles; truth values as 0 or 1; the provenance as JSON, percent-encoded. Columns of dumps hold numbers
-alone: of what is a word its place among the choices.
+alone: of what is a word its place among the choices; a force law that is named has a column `law_NAME` of ones.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 from urllib.parse import quote, unquote
@@ -21,8 +21,9 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
+from jamlab.laws.parameter import Parameter
+from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS
-from jamlab.packing.law_parameters import ENSEMBLES, Parameter
 from jamlab.packing.packing import KNOWN, Packing
 
 FORMATS = {
@@ -66,6 +67,8 @@ FACTS = (
 STATE: dict[str, Any] = {"onset": None, **{name: usual for name, usual in KNOWN.items() if name != "fixed"}}
 OF_DIGITS = ("max_force", "converged", "tolerance")  # of a minimum, which a rounded packing is not at
 _CHOICES: dict[str, tuple[str, ...]] = {"ensemble": ENSEMBLES}  # of facts that are words
+_NAMES = ("model", "units", "fixed", "law")  # facts that are words of any sort
+_LAW_COLUMN = "law_"
 
 
 def lost_names(kind: str) -> tuple[str, ...]:
@@ -126,13 +129,18 @@ def _word(value: Any) -> str:
     return f"{float(value):.17g}"
 
 
-def fact_of_word(name: str, text: str) -> Any:
-    """The value of a fact from its word.
+def facts_of_words(found: Mapping[str, str]) -> dict[str, Any]:
+    """Values of facts from their words, by name.
 
     Raises:
-        InputError: it should be a number, and is none.
+        InputError: one should be a number, and is none, or the force law is unknown.
     """
-    if name in _choices() or name in ("model", "units", "fixed"):
+    chosen = _choices(found.get("law"))
+    return {name: _fact_of_word(name, text, chosen) for name, text in found.items()}
+
+
+def _fact_of_word(name: str, text: str, chosen: Mapping[str, tuple[str, ...]]) -> Any:
+    if name in chosen or name in _NAMES:
         return text
     if name == "provenance":
         history = json.loads(unquote(text))
@@ -148,15 +156,34 @@ def fact_of_word(name: str, text: str) -> Any:
 
 def columns_of(facts: Mapping[str, Any]) -> dict[str, float]:
     """Facts as numbers, for columns: of a word its place among the choices; what is unknown of a state is -1."""
+    law = facts.get("law")
     numbers = {name: facts.get(name, -1.0) for name in STATE} | {**facts}
-    chosen = {name: _choices()[name].index(facts[name]) for name in _choices() if name in facts}
+    chosen = {name: each.index(facts[name]) for name, each in _choices(law).items() if name in facts and name != "law"}
     plain = {name: value for name, value in (numbers | chosen).items() if not isinstance(value, str | Mapping)}
-    return {name: float(value) for name, value in plain.items()}
+    return {name: float(value) for name, value in plain.items()} | ({_LAW_COLUMN + law: 1.0} if law else {})
 
 
-def fact_of_column(name: str, number: float) -> Any:
+def facts_of_columns(names: Iterable[str], number: Callable[[str], float]) -> dict[str, Any]:
+    """Facts of the whole packing from the columns that hold them; what is unknown is left out.
+
+    Args:
+        names: of all columns.
+        number: the value of a column that is the same for all atoms.
+
+    Raises:
+        InputError: the force law is unknown.
+    """
+    there = set(names)
+    laws = sorted(name.removeprefix(_LAW_COLUMN) for name in there if name.startswith(_LAW_COLUMN))
+    law = laws[0] if laws else None
+    chosen, known = _choices(law), (*shared_parameters(law), *STATE)
+    found = {name: _fact_of_column(name, number(name), chosen) for name in known if name in there}
+    return {name: value for name, value in found.items() if value is not None} | ({"law": law} if law else {})
+
+
+def _fact_of_column(name: str, number: float, chosen: Mapping[str, tuple[str, ...]]) -> Any:
     """The value of a fact from a column; None if it is unknown."""
-    if choices := _choices().get(name):
+    if choices := chosen.get(name):
         if number not in range(len(choices)):
             raise InputError(f"{name} is {number:g}: 0 to {len(choices) - 1} stand for {', '.join(choices)}")
         return choices[int(number)]
@@ -165,24 +192,28 @@ def fact_of_column(name: str, number: float) -> Any:
     return bool(number) if isinstance(STATE.get(name), bool) else number
 
 
-def law_parameters() -> dict[str, Parameter]:
-    """Every parameter of any force law, by name."""
-    return _law_parameters(tuple(MODELS.names()))
+def law_parameters(law: str | None = None) -> Mapping[str, Parameter]:
+    """Parameters of the force laws of all models, by name, where `params["law"]` is this one.
+
+    Raises:
+        InputError: no such law is known.
+    """
+    return _law_parameters(tuple(MODELS.names()), law)
 
 
 @cache
-def _law_parameters(models: tuple[str, ...]) -> dict[str, Parameter]:
-    every = [(kind, units) for kind in map(MODELS.get, models) for units in kind.unit_names]
-    return {name: parameter for kind, units in every for name, parameter in kind.parameters(units).items()}
+def _law_parameters(models: tuple[str, ...], law: str | None) -> Mapping[str, Parameter]:
+    params = {} if law is None else {"law": law}
+    return {name: each for kind in map(MODELS.get, models) for name, each in kind.parameters(None, params).items()}
 
 
-def _choices() -> dict[str, tuple[str, ...]]:
-    return _choices_of(tuple(MODELS.names()))
+def shared_parameters(law: str | None = None) -> list[str]:
+    """Names of those that are the same for all particles."""
+    return [name for name, each in law_parameters(law).items() if not each.each]
 
 
-@cache
-def _choices_of(models: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    return _CHOICES | {name: each.choices for name, each in _law_parameters(models).items() if each.choices}
+def _choices(law: str | None) -> Mapping[str, tuple[str, ...]]:
+    return _CHOICES | {name: each.choices for name, each in law_parameters(law).items() if each.choices}
 
 
 def history_text(provenance: Mapping[str, Any], what: str) -> str:

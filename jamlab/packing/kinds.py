@@ -6,14 +6,15 @@ of the group `jamlab.models`, of jamlab or of another package.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from jamlab.errors import InputError
 from jamlab.registry import Registry
 
 if TYPE_CHECKING:  # models know packings, so packings know no models
+    from jamlab.laws.parameter import Parameter
     from jamlab.models.model import Model
-    from jamlab.packing.law_parameters import Parameter
 
 
 class UnitNames(NamedTuple):
@@ -32,13 +33,13 @@ def _check(name: str, model: Model) -> None:
 MODELS: Registry[Model] = Registry("jamlab.models", "model", _check)
 
 
-def optional_parameters(model: str) -> dict[str, Parameter]:
-    """Parameters of a model's force law that have a default, by name: `jam`, `pack` and campaigns take these."""
-    kind = MODELS.get(model)
-    every = [parameter for units in kind.unit_names for parameter in kind.parameters(units).items()]
-    return {name: each for name, each in every if each.default is not None}
+def optional_parameters(model: str, params: Mapping[str, Any] | None = None) -> dict[str, Parameter]:
+    """Parameters with a default of the force law of a model that some parameters name, by name: `jam`, `pack` and
+    campaigns take these."""
+    every = MODELS.get(model).parameters(None, params or {})
+    return {name: each for name, each in every.items() if each.default is not None}
 
 
-def law_names(model: str, units: str) -> list[str]:
-    """Names of the parameters of a force law that are the same for all particles."""
-    return [name for name, each in MODELS.get(model).parameters(units).items() if not each.each]
+def law_names(model: str, units: str, params: Mapping[str, Any]) -> list[str]:
+    """Names of the parameters that are the same for all particles, of the force law that some parameters name."""
+    return [name for name, each in MODELS.get(model).parameters(units, params).items() if not each.each]

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.packing.facts import columns_of, fact_of_word, facts_of, words
+from jamlab.packing.facts import columns_of, facts_of, facts_of_words, words
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.formats import check_ending
@@ -137,7 +137,7 @@ def described(lines: Iterable[str]) -> dict[str, Any]:
     found = [line for line in lines if line.startswith(MARK)]
     entries = dict(word.partition("=")[::2] for word in found[-1].removeprefix(MARK).split()) if found else {}
     try:
-        return {name: fact_of_word(name, text) for name, text in entries.items()}
+        return facts_of_words(entries)
     except ValueError as error:
         raise InputError(f"the comment `{MARK.strip()}` is not understood: {error}") from error
 

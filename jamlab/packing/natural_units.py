@@ -15,6 +15,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from jamlab.laws.pair_law import PairLaw
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import NUMBER
 
@@ -37,7 +38,7 @@ class Scales:
     """
 
     length: float = 1.0  # power of two next to the mean diameter; DP: to the mean of sqrt(a0)
-    energy: float = 1.0  # power of two next to eps, or to k length^2
+    energy: float = 1.0  # power of two next to eps, or to k length^2, times the stiffness of the law
 
     @property
     def force(self) -> float:
@@ -84,9 +85,14 @@ def _strength(packing: Packing) -> tuple[float, int]:
 
 
 def natural_scales(packing: Packing) -> Scales:
-    """Scales of a packing, of either model, in any units."""
+    """Scales of a packing, of any model, in any units."""
     length, (strength, power) = _power_of_two(mean_size(packing)), _strength(packing)
-    return Scales(length, _power_of_two(strength) * length**-power)
+    return Scales(length, _power_of_two(strength * packing.law.stiffness) * length**-power)
+
+
+def natural_stress(law: PairLaw) -> float:
+    """Natural unit of stress of a packing with this law and particles of mean size 1."""
+    return _power_of_two(law.strength * law.stiffness)
 
 
 def unit_scales(packing: Packing) -> Scales:
@@ -99,7 +105,7 @@ def unit_scales(packing: Packing) -> Scales:
     if abs(length - 1.0) < _SAME:
         length = 1.0
     strength, power = _strength(packing)
-    return Scales(length, strength * length**-power)
+    return Scales(length, strength * packing.law.stiffness * length**-power)
 
 
 def in_natural_units(

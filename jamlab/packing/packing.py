@@ -19,10 +19,13 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
+from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.parameter import UNITS, Parameter, check_params
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
+from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.frame import Frame, checked_fixed, frame_of
 from jamlab.packing.kinds import MODELS, UnitNames
-from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
+from jamlab.packing.magnitudes import check_box
 from jamlab.packing.outlines import outlines, polygon_areas
 from jamlab.packing.quantities import MEASURED
 from jamlab.plotting.drawable import CELL, drawn
@@ -51,7 +54,8 @@ class Packing(Hinted):
         box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.
-        params: every parameter of the force law. SP: `eps` or `k`. DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
+        params: every parameter of the force law. SP: `eps` or `k`, and `law`, its name in `jamlab.laws.laws.LAWS`
+            (without one: "sticky" where `stickiness` is above 0, else "power"). DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
             `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
         units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
             two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
@@ -188,9 +192,9 @@ class Packing(Hinted):
         return MODELS.get(self.model)
 
     @property
-    def parameters(self) -> dict[str, Parameter]:
+    def parameters(self) -> Mapping[str, Parameter]:
         """What the parameters of its force law may be."""
-        return self.kind.parameters(self.units)
+        return self.kind.parameters(self.units, self.params)
 
     @property
     @per_packing

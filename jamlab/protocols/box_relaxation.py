@@ -24,7 +24,7 @@ from jamlab.mechanics.predicted_motion import follow
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi, deformed
-from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient

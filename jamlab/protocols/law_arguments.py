@@ -9,7 +9,7 @@ from typing import Any
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.hints import unknown_argument
-from jamlab.packing.kinds import MODELS, optional_parameters
+from jamlab.packing.kinds import MODELS
 
 # of the deck beside the law: the strength of contacts where units leave it open, and outlines
 _OF_DECK = {"sp": (), "dp": ("eps", "nv_small", "nv_large", "vertices")}
@@ -22,7 +22,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         ArgumentError: no such argument.
         InputError: a parameter that units fix, or that another model has.
     """
-    law = law_arguments(model)
+    law = law_arguments(model, given)
     for name, value in given.items():
         if name in law:
             continue
@@ -30,15 +30,16 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
         for other in set(MODELS.names()) - {model}:
-            if name in law_arguments(other):
+            if name in law_arguments(other, given):
                 raise InputError(f"{where}: it is a parameter of model {other}, and this packing has model {model}")
         own = [each.name for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
         raise unknown_argument(function.__name__, name, [*own, *law])
 
 
-def law_arguments(model: str) -> list[str]:
-    """Names of the parameters of a model that a packing may be made with."""
+def law_arguments(model: str, given: Mapping[str, Any]) -> list[str]:
+    """Names of the parameters of a model that a packing may be made with, of the force law that some parameters name."""
     kind = MODELS.get(model)
-    declared = {name for units in kind.unit_names for name in kind.parameters(units)}
+    declared = kind.parameters(None, given)
     known = [name for name in defaults(model) if name in declared and name not in kind.unit_names]
-    return list(dict.fromkeys([*known, *optional_parameters(model), *_OF_DECK[model]]))
+    own = [name for name, each in declared.items() if not each.each and name not in kind.unit_names]
+    return list(dict.fromkeys([*known, *own, *_OF_DECK[model]]))

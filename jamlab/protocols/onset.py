@@ -16,8 +16,8 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
 from jamlab.model_words import MODEL_NAMES
+from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS
-from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress

@@ -10,7 +10,6 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, typed
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.predicted_motion import follow
-from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
@@ -144,7 +143,7 @@ class OnsetSearch(Approach[SearchState]):
         self.session.load(at_phi(start.packing, phi))
         tolerance = max(self.tolerance, _SEARCH_TOLERANCE) if self.session.kind.has_outlines else self.tolerance
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
-            loose = power_law(start.packing).force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
+            loose = self.session.law.force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
             tolerance = max(tolerance, loose)
         found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
         return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance))

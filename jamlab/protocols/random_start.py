@@ -11,16 +11,31 @@ from jamlab.checks import check_choice, check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.laws.laws import law_class
+from jamlab.laws.parameter import UNITS, check_params
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.kinds import MODELS, optional_parameters
-from jamlab.packing.law_parameters import UNITS, check_params
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
+_APART, _APART_STEPS = 1e-3, 2000  # largest force of springs that leave random disks apart, and steps of FIRE at most
 _TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
+
+
+@in_natural_units()
+def push_apart(packing: Packing) -> Packing:
+    """Random disks pushed apart by springs, where their law is another one: it may be endlessly stiff where they lie upon
+    each other. By built-in laws they are as they were."""
+    if packing.law.deck_part:
+        return packing
+    springs = packing.with_state(params={packing.units: packing.params[packing.units]})
+    with Session(natural_scales(springs).to_natural(springs)) as session:
+        session.minimize(_APART, style="fire", steps=_APART_STEPS)
+        moved = natural_scales(springs).from_natural(session.packing())
+    return packing.with_state(positions=moved.positions)
 
 
 def place_loose(
@@ -41,7 +56,7 @@ def place_loose(
     """
     phi = protocol["phi_start"]
     if model == "sp":
-        return random_disks(n, seed, phi=phi, ratio=ratio, large=large, sizes=sizes, **parameters)
+        return push_apart(random_disks(n, seed, phi=phi, ratio=ratio, large=large, sizes=sizes, **parameters))
     drawn = None if sizes is None else disk_diameters(n, seed, large=large, sizes=sizes)
     nv, params = droplet_params(n, large, drawn, **parameters)
     side = droplet_cell(nv, params, phi)
@@ -71,8 +86,6 @@ def _compressed(holders: Packing, fractions: Array) -> Packing | None:
 
 
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
-WIDEST_RIM = 10.0  # in l, the size of a droplet
-WIDEST_RANGE = 1e12  # of stiffness and energy in units of eps and l: float64 keeps no digits of what is smaller
 
 
 def random_disks(
@@ -84,7 +97,7 @@ def random_disks(
     ratio: float | None = None,
     large: float = 0.5,
     sizes: Sizes | None = None,
-    **parameters: float,
+    **parameters: Any,
 ) -> Packing:
     """Place disks uniformly at random in a square box.
 
@@ -92,14 +105,15 @@ def random_disks(
         n: number of disks; even unless `large` or `sizes` says otherwise; the small ones come first.
         seed: of numpy's default generator; one seed gives one packing, bit for bit.
         phi: nominal packing fraction.
-        units: "eps" or "k"; in both the mean of the two diameters is 1.
+        units: "eps" or "k", or those that the law has instead; in both the mean of the two diameters is 1.
         ratio: diameter ratio of large to small disks; default: as in `sp.parameters`.
         large: number share of the large disks, rounded to whole disks.
         sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
-        parameters: of the force law, see `optional_parameters`.
+        parameters: `law`, its name, and parameters of the force law.
     """
     check_number("phi", phi, 2.0)
     check_choice("units", units, UNITS)
+    units = usual_units(parameters, units)
     params = disk_params(units, **parameters)
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
@@ -107,28 +121,37 @@ def random_disks(
     return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
 
 
-def disk_params(units: str, **changes: float) -> dict[str, Any]:
+def disk_params(units: str, **changes: Any) -> dict[str, Any]:
     """Give force-law parameters of disks.
 
     Args:
         units: "eps" or "k".
-        changes: optional parameters of the law, see `optional_parameters`; its strength is that of
-            `lammps_inputs/parts/sp`.
+        changes: `law`, its name, and parameters of the law; its strength is that of `lammps_inputs/parts/sp`.
     """
-    optional = optional_parameters("sp")
-    unknown = sorted(changes.keys() - optional.keys())
+    declared = MODELS["sp"].parameters(None, changes)
+    own = [name for name in declared if name not in UNITS]
+    unknown = sorted(changes.keys() - set(own))
     if unknown:
-        known = f"use {', '.join(optional)}; " if optional else ""
-        raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are always 1")
+        known = f"use {', '.join(own)}; " if own else ""
+        whose = f"law {changes['law']!r}" if "law" in changes else "model sp"
+        raise InputError(f"{whose} has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are always 1")
     params = {units: float(defaults("sp")[units]), **changes}
-    check_params("sp", units, MODELS.get("sp").parameters(units), params)
+    check_params("sp", units, MODELS.get("sp").parameters(units, changes), params)
+    for name in changes:
+        declared[name].check(name, changes[name], made=True)
     return params
+
+
+def usual_units(parameters: Mapping[str, Any], usual: str) -> str:
+    """Units of packings of disks with these parameters: the usual ones, or those that their law has instead."""
+    strengths = law_class(parameters).strengths
+    return usual if usual in strengths else next(iter(strengths))
 
 
 def check_force_law(model: str, parameters: dict[str, Any]) -> None:
     """Refuse parameters that no packing can have."""
     if model == "sp":
-        disk_params("eps", **parameters)
+        disk_params(usual_units(parameters, "eps"), **parameters)
     elif "vertices" in parameters:
         raise InputError("vertices fit one n only: give nv_small and nv_large instead")
     elif parameters:
@@ -167,11 +190,10 @@ def droplet_params(
             raise InputError(f"vertices hold {len(given)} numbers for n = {n} droplets: give one for all, or one each")
         nv = np.broadcast_to(_whole_counts("vertices", given), n)
     params: dict[str, Any] = {**values, "a0": own**2}
-    check_params("dp", "eps", MODELS.get("dp").parameters("eps"), params)
-    for name in ("gamma", "ka", "eps", "delta", "eta"):
-        most = WIDEST_RIM if name in ("delta", "eta") else WIDEST_RANGE
-        if params[name] and not 1 / WIDEST_RANGE <= params[name] <= most:
-            raise InputError(f"{name} = {params[name]!r}: must lie between {1 / WIDEST_RANGE:g} and {most:g}")
+    declared = MODELS.get("dp").parameters("eps", params)
+    check_params("dp", "eps", declared, params)
+    for name, parameter in declared.items():
+        parameter.check(name, params[name], made=True)
     free_polygon_area(nv, params)  # refuses a line tension that leaves no droplet
     return nv, params
 

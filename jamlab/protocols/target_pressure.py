@@ -14,17 +14,18 @@ from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.models.pair_laws import PowerLaw, power_law
+from jamlab.laws.laws import law_class
+from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.law_parameters import ENSEMBLES, PairLaw
+from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
 from jamlab.protocols.law_arguments import check_law_arguments
-from jamlab.protocols.random_start import disk_params, random_disks
+from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
 from jamlab.protocols.relaxation import (
     QUENCH_PROTOCOL,
     Relaxed,
@@ -39,10 +40,7 @@ from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_rec
 from jamlab.storage.verified_file import versions
 
 PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
-HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
-# highest pressure of sticky disks: less this times the stickiness. At 0.1, 0.15, 0.2 up to 0.3, 0.2, 0.1: phi = 1.28,
-# 1.22, 1.19 (n = 32); at 0.3 with 0.15 and 0.2 disks lie upon each other, phi = 1.48 and 2.05
-_STICKY_PRESSURE, _STICKY_FALL = 0.5, 2.0
+HIGHEST_PRESSURE = HIGHEST_OVERLAP  # of springs, in k
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
 _ANOTHER = "start from a packing at a lower pressure, or from another seed"
@@ -124,7 +122,7 @@ def pack(
 
     def start(fraction: float) -> Packing:
         placed = random_disks(n, seed, phi=fraction, units="k", sizes=diameters, **parameters)
-        return placed.with_state(ensemble=ensemble)
+        return push_apart(placed.with_state(ensemble=ensemble))
 
     if phi is not None and pressure is None:
         entries |= {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
@@ -134,13 +132,16 @@ def pack(
     force, law = check_pressure(pressure, tolerance, **parameters)
 
     def at(target: float) -> Packing:
-        extra = 2 * law.linear_in_phi(target) if isinstance(law, PowerLaw) else 0.0
-        return _from_random(start(search["phi_jammed"] + extra), target, force, ranks, progress, entries)
+        began, extra = time.perf_counter(), 0.0 if law.range else 2 * law.linear_in_phi(target)
+        placed = start(search["phi_jammed"] + extra)
+        packing, reached = _from_random(placed, target, force, ranks, progress)
+        known = {"pressure": reached, "wall_time": time.perf_counter() - began}
+        return packing._trusted(provenance={**entries, **known, **packing.provenance}, **packing.known)
 
     try:
         return at(pressure)
     except ConvergenceError:
-        if not isinstance(law, PowerLaw):
+        if law.range:
             raise
         for times in _ABOVE:
             if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
@@ -161,17 +162,12 @@ def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict
     return record(session, packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
 
 
-@in_natural_units()
+@in_natural_units(STRESS, pressure=STRESS)
 def _from_random(
-    given: Packing,
-    pressure: float,
-    force: float,
-    ranks: int,
-    progress: Progress | None,
-    entries: dict[str, Any],
-) -> Packing:
-    """The packing at a pressure that random disks come to, in units of k = 1; `entries` go into its provenance."""
-    began, search = time.perf_counter(), numbers("pressure")
+    given: Packing, pressure: float, force: float, ranks: int, progress: Progress | None
+) -> tuple[Packing, float]:
+    """The packing at a pressure that random disks come to, and the pressure met."""
+    search = numbers("pressure")
     with Session(given, ranks=ranks) as session:
         if given.law.range:
             relax(session, _BEFORE_BOX)
@@ -183,8 +179,7 @@ def _from_random(
     _check_met(packing, found, pressure, f"try another seed, or {lower}")
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
-    return record(session, packing, found, **entries, **versions())
+    return record(session, packing, found, **versions()), found.evaluation.pressure
 
 
 @checked
@@ -224,8 +219,8 @@ def decompress(
         (True, 'decompress', 0.01)
     """
     check_ranks(ranks, not packing.kind.may_use_ranks)
-    power_law(packing)  # refuses droplets, which `compress` takes down to a lower rho or phi
-    began, force = time.perf_counter(), _check_force(pressure, tolerance, natural_scales(packing).stress)
+    _check_repulsive(packing)
+    began, force = time.perf_counter(), _check_force(pressure, tolerance, packing.law, natural_scales(packing).stress)
     found, reached, start = _decompressed(packing, pressure, force, ranks, progress)
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
@@ -262,6 +257,16 @@ def _decompressed(
     return record(session, reached, found), found.evaluation.pressure, start
 
 
+def _check_repulsive(packing: Packing) -> None:
+    """Refuse droplets and disks that attract, whose pressure says nothing of how far they are from onset."""
+    if packing.diameters is None or packing.law.range:
+        what = f"law {packing.law.name!r} attracts" if packing.law.range else f"model {packing.model}"
+        remedy = "pack(n, pressure=...), pack(n, phi=...), or " if packing.law.range else ""
+        raise InputError(
+            f"{what}: decompress needs disks that only repel; use {remedy}compress(packing, to) with a lower rho or phi"
+        )
+
+
 def _check_start(packing: Packing, pressure: float) -> float:
     """Give the pressure of a packing; refuse one that cannot come down to `pressure`."""
     state = evaluate(packing)
@@ -292,34 +297,35 @@ def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -
         )
 
 
-def check_pressure(pressure: Any, tolerance: float | None, **parameters: float) -> tuple[float, PairLaw]:
-    """Force tolerance, small beside a pressure of disks in units of k, and their force law.
+def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) -> tuple[float, PairLaw]:
+    """Force tolerance, small beside a pressure of disks of strength and mean diameter 1, and their force law.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
     """
-    law = PowerLaw.of(disk_params("k", **parameters))
-    if not isinstance(law, PowerLaw):
-        highest = min(HIGHEST_PRESSURE, round(_STICKY_PRESSURE - _STICKY_FALL * parameters["stickiness"], 12))
-        if not (is_number(pressure) and -HIGHEST_PRESSURE <= pressure <= highest):
+    units = usual_units(parameters, "k")
+    params = disk_params(units, **parameters)
+    law = law_class(params).of(params, units)
+    least, highest = law.pressures
+    if law.range:
+        if not (is_number(pressure) and least <= pressure <= highest):
             raise InputError(
-                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {highest:.4g} for sticky disks "
-                f"of stickiness {parameters['stickiness']:g}; beyond, disks pass through each other"
+                f"pressure = {pressure!r}: must be a number from {least:g} to {highest:.4g} for {law}; "
+                "beyond, disks pass through each other"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
         return force_tolerance("sp") if tolerance is None else tolerance, law
-    force = _check_force(pressure, tolerance)
-    if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
+    force = _check_force(pressure, tolerance, law, natural_stress(law))
+    if pressure > highest:
         raise InputError(
-            f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
-            "beyond, disks pass through each other"
+            f"pressure = {pressure:g}: must be at most {highest:.4g} for {law}: beyond, disks pass through each other"
         )
     return force, law
 
 
-def _check_force(pressure: float, tolerance: float | None, unit: float = 1.0) -> float:
-    """Give the force tolerance, small beside the pressure, which is in `unit`."""
-    check_number("pressure", pressure, HIGHEST_PRESSURE * unit)
+def _check_force(pressure: float, tolerance: float | None, law: PairLaw, unit: float) -> float:
+    """Give the force tolerance, small beside the pressure; `unit`: of the pressure where the law is one of springs."""
+    check_number("pressure", pressure, max(HIGHEST_PRESSURE * unit, law.pressures[1]))
     force = force_tolerance("sp") if tolerance is None else tolerance
     check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
     if force * unit > LEAST_NOISE * pressure:
@@ -337,7 +343,7 @@ def _walk(
     progress: Progress | None,
 ) -> None:
     """Quench and decompress until the pressure is near the target, known better and better on the way."""
-    law = power_law(session.packing())
+    law = session.law
     target = law.linear_in_phi(pressure)  # secants are taken of what is linear in phi
     slope, rise, level = search["slope"], target, 0
     loose = search["loose"] * pressure

@@ -15,9 +15,9 @@ from scipy import sparse
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.laws.pair_law import PairLaw
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
-from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip

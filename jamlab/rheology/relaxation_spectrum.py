@@ -15,8 +15,8 @@ from scipy import linalg
 
 from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
+from jamlab.laws.pair_law import PairLaw
 from jamlab.mechanics.factors import SymmetricFactors
-from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE

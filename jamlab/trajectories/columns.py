@@ -157,6 +157,10 @@ class Columns:
     def __contains__(self, name: str) -> bool:
         return name in self._columns
 
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        return list(self._columns)
+
     def __len__(self) -> int:
         return len(next(iter(self._columns.values())))
 

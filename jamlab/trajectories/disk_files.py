@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.errors import InputError, warn
-from jamlab.packing.facts import STATE, fact_of_word, rounding_of
+from jamlab.packing.facts import STATE, facts_of_words, rounding_of, shared_parameters
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import (
     DISK_AREA,
@@ -30,7 +30,7 @@ from jamlab.trajectories.columns import (
     text_of,
     whole_frames,
 )
-from jamlab.trajectories.sites import LAW_NAMES, Sites, plane_box, rings_of_bonds, rings_of_molecules
+from jamlab.trajectories.sites import Sites, plane_box, rings_of_bonds, rings_of_molecules
 
 _NAMES = {  # of columns of tables, by what programs call them
     **{"r": "radius", "rad": "radius", "d": "diameter", "diam": "diameter", "species": "type", "area": DISK_AREA},
@@ -227,8 +227,8 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
     for name, width in widths.items():
         places |= {"xyz"[k]: at + k for k in range(width)} if name == "pos" else {name: at}
         at += width
-    known = {"units", *LAW_NAMES, *(("model", "provenance", *STATE) if own else ())}
-    entries = {name: fact_of_word(name, keys[name]) for name in known & keys.keys()}
+    known = {"units", "law", *shared_parameters(keys.get("law")), *(("model", "provenance", *STATE) if own else ())}
+    entries = facts_of_words({name: keys[name] for name in known & keys.keys()})
     error = 0.0 if box is None else rounding(lattice, box, chosen=True, stated=own)
     atoms = Columns.of_rows(rows, places, at, own)
     atoms = atoms if (named := _particles(atoms)) is None else atoms.by_id(named)

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, typed
-from jamlab.packing.facts import STATE, fact_of_column, lost_names
+from jamlab.packing.facts import facts_of_columns, lost_names
 from jamlab.packing.lammps_files import described
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import (
@@ -24,7 +24,7 @@ from jamlab.trajectories.columns import (
     text_of,
     whole_frames,
 )
-from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
+from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
 
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
 
@@ -351,8 +351,7 @@ def _heights(atoms: Columns, box: Array) -> tuple[Array, float]:
 
 def _entries(atoms: Columns) -> dict[str, Any]:
     """Read the columns of `jamlab.write` that are the same for all atoms."""
-    names = (name for name in (*LAW_NAMES, *STATE) if name in atoms)
-    found = {name: fact_of_column(name, atoms.common(name)) for name in names}
+    found = facts_of_columns(atoms.names(), atoms.common)
     if "fixed" in atoms:
         found["walls"] = bool((atoms.numbers("fixed") > 1).any())
-    return {name: value for name, value in found.items() if value is not None}
+    return found

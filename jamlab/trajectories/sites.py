@@ -15,14 +15,14 @@ from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, typed, warn
-from jamlab.packing.facts import OF_DIGITS, STATE, law_parameters
+from jamlab.laws.parameter import UNITS
+from jamlab.packing.facts import OF_DIGITS, STATE, shared_parameters
 from jamlab.packing.kinds import MODELS, law_names, optional_parameters
-from jamlab.packing.law_parameters import UNITS, check_box
+from jamlab.packing.magnitudes import check_box
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import polygon_areas
 from jamlab.packing.packing import Packing
 
-LAW_NAMES = {name for name, each in law_parameters().items() if not each.each}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
 _DENSE = 1.5  # phi of disks beyond which radii are possibly diameters, which make it 4 times as large
 _FLAT = 1e-4  # a plane: largest height over the width of the box
@@ -40,8 +40,9 @@ def complete_force_law(
     check_choice("units", chosen, UNITS)
     if chosen not in MODELS.get(model).unit_names:
         raise InputError(f"model {model} has no units {chosen!r}")
-    names = law_names(model, chosen)
-    if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
+    said = {"law": law_name} if (law_name := (params or {}).get("law", found.get("law"))) is not None else {}
+    names = law_names(model, chosen, said)
+    if foreign := sorted({"law", *shared_parameters(found.get("law"))} & found.keys() - set(names)):
         raise InputError(f"the source has {foreign[0]}, which model {model} in units {chosen} does not have")
     given = {name: value for name, value in (params or {}).items() if name != "a0" or model == "sp"}
     for name in given:
@@ -52,13 +53,16 @@ def complete_force_law(
             raise InputError(f"{name} = {value!r} was given, but the source has {found[name]!r}")
     known = {name: given.get(name, found.get(name)) for name in names}
     law = {name: value for name, value in known.items() if value is not None}
-    assumed = [name for name in names if name not in law and name not in optional_parameters(model)]
-    return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
+    assumed = [name for name in names if name not in law and name not in optional_parameters(model, said)]
+    usual = defaults(model)
+    if unknown := [name for name in assumed if name not in usual]:
+        raise InputError(f"neither the source nor params has {unknown[0]!r}, which the force law needs")
+    return chosen, law | {name: usual[name] for name in assumed}, assumed
 
 
-def _every_name(model: str) -> list[str]:
-    """Names of the parameters of a model in any units."""
-    return [name for units in MODELS.get(model).unit_names for name in MODELS.get(model).parameters(units)]
+def _every_name(model: str, params: Mapping[str, Any]) -> list[str]:
+    """Names of the parameters of a model in any units, of the force law that some parameters name."""
+    return list(MODELS.get(model).parameters(None, params))
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
@@ -249,8 +253,9 @@ class Sites:
                 raise InputError(f"model = {model!r} was given, but the source has {said!r}")
         wanted = model or said
         if wanted is None:
-            names = {*(LAW_NAMES & self.entries.keys()), *(params or {})}
-            own = {kind: {*_every_name(kind), *MODELS.get(kind).unit_names} for kind in MODELS.names()}
+            law = {**self.entries, **(params or {})}
+            names = {*({"law", *shared_parameters(law.get("law"))} & self.entries.keys()), *(params or {})}
+            own = {kind: {*_every_name(kind, law), *MODELS.get(kind).unit_names} for kind in MODELS.names()}
             fit = [
                 kind for kind in MODELS.names() if names <= own[kind] and units in (None, *MODELS.get(kind).unit_names)
             ]

@@ -258,7 +258,7 @@ class UniverseFrames:
         entries["walls"] = bool(entries.get("walls")) and self._fixed is not None and bool(np.any(self._fixed))
         if self._own_radius is not None:
             sizes = 2 * self._own_radius[self._own_radius > 0]
-            parameters = law_parameters()
+            parameters = law_parameters(entries.get("law"))
             for name in (name for name in entries if name in parameters and parameters[name].over_size):
                 entries[name] *= float(mean_size / sizes.mean())  # the length stays
         return entries, lost

@@ -18,7 +18,7 @@ namespace {
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
 // An overlap x = 1 - r/s has the energy (strength/exponent) x^exponent, times s^2 unless
-// `relative`: the strength is an energy, or else a stiffness; see jamlab/models/pair_laws.py.
+// `relative`: the strength is an energy, or else a stiffness; see jamlab/laws/power.py.
 struct Law {
   double strength;
   bool relative;

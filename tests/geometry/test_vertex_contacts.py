@@ -11,7 +11,7 @@ from random_packings import polygons
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.laws.rim import CONTACT_FORMS
 
 
 def images_within(packing):

@@ -7,8 +7,8 @@ import reference
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from jamlab.laws.rim import CONTACT_FORMS
 from jamlab.mechanics.stiffness import energy_terms, forces
-from jamlab.packing.law_parameters import CONTACT_FORMS
 
 STEP = 1e-5
 

@@ -7,8 +7,8 @@ import pytest
 from deck_runs import number, run
 
 import jamlab
+from jamlab.laws.sticky import StickyLaw
 from jamlab.mechanics.stiffness import forces, hessian
-from jamlab.models.pair_laws import StickyLaw
 from jamlab.protocols.target_pressure import decompress
 
 

@@ -6,8 +6,8 @@ import pytest
 import jamlab
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.flow.overdamped_session import OverdampedSession
+from jamlab.laws.power import PowerLaw
 from jamlab.mechanics.stiffness import energy_terms, stress
-from jamlab.models.pair_laws import PowerLaw
 from jamlab.protocols.random_start import random_disks
 from tests.support.deck_runs import run
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.laws.rim import CONTACT_FORMS
 from jamlab.models.droplets import regular_polygon
-from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
 from studies.stability import plain_physics as plain
 

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.laws.rim import CONTACT_FORMS
 from jamlab.packing.packing import Packing
 
 numbers = st.floats(0.1, 10.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.laws.rim import CONTACT_FORMS
 from jamlab.packing.packing import Packing
 
 

@@ -22,7 +22,7 @@ from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.measure import numbers_of, why_no_modulus
 from jamlab.packing.area_change import compression
-from jamlab.packing.law_parameters import NEGATIVE_G
+from jamlab.packing.ensembles import NEGATIVE_G
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves

@@ -1,0 +1,76 @@
+"""The force laws of disks by their names: what `params["law"]` of a packing names.
+
+Laws are entry points of the group `jamlab.laws`, of jamlab or of another package. Without a name the law is "sticky"
+where `stickiness` is above 0, else "power", and the packing may have the parameters of both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from jamlab.errors import InputError
+from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.parameter import UNITS, Parameter
+from jamlab.registry import Registry
+
+UNNAMED = ("power", "sticky")  # laws of a packing that names none: the second where it has its own parameter
+
+
+def _check(name: str, law: type[PairLaw]) -> None:
+    if not (isinstance(law, type) and issubclass(law, PairLaw)):
+        raise InputError(f"force law {name!r} is {law!r}: register a class derived from jamlab.laws.pair_law.PairLaw")
+    if not law.strengths or (foreign := law.strengths.keys() - set(UNITS)):
+        raise InputError(f"force law {name!r}: its strengths must be among {', '.join(UNITS)}, not {sorted(foreign)}")
+    if taken := {*UNITS, "law"} & law.parameters.keys():
+        raise InputError(f"force law {name!r}: no parameter of its own may be called {min(taken)!r}")
+
+
+LAWS: Registry[type[PairLaw]] = Registry("jamlab.laws", "force law", _check)
+
+
+def law_class(params: Mapping[str, Any]) -> type[PairLaw]:
+    """The law that the parameters of a packing of disks name.
+
+    Raises:
+        InputError: no such law is known, or stickiness goes with an exponent.
+    """
+    if (name := _named(params)) is not None:
+        return LAWS.get(name)
+    if not params.get("stickiness"):
+        return LAWS.get(UNNAMED[0])
+    if (exponent := params.get("exponent", 2.0)) != 2:
+        raise InputError(f"stickiness = {params['stickiness']!r} with exponent = {exponent!r}: sticky disks need 2")
+    return LAWS.get(UNNAMED[1])
+
+
+def declared(params: Mapping[str, Any], units: str | None = None) -> Mapping[str, Parameter]:
+    """Parameters of the law that the parameters of a packing of disks name, by name: the strength that the units name,
+    or those of all units, `law` where it is named, and the law's own.
+
+    Raises:
+        InputError: no such law is known.
+    """
+    return _declared(_named(params), units)
+
+
+def _named(params: Mapping[str, Any]) -> str | None:
+    name = params.get("law")
+    if name is not None and not isinstance(name, str):
+        raise InputError(
+            f"params['law'] is {name!r}: must be the name of a force law, one of {', '.join(LAWS.names())}"
+        )
+    return name
+
+
+@cache
+def _declared(name: str | None, units: str | None) -> Mapping[str, Parameter]:
+    laws = [LAWS.get(each) for each in ([name] if name is not None else UNNAMED)]
+    found = {strength: each for strength, each in laws[0].strengths.items() if units in (None, strength)}
+    if name is not None:
+        found["law"] = Parameter(choices=(name,))
+    for law in laws:
+        found |= law.parameters
+    return MappingProxyType(found)

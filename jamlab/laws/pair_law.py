@@ -1,0 +1,240 @@
+"""What a force law of contacts says, and who evaluates it beside the analysis.
+
+One law has up to four carriers: its own `__call__`, of which analysis is made; the deck, by a pair style of LAMMPS; the
+compiled FIRE of disks; the elastic part of the plugin's `disk/drag` in flow. `PairLaw.carriers` says which there are,
+and `jamlab.engine.agreement` compares each with the analysis.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.errors import EngineError
+from jamlab.laws.parameter import STRENGTHS, Parameter
+
+# A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
+# say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, since
+# analysis reads no deck; tests/engine/test_decks.py compares the two.
+LEAST_CONTACTS = 3
+# overlaps of two disks over their distance of contact: that of packings well above onset, and where a search ends
+_TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
+HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
+_BISECTIONS = 60  # of its logarithm: float64 has no more digits
+HELP = "docs/extending"  # page that tells how to write what a law lacks
+
+
+@dataclass(frozen=True)
+class PairStyle:
+    """A pair style of LAMMPS that evaluates a law.
+
+    Attributes:
+        style: arguments of `pair_style`, such as "lj/cut 1.0".
+        coefficients: arguments of `pair_coeff` for two atom types, as formulas of LAMMPS: `v_s` is the distance of
+            contact of the two, `v_eps` the strength as an energy, other parameters of the law go by name; a text with
+            `$(...)` is taken as it is, such as '0.5*(r-$(v_s:%.17g))^2' of the style lepton.
+        modify: arguments of `pair_modify`, if any.
+    """
+
+    NAMES: ClassVar[tuple[str, ...]] = ("pair_style", "pair_coeff", "pair_modify", "law_words")  # variables of decks
+
+    style: str
+    coefficients: tuple[str, ...]
+    modify: str = ""
+
+    def variables(self) -> dict[str, object]:
+        """Variables of `lammps_inputs/parts/sp`."""
+        words = (word if "$(" in word else f"$({word}:%.17g)" for word in self.coefficients)
+        found: dict[str, object] = {"pair_style": self.style, "pair_coeff": " ".join(words)}
+        return found | ({"pair_modify": self.modify} if self.modify else {})
+
+
+@dataclass(frozen=True)
+class PairLaw(ABC):
+    """A force law of contacts: what it can be asked, so that nobody needs to ask which one it is.
+
+    A law of disks derives from it as a frozen dataclass, with a field for each of its `parameters`, and is known by its
+    `name` in `jamlab.laws.laws.LAWS`.
+    """
+
+    name: ClassVar[str]  # in `params["law"]`
+    strengths: ClassVar[Mapping[str, Parameter]] = STRENGTHS  # by the units that the law may have
+    parameters: ClassVar[Mapping[str, Parameter]] = {}  # beside the strength; declared here alone
+    least_contacts: ClassVar[int] = LEAST_CONTACTS  # that hold a particle
+    least_bearing: ClassVar[int] = LEAST_CONTACTS  # with which a particle may bear load
+    # eigenvalue of a Hessian over the largest element on its diagonal that is rounding: a mode below is floppy.
+    # Translations, which cost nothing, come out at 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64)
+    floppy: ClassVar[float] = 16 * float(np.finfo(float).eps)
+    # carriers beside `__call__`
+    pair_style: ClassVar[PairStyle | None] = None  # of LAMMPS; a property where it depends on parameters
+    deck_part: ClassVar[bool] = False  # whether a part of the decks holds the law by itself
+    sizes_by_disk: ClassVar[bool] = False  # whether its pair style takes the diameter of each disk, not of its type
+    plugin_words: ClassVar[str | None] = None  # of the plugin's `disk/drag`, whose elastic part it then is in flow
+
+    units: str  # "eps" or "k"
+    strength: float  # the parameter that the units name
+
+    @classmethod
+    def of(cls, params: Mapping[str, Any], units: str, mean_size: float = 1.0) -> Self:
+        """The law of a packing. Parameters that are lengths over the mean size become lengths.
+
+        Args:
+            params: `Packing.params`.
+            units: `Packing.units`.
+            mean_size: of the particles.
+        """
+        own = {name: params.get(name, each.default) for name, each in cls.parameters.items()}
+        return cls(
+            units,
+            float(params[units]),
+            **{name: _scaled(value, cls.parameters[name], mean_size) for name, value in own.items()},
+        )
+
+    def __str__(self) -> str:
+        return f"law {self.name!r}"
+
+    @abstractmethod
+    def __call__(self, contact: Array, distance: Array) -> tuple[Array, Array, Array]:
+        """Energy U, force U' and stiffness U'' of pairs within the cutoff.
+
+        Args:
+            contact: (m,) distance s at which two surfaces meet.
+            distance: (m,) r.
+
+        Returns:
+            Three (m,) arrays: U, dU/dr, d2U/dr2.
+        """
+
+    def energy_of(self, contact: Array) -> Array:
+        """(m,) strength of pairs as an energy: eps, or k s^2."""
+        return np.full(len(contact), self.strength) if self.units == "eps" else self.strength * contact**2
+
+    @property
+    def range(self) -> float:
+        """How far beyond contact the law acts and pulls; 0 for pure repulsion, whose cutoff is the contact itself."""
+        return 0.0
+
+    @property
+    def slack(self) -> float:
+        """Force up to which a contact that a minimiser leaves bears nothing: a chain of such contacts is floppy."""
+        return 0.0
+
+    def drag_stiffness(self, contact: Array, distance: Array) -> Array:
+        """(m,) stiffness in the drag coefficient of each contact, never negative."""
+        return np.maximum(self(contact, distance)[2], 0.0)
+
+    @property
+    def springs(self) -> bool:
+        """Whether the force grows in proportion to the overlap."""
+        return False
+
+    # carriers ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def carriers(self) -> frozenset[str]:
+        """Who evaluates the law beside the analysis: "deck", "kernel", "plugin"."""
+        has = {
+            "deck": self.deck_part or self.pair_style is not None,
+            "kernel": self.kernel_arguments() is not None,
+            "plugin": self.plugin_words is not None,
+        }
+        return frozenset(name for name, there in has.items() if there)
+
+    def require(self, carrier: str, what: str) -> None:
+        """Refuse what needs a carrier that the law does not have. `what`: that needs it, in words.
+
+        Raises:
+            EngineError: it has none.
+        """
+        if carrier not in self.carriers:
+            write = {"deck": "pair_style", "kernel": "kernel_arguments", "plugin": "plugin_words"}[carrier]
+            raise EngineError(
+                f"law {self.name!r} has no {carrier}, which {what} needs: write `{write}` in class "
+                f"{type(self).__name__}, see {HELP}"
+            )
+
+    def lammps_variables(self) -> dict[str, object]:
+        """Variables by which a deck knows the law.
+
+        Raises:
+            EngineError: no pair style of LAMMPS is known that evaluates it.
+        """
+        self.require("deck", "LAMMPS")
+        own = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in ("units", "strength")}
+        found: dict[str, object] = {"units": self.units, self.units: self.strength, **own}
+        if self.pair_style is None:
+            return found
+        return {**found, "shell": 0.5 * self.range, **self.pair_style.variables()}
+
+    def kernel_arguments(self) -> tuple[float, int, float] | None:
+        """What the compiled FIRE of disks takes; None where it does not know the law, and LAMMPS minimises alone."""
+        return None
+
+    @property
+    def power_of_contact(self) -> float:
+        """p of a strength ~ s^p that pair styles of LAMMPS scale where each disk has its own size."""
+        return 0.0
+
+    # near onset, lengths in the unit of length ------------------------------------------------------------------------
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of a contact over the strength, by which natural units go: time steps and tolerances."""
+        return self._at(_TYPICAL)[2] / self.strength
+
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """Least and highest pressure of packings at mean size 1: beyond, disks pass through each other."""
+        highest = self.pressure_at(HIGHEST_OVERLAP)
+        return (-highest if self.range else 0.0), highest
+
+    def linear_in_phi(self, pressure: float) -> float:
+        """What grows as phi - phi_J above onset with the pressure: the overlap of two disks that push as strongly."""
+        return self._overlap(lambda found: -found[1], pressure)
+
+    def pressure_at(self, overlap: float) -> float:
+        """Pressure whose `linear_in_phi` is the overlap."""
+        return -self._at(overlap)[1]
+
+    def stiffness_at(self, pressure: float) -> float:
+        """Typical stiffness of contacts at a pressure, over `stiffness` times the strength."""
+        return self._at(self.linear_in_phi(pressure))[2] / (self.stiffness * self.strength)
+
+    def force_at(self, energy: float) -> float:
+        """Typical contact force at a contact energy per disk."""
+        return -self._at(self.root_energy(energy))[1]
+
+    def beside_springs(self, energy: float) -> float:
+        """Typical contact force over the force of springs, at a contact energy per disk in units of the stiffness."""
+        unit = self.stiffness * self.strength
+        return self.force_at(energy * unit) / (float(np.sqrt(2 * energy)) * unit)
+
+    def root_energy(self, energy: float) -> float:
+        """What grows as phi - phi_J above onset with the contact energy: the overlap of two disks that have as much."""
+        return self._overlap(lambda found: found[0], energy)
+
+    def _at(self, overlap: float) -> tuple[float, float, float]:
+        """U, U' and U'' of two disks that touch at the unit of length."""
+        energy, slope, stiffness = self(np.ones(1), np.array([1.0 - overlap]))
+        return float(energy[0]), float(slope[0]), float(stiffness[0])
+
+    def _overlap(self, grows: Callable[[tuple[float, float, float]], float], value: float) -> float:
+        """Overlap of two disks that touch at the unit of length, by bisection of what grows with it."""
+        if value <= 0:
+            return 0.0
+        low, high = np.log(_LEAST), np.log(_MOST)
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if grows(self._at(float(np.exp(middle)))) < value else (low, middle)
+        return float(np.exp(0.5 * (low + high)))
+
+
+def _scaled(value: Any, parameter: Parameter, mean_size: float) -> Any:
+    if parameter.choices:
+        return value
+    return float(value) * (mean_size if parameter.over_size else 1.0)

@@ -1,0 +1,43 @@
+"""The repulsion of the rims of droplets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.laws.parameter import STRENGTHS, Parameter
+from jamlab.laws.spring_law import SpringLaw
+
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # data files hold their places: append only
+WIDEST_RIM = 10.0  # in l, the size of a droplet
+
+
+@dataclass(frozen=True)
+class RimLaw(SpringLaw):
+    """The repulsion of a vertex at a distance d < delta from an edge, U = (eps/2)(1 - d/delta)^2, Boromand et al. eq 8.
+    Contact is at delta."""
+
+    name: ClassVar[str] = "rim"
+    strengths: ClassVar[Mapping[str, Parameter]] = {"eps": STRENGTHS["eps"]}
+    parameters: ClassVar[Mapping[str, Parameter]] = {"delta": Parameter(length=1, made=(1e-12, WIDEST_RIM))}
+    deck_part: ClassVar[bool] = True
+    least_bearing: ClassVar[int] = 2  # the flats of a droplet hold it between two opposite ones
+
+    delta: float
+
+    def __call__(self, contact: Array, distance: Array) -> tuple[Array, Array, Array]:
+        """See `PairLaw`."""
+        overlap = 1.0 - distance / contact
+        return (
+            0.5 * self.strength * overlap**2,
+            -self.strength * overlap / contact,
+            np.full(len(distance), self.strength / self.delta**2),
+        )
+
+    def drag_stiffness(self, contact: Array, distance: Array) -> Array:
+        """That of the spring."""
+        return self(contact, distance)[2]
