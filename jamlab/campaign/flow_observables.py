@@ -25,7 +25,8 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
 from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import LEAST_ALPHA, Damping
+from jamlab.rheology.damping import LEAST_ALPHA
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
 from jamlab.statistics.confidence import FEWEST_BLOCKS
 
@@ -84,10 +85,10 @@ class _Run(Driven):
         """List what differs from run to run."""
 
     @abstractmethod
-    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+    def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         """Run once by the law and the point that stand in a row, and return the columns of this run."""
 
-    def laws(self) -> list[tuple[Damping, Row]]:
+    def laws(self) -> list[tuple[DragLaw, Row]]:
         return self.damping.with_columns(self.how.alpha)
 
     def check(self, sites: float) -> None:
@@ -97,7 +98,7 @@ class _Run(Driven):
                 said = f"{self.name}.{key} applies to contact damping, but damping has Stokes drag only"
                 raise ValueError(f"{said}: leave it out")
 
-    def check_law(self, law: Damping) -> None:
+    def check_law(self, law: DragLaw) -> None:
         background = self.how.background if law.at_contacts else None
         check_flowing(law, self.how.tolerance, background or 0.0)
 
@@ -139,7 +140,7 @@ class SteadyFlow(_Run):
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]
 
-    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+    def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.flow
         strain = how.strain + how.discard
         if rate := row["rate"]:
@@ -176,7 +177,7 @@ class OscillationOfStates(_Run):
         how = self.oscillation
         return [{"omega": omega, "amplitude": amplitude} for omega in how.omega for amplitude in how.amplitudes]
 
-    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+    def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.oscillation
         background = how.background if law.at_contacts else 0.0  # Stokes drag is itself one
         accuracy: Any = {"cycles": how.cycles, "tolerance": how.tolerance, "background_drag": background}

@@ -19,7 +19,8 @@ from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, StokesDrag
+from jamlab.rheology.drag_law import DragLaw
 
 MOST_FREQUENCIES = 10_000  # of a spectrum
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
@@ -86,14 +87,14 @@ class LogGrid(FileTable):
 
 
 class DampingLaws(FileTable):
-    """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
+    """DragLaw laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
     contact: Annotated[list[NotNegative], AfterValidator(ascending)] = []
     stokes: Annotated[list[NotNegative], AfterValidator(ascending)] = []
 
-    def with_columns(self, alpha: float = 1.0) -> list[tuple[Damping, Row]]:
+    def with_columns(self, alpha: float = 1.0) -> list[tuple[DragLaw, Row]]:
         """List the laws, contact damping with this power of the velocity, each with its columns in a table."""
-        laws: list[tuple[Damping, Row]] = []
+        laws: list[tuple[DragLaw, Row]] = []
         for beta in self.contact:
             columns = {"law": "contact", "beta": beta, "eta_f": np.nan, "alpha": alpha}
             laws.append((ContactDamping(beta, alpha=alpha), columns))
@@ -174,11 +175,11 @@ class Driven(Observable):
         for law, _ in self.laws():  # which refuse what they cannot have
             self.check_law(law)
 
-    def laws(self) -> list[tuple[Damping, Row]]:
-        """Damping laws, each with its columns."""
+    def laws(self) -> list[tuple[DragLaw, Row]]:
+        """DragLaw laws, each with its columns."""
         return self.damping.with_columns()
 
-    def check_law(self, law: Damping) -> None:
+    def check_law(self, law: DragLaw) -> None:
         """Raise ValueError for a law that no state can be driven by."""
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:

@@ -37,7 +37,7 @@ from jamlab.storage.table_file import write_table
 if TYPE_CHECKING:
     from jamlab.flow.read_flow import FlowResult
     from jamlab.packing.packing import Packing
-    from jamlab.rheology.damping import Damping
+    from jamlab.rheology.drag_law import DragLaw
 
 
 T = TypeVar("T")
@@ -69,7 +69,7 @@ class Job:
     file: Path
     frame: int
     reading: dict[str, Any]  # what the file lacks
-    law: "Damping"
+    law: "DragLaw"
     accuracy: dict[str, float]  # tolerance and background, if given
     out: Path
     plot: Path | None

@@ -12,7 +12,7 @@ from jamlab.model_words import MODEL_NAMES
 from jamlab.storage.formats import check_ending
 
 if TYPE_CHECKING:
-    from jamlab.rheology.damping import Damping
+    from jamlab.rheology.drag_law import DragLaw
 
 
 def written_as(*kinds: str) -> Callable[..., Path | None]:
@@ -33,7 +33,7 @@ Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of c
 EtaF = Annotated[float, typer.Option(help="Viscosity of the fluid for --stokes (k tau_1).")]
 
 
-def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "Damping":
+def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "DragLaw":
     """Make the drag law that the options name."""
     from jamlab.rheology.damping import ContactDamping, StokesDrag
 

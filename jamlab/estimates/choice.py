@@ -12,7 +12,7 @@ import pandas as pd
 
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.drag_law import DragLaw
 
 
 class Why(StrEnum):
@@ -88,7 +88,7 @@ class Choice(Result):
     @property
     def call(self) -> str:
         """What `run` does with a packing p, as it is written."""
-        given = (f"{k}={'jamlab.' * isinstance(v, Damping)}{v!r}" for k, v in self.arguments.items())
+        given = (f"{k}={'jamlab.' * isinstance(v, DragLaw)}{v!r}" for k, v in self.arguments.items())
         return f"jamlab.{getattr(self.function, '__name__', '')}({', '.join(['p', *given])})"
 
     def run(self, packing: Packing) -> Any:

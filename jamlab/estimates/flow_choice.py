@@ -15,7 +15,7 @@ import pandas as pd
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.choice import Choice, Why, judge
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, FlowCondition, shipped_errors
+from jamlab.estimates.flow_errors import BACKGROUND, MEASURED_LAWS, SIZE, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
@@ -24,7 +24,8 @@ from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import effective_relaxation_time, equivalent_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
@@ -37,7 +38,7 @@ MOST_CYCLES = 17  # that an oscillation is given to relax
 @checked
 def choose_flow(
     packing: Packing,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     omega: float | None = None,
     amplitude: float | None = None,
@@ -56,7 +57,7 @@ def choose_flow(
 
     Args:
         packing: SP or DP at a minimum.
-        damping: drag law, default `ContactDamping()`.
+        damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
         omega: angular frequency, 1/tau_1.
         amplitude: strain amplitude.
         rate: rate of steady shear, 1/tau_1.
@@ -67,7 +68,7 @@ def choose_flow(
 
     Raises:
         InputError: neither or both of omega and rate, power-law drag without an amplitude, a tolerance that cannot be
-            met, steady flow outside the table, or a value out of range.
+            met, steady flow outside the table, another drag law than those two, or a value out of range.
         ConvergenceError: the packing is not jammed, or not stable.
 
     Example:
@@ -77,6 +78,11 @@ def choose_flow(
         ('oscillation', ['error too large', 'taken'])
     """
     law = damping or ContactDamping()
+    if law.name not in MEASURED_LAWS:
+        raise InputError(
+            f"{law}: the table of errors was measured for ContactDamping and StokesDrag alone; run jamlab.oscillate or "
+            "jamlab.flow_curve at two tolerances, or use jamlab.complex_modulus for small strains"
+        )
     if (omega is None) == (rate is None):
         raise InputError(f"omega = {omega}, rate = {rate}: give one of them, a frequency or a rate of steady shear")
     check_number("tolerance", tolerance, 1.0)
@@ -96,7 +102,7 @@ def choose_flow(
     return _for_oscillation(packing, law, omega, amplitude, tolerance)
 
 
-def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float) -> Choice:
+def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: float | None, tolerance: float) -> Choice:
     linear, table = law.linear(), shipped_errors()
     spectrum = linear_modulus(packing, [omega], linear)
     warn_of_negative(packing, {"g0": spectrum.g0})
@@ -144,7 +150,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
     )  # fmt: skip
 
 
-def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> Choice:
+def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> Choice:
     table, linear = shipped_errors(), law.linear()
     flow = FlowCondition.steady(law, rate)
     if outside := table.outside(packing, flow):

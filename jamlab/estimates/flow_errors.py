@@ -17,9 +17,10 @@ from jamlab.arrays import Array
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.drag_law import DragLaw
 
 SIZE = 64  # disks of the packings that were measured
+MEASURED_LAWS = ("contact", "stokes")  # of drag, by name
 STOKES = 0.0  # in the place of alpha
 BACKGROUND = 1e-2  # drag against the affine flow in all steady flow that was measured, k tau_1; power laws take ten
 # times longer without
@@ -46,14 +47,14 @@ class FlowCondition(NamedTuple):
     beta: float = 1.0  # of contact drag
 
     @classmethod
-    def oscillating(cls, packing: Packing, law: Damping, omega: float, amplitude: float) -> "FlowCondition":
+    def oscillating(cls, packing: Packing, law: DragLaw, omega: float, amplitude: float) -> "FlowCondition":
         """Describe an oscillation of a packing by the two numbers that carry over to others."""
         drag = (law.tau * omega) ** law.alpha * amplitude ** (law.alpha - 1.0)
         part = amplitude / mean_overlap(packing)
         return cls("oscillation", law.alpha if law.at_contacts else STOKES, float(drag), part, law.contrast)
 
     @classmethod
-    def steady(cls, law: Damping, rate: float) -> "FlowCondition":
+    def steady(cls, law: DragLaw, rate: float) -> "FlowCondition":
         """Describe steady flow by the rate at which linear drag gives the same stress."""
         alpha = law.alpha if law.at_contacts else STOKES
         return cls("flow", alpha, float((law.tau * rate) ** law.alpha), beta=law.contrast)
@@ -108,6 +109,9 @@ class FlowErrors:
         found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
         if flow.kind == "flow" and flow.alpha == STOKES:
             found += ["drag = Stokes, measured contact damping alone"]
+        force_law = packing.params.get("law", "sticky" if packing.params.get("stickiness") else "power")
+        if force_law != "power":
+            found += [f"force law = {force_law}, measured springs alone"]
         exponent = float(packing.params.get("exponent", _SPRINGS))
         given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
         if (d := packing.diameters) is not None:

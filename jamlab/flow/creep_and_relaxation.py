@@ -28,7 +28,8 @@ from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 
 _ARRESTED, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
 _LEFT = 0.02  # of the stress applied that drag may bear at rest
@@ -115,7 +116,7 @@ def creep(
     packing: Packing,
     stress: float,
     duration: float,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     largest_strain: float = 10.0,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
@@ -149,7 +150,7 @@ def creep(
         ConvergenceError, StorageError: see `oscillate`.
     """
     law = damping or ContactDamping()
-    if not law.resists_shear:
+    if not law.resists_shear(packing):
         raise InputError(
             f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
         )
@@ -274,7 +275,7 @@ def relax_stress(
     packing: Packing,
     strain: float,
     duration: float,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     step_time: float = STEP_TIME,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
@@ -335,7 +336,7 @@ def relax_stress(
 def stop_flow(
     flow: ShearRun | Oscillation | CreepRun | StoppedFlow | Packing,
     duration: float,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,

@@ -25,7 +25,8 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.statistics.confidence import LARGEST_DRIFT
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
@@ -150,7 +151,7 @@ AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
 def flow_curve(
     packing: Packing,
     rates: Sequence[float],
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     strain: float = AVERAGE,
     discard: float = TRANSIENT,
@@ -207,7 +208,7 @@ def flow_curve(
     return curve.finish()
 
 
-_Item = tuple[Packing, float, Damping, float, float, float, float]
+_Item = tuple[Packing, float, DragLaw, float, float, float, float]
 
 
 class _Curve(RunFile[FlowCurve]):
@@ -215,7 +216,7 @@ class _Curve(RunFile[FlowCurve]):
     the rates that are on their way; `failed`: why a rate found no end."""
 
     def __init__(
-        self, packing: Packing, law: Damping, task: dict[str, Any], path: str | Path | None, progress: Progress | None
+        self, packing: Packing, law: DragLaw, task: dict[str, Any], path: str | Path | None, progress: Progress | None
     ) -> None:
         super().__init__(FlowCurve, packing, law, task, path, progress)
         self.facts |= task
@@ -289,7 +290,7 @@ _FLOW_OVER_START = 2.0  # cost of a unit of strain in flow over that of start-up
 def flow_cost(
     packing: Packing,
     rates: Sequence[float],
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     strain: float = 1.0,
     tolerance: float = TOLERANCE,
@@ -334,7 +335,7 @@ def require_time(cost: pd.DataFrame, given: float) -> None:
         )
 
 
-def _cost(packing: Packing, rate: float, law: Damping, tolerance: float, background: float) -> float:
+def _cost(packing: Packing, rate: float, law: DragLaw, tolerance: float, background: float) -> float:
     """Seconds per unit of strain."""
     with OverdampedSession(packing, law, tolerance, background) as session:
         session.drive(f"rate {rate:.17g}", 1e3 / rate)

@@ -17,7 +17,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.drag_law import DragLaw
 
 SERIES = (  # arrays of a result, one value a row
     *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
@@ -53,7 +53,7 @@ class FlowResult(Result):
 
     # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
     frames: tuple[Packing, ...]
-    damping: Damping | None  # drag law; None without rate
+    damping: DragLaw | None  # drag law; None without rate
     background: float  # drag of every disk against the affine flow beside it, over k tau_1
     tolerance: float  # relative error of velocities in a step
     unit: str  # of stress, for labels

@@ -24,7 +24,7 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import Damping
+from jamlab.rheology.drag_law import DragLaw
 
 HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the first even where it yields
 
@@ -137,7 +137,7 @@ def oscillate(
     packing: Packing,
     omega: float,
     amplitude: float,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     cycles: int = 20,
     points: int = POINTS,

@@ -24,7 +24,7 @@ from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import shapes_of_stress
-from jamlab.rheology.damping import Damping, refuse_slip
+from jamlab.rheology.drag_law import HOW_TO, DragLaw, refuse_slip
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
@@ -94,7 +94,7 @@ class End(NamedTuple):
 
 
 class OverdampedSession:
-    """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
+    """A LAMMPS instance that holds one packing and shears it. `damping`: a law that the plugin carries; `tolerance`:
     relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
     particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
     the driving force; by default `solver_residual`; `end`: of the flow, which is given up if it would take too long."""
@@ -102,7 +102,7 @@ class OverdampedSession:
     def __init__(
         self,
         packing: Packing,
-        damping: Damping,
+        damping: DragLaw,
         tolerance: float,
         background: float,
         *,
@@ -121,7 +121,7 @@ class OverdampedSession:
         settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"background": background, "fluid": 0.0}
-        settings |= damping.lammps_variables()
+        settings |= carried(damping)
         self._scales, self._outlines = unit_scales(packing), ""
         natural = self._scales.to_natural(packing)
         self._session = Session(natural)
@@ -131,7 +131,7 @@ class OverdampedSession:
                 self._take_disk_style()
                 self._session.load(natural, anew=True)  # by the other pair style
             else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
-                self._outlines = damping.outline_words()
+                self._outlines = " drag ${tau} ${beta} ${alpha}" if damping.at_contacts else ""
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
                 eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
@@ -296,9 +296,21 @@ def check_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
     check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE / (FINER if trajectory_error else 1.0))
 
 
-def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
+def carried(damping: DragLaw) -> dict[str, float | str]:
+    """Variables of `lammps_inputs/parts/flow` by which the plugin carries a drag law."""
+    variables = damping.lammps_variables()
+    if variables is None:
+        raise InputError(
+            f"{damping}: the plugin, which simulates flow in time, does not carry the drag law {damping.name!r}; "
+            f"jamlab.complex_modulus needs its matrix alone. How a law says that the plugin has it: {HOW_TO}"
+        )
+    return variables
+
+
+def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time."""
     check_tolerance(tolerance)
+    carried(damping)
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")
     if damping.at_contacts and damping.contrast > LARGEST_BETA_IN_TIME:
@@ -308,12 +320,12 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         )
     if background and not damping.at_contacts:
         raise InputError(
-            f"background_drag = {background:g}: StokesDrag already is a background drag; leave it out, or use a "
-            "larger tau"
+            f"background_drag = {background:g}: {damping.name} drag is a background drag already; leave it out, or use "
+            "a larger tau"
         )
 
 
-def default_background(packing: Packing, damping: Damping, background: float | None) -> float:
+def default_background(packing: Packing, damping: DragLaw, background: float | None) -> float:
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
@@ -325,7 +337,7 @@ SMALL_STRAIN_TOLERANCE = 1e-3
 SMALL_STRAIN_BACKGROUND = float(defaults("flow.rest")["background"])
 
 
-def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
+def solver_residual(damping: DragLaw, tolerance: float, background: float) -> float:
     """Residual of the velocities over the driving force, so small that its noise stays below the error of a step. A
     residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0

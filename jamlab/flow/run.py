@@ -31,7 +31,8 @@ from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.hdf5 import file_image, read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import ContactDamping, Damping, law_of_record
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import REMEDY, FilePath, add_checksum, dataset, opened
@@ -69,7 +70,7 @@ class RunFile(Generic[T]):
         self,
         kind: type[T],
         packing: Packing,
-        damping: Damping | None,
+        damping: DragLaw | None,
         task: Mapping[str, Any],
         path: FilePath | None,
         progress: Progress | None,
@@ -168,7 +169,7 @@ def read_result(path: FilePath, *kinds: type[Any]) -> Any:
         raise StorageError(f"{path} is damaged (its {kind.__name__} is incomplete: {error}): {REMEDY}") from error
 
 
-def _describe(damping: Damping | None) -> dict[str, Any]:
+def _describe(damping: DragLaw | None) -> dict[str, Any]:
     return _NO_DRAG if damping is None else damping.record()
 
 
@@ -181,7 +182,7 @@ class Run(RunFile[R]):
         self,
         kind: type[R],
         packing: Packing,
-        damping: Damping | None,
+        damping: DragLaw | None,
         task: Mapping[str, Any],
         path: FilePath | None,
         progress: Progress | None,
@@ -252,7 +253,7 @@ class TimedRun(Run[R]):
         self,
         kind: type[R],
         packing: Packing,
-        damping: Damping | None,
+        damping: DragLaw | None,
         accuracy: tuple[float, float],
         task: Mapping[str, Any],
         end: End,

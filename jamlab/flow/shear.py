@@ -23,7 +23,8 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.statistics.confidence import FEWEST_BLOCKS, BlockAverage, block_average
 
 
@@ -207,7 +208,7 @@ def shear(
     packing: Packing,
     rate: float | Sequence[Sequence[float]],
     strain: float | None = None,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     n_rows: int = ROWS,
     snapshot_every: float | None = None,

@@ -16,7 +16,8 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.packing.shear_direction import Direction
 from jamlab.plotting.drawable import drawn
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.free_droplets import free_droplets
 from jamlab.rheology.reduced_model import reduce
@@ -112,7 +113,7 @@ class ComplexModulus(Result):
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     direction: Direction = "simple",
     prestress: bool = True,
@@ -126,7 +127,7 @@ def complex_modulus(
     Args:
         packing: SP or DP at an energy minimum.
         omega: (m,) angular frequencies, from 1e-100 to 1e100, in units 1/tau_1.
-        damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
+        damping: linear drag law, default `ContactDamping()`; see `ContactDamping`, `StokesDrag`.
         direction: "simple": simple shear along x; "pure": extension along x, compression along y; or an angle in
             radians: simple shear along (cos, sin).
         prestress: False replaces contacts by unstressed springs; SP only.
@@ -157,7 +158,7 @@ def complex_modulus(
 def linear_modulus(
     packing: Packing,
     omega: ArrayLike,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     direction: Direction = "simple",
     prestress: bool = True,

@@ -2,57 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, checked_class, is_number
+from jamlab.checks import checked_class
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.packing.shear_direction import Direction, shear_direction
-from jamlab.packing.terms import ContactJacobian, spread
+from jamlab.packing.shear_direction import Direction
+from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
 _GEARS = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
 LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
-
-
-class DragLaw:
-    """What every viscous law can be asked, so that nobody needs to ask which one it is."""
-
-    at_contacts: ClassVar[bool]  # whether particles drag on each other where they touch, or on a flow around them
-    tau: float  # tau_1
-    alpha: float  # drag grows as this power of the velocity
-
-    @property
-    def contrast(self) -> float:
-        """Ratio of tangential to normal damping."""
-        return 1.0
-
-    @property
-    def resists_shear(self) -> bool:
-        """Whether a flow in which no particle leaves the affine motion costs drag."""
-        return True
-
-    def gears(self, packing: Packing) -> list[int]:
-        """One particle of each group that turns without drag."""
-        return []
-
-    def outline_words(self) -> str:
-        """Words of `fix overdamped` for drag between droplets."""
-        return ""
-
-    def record(self) -> dict[str, Any]:
-        """Name and numbers, as files keep them."""
-        return {"law": type(self).__name__, **asdict(self)}  # type: ignore[call-overload]
 
 
 @checked_class
@@ -88,25 +57,24 @@ class ContactDamping(DragLaw):
         True
     """
 
-    at_contacts: ClassVar[bool] = True
-    beta: float = 1.0
-    tau: float = 1.0
-    alpha: float = 1.0
-    lever_arms: str = "radius"
-
-    def __post_init__(self) -> None:
-        if not (is_number(self.beta) and 0 <= self.beta <= LARGEST_BETA):
-            raise InputError(
-                f"beta = {self.beta!r}: must be a number from 0 to {LARGEST_BETA:g}; at larger values normal "
-                "damping is lost to rounding"
-            )
-        _check_time(self.tau)
-        if not (is_number(self.alpha) and LEAST_ALPHA <= self.alpha <= 1):
-            raise InputError(
-                f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); films with "
-                "mobile surfactants have 2/3, with immobile surfactants 1/2"
-            )
-        check_choice("lever_arms", self.lever_arms, ARMS)
+    name: ClassVar[str] = "contact"
+    beta: float = parameter(
+        1.0,
+        "ratio of tangential to normal damping",
+        least=0.0,
+        largest=LARGEST_BETA,
+        must=f"a number from 0 to {LARGEST_BETA:g}; at larger values normal damping is lost to rounding",
+    )
+    tau: float = parameter(1.0, "relaxation time of two disks, tau_1", positive=True, must="a positive time")
+    alpha: float = parameter(
+        1.0,
+        "exponent of the drag in the relative velocity; 1 is linear",
+        least=LEAST_ALPHA,
+        largest=1.0,
+        must=f"a number from {LEAST_ALPHA:g} to 1 (linear drag); films with mobile surfactants have 2/3, with "
+        "immobile surfactants 1/2",
+    )
+    lever_arms: str = parameter("radius", "where lever arms of disks end", choices=ARMS)
 
     def __str__(self) -> str:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"
@@ -118,9 +86,9 @@ class ContactDamping(DragLaw):
         """Ratio of tangential to normal damping."""
         return self.beta
 
-    def linear(self) -> ContactDamping:
-        """The same law with drag in proportion to the velocity."""
-        return replace(self, alpha=1.0)
+    def on_approach(self) -> ContactDamping:
+        """The law without drag on sliding."""
+        return replace(self, beta=0.0, alpha=1.0)
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Hessian B of the Rayleigh function in the coordinates of `dynamical_matrices`: a sum over contacts of what
@@ -130,10 +98,24 @@ class ContactDamping(DragLaw):
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        generator = shear_direction(packing, direction).generator
-        return _assemble_contacts(packing.kind.jacobian(packing, self.lever_arms, generator), self)
+        approach, slide, stiffness = contact_velocities(packing, direction, self.lever_arms)
+        weight = sparse.diags_array(stiffness * self.tau)
+        matrix = approach.T @ weight @ approach
+        if self.beta > 0:
+            matrix = matrix + self.beta * (slide.T @ weight @ slide)
+        return sparse.csc_array(matrix)
 
-    def gears(self, packing: Packing) -> list[int]:
+    def power(self, packing: Packing, rates: Array) -> float:
+        """Power that the drag dissipates, (alpha + 1) times the Rayleigh function; see `DragLaw`."""
+        approach, slide, stiffness = contact_velocities(packing, "simple", self.lever_arms)
+        squares = self.tau**2 * ((approach @ rates) ** 2 + self.beta * (slide @ rates) ** 2)
+        return float(stiffness @ squares ** (0.5 * (self.alpha + 1.0))) / self.tau
+
+    def resists_shear(self, packing: Packing) -> bool:
+        """Any contact does."""
+        return True
+
+    def gears(self, packing: Packing, matrix: sparse.csc_array | None = None) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
@@ -169,10 +151,6 @@ class ContactDamping(DragLaw):
         """Variables of `lammps_inputs/parts/flow`."""
         return {"arms" if name == "lever_arms" else name: value for name, value in asdict(self).items()}
 
-    def outline_words(self) -> str:
-        """Words of `fix overdamped` for drag between droplets."""
-        return f" drag {self.tau:.17g} {self.beta:.17g} {self.alpha:.17g}"
-
 
 @checked_class
 @dataclass(frozen=True)
@@ -194,27 +172,14 @@ class StokesDrag(DragLaw):
         True
     """
 
-    at_contacts: ClassVar[bool] = False
+    name: ClassVar[str] = "stokes"
+    at_contacts: ClassVar[bool] = False  # type: ignore[misc]
     alpha: ClassVar[float] = 1.0  # type: ignore[misc]
-    eta_f: float = 1.0
-    tau: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not (is_number(self.eta_f) and self.eta_f >= 0):
-            raise InputError(f"eta_f = {self.eta_f!r}: must be a number, 0 or more")
-        _check_time(self.tau)
+    eta_f: float = parameter(1.0, "viscosity of the fluid, k tau_1", least=0.0)
+    tau: float = parameter(1.0, "tau_1; the drag coefficient is k tau_1", positive=True, must="a positive time")
 
     def __str__(self) -> str:
         return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
-
-    @property
-    def resists_shear(self) -> bool:
-        """Whether affine flow costs drag, as with a fluid."""
-        return self.eta_f > 0
-
-    def linear(self) -> StokesDrag:
-        """The law itself."""
-        return self
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """As in `ContactDamping`: drag on every site, and that of the fluid on the shear rate. `whole`: the packing
@@ -232,52 +197,5 @@ class StokesDrag(DragLaw):
         return {"tau": self.tau, "background": 1.0, "fluid": self.eta_f}
 
 
-Damping = ContactDamping | StokesDrag
-
-
-def refuse_slip(packing: Packing, damping: Damping, background: float = 0.0) -> None:
-    """Refuse what moves along flat walls without any drag."""
-    if packing.frame.slips and damping.at_contacts and not damping.contrast and not background:
-        raise InputError(
-            f"beta = 0: nothing drags {packing.kind.particles} along flat walls; use beta > 0, rough walls or, in "
-            "flow, a background drag"
-        )
-
-
-_LAWS: dict[str, type[Damping]] = {law.__name__: law for law in (ContactDamping, StokesDrag)}
-
-
-def law_of_record(record: Mapping[str, Any]) -> Damping:
-    """Read a law from what `DragLaw.record` said."""
-    numbers = dict(record)
-    return _LAWS[numbers.pop("law")](**numbers)
-
-
-def _check_time(tau: float) -> None:
-    if not (is_number(tau) and tau > 0):
-        raise InputError(f"tau = {tau!r}: must be a positive time")
-
-
 def _name_time(tau: float) -> str:
     return "" if tau == 1 else f", τ1 = {tau:g}"
-
-
-def _assemble_contacts(jacobian: ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
-    normal = jacobian.normal
-    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    weight = sparse.diags_array(jacobian.stiffness * damping.tau)
-    approach = _relate_velocities(jacobian, normal)
-    matrix = approach.T @ weight @ approach
-    if damping.beta > 0:
-        slide = _relate_velocities(jacobian, tangent) - jacobian.rolling
-        matrix = matrix + damping.beta * (slide.T @ weight @ slide)
-    return sparse.csc_array(matrix)
-
-
-def _relate_velocities(jacobian: ContactJacobian, direction: Array) -> sparse.csr_array:
-    """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
-    size = jacobian.rolling.shape[1]
-    columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(direction), 1), size - 1)])
-    along_x, along_y = direction[:, [0]], direction[:, [1]]
-    flow = np.sum(jacobian.flow * direction, axis=1, keepdims=True)
-    return spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)

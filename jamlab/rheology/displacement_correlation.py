@@ -23,7 +23,8 @@ from jamlab.packing.strain_map import SIMPLE_SHEAR
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.rheology.complex_modulus import check_frequencies
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import rounding_error, solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -80,7 +81,7 @@ class DisplacementCorrelation(Result):
 
 @checked
 def displacement_response(
-    packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
+    packing: Packing, omega: float, damping: DragLaw | None = None, *, prestress: bool = True
 ) -> tuple[Packing, Complex]:
     """Compute complex non-affine displacements per oscillating shear stress; returns (backbone, displacements).
 
@@ -105,7 +106,7 @@ def displacement_response(
 
 
 def _displacements(
-    packing: Packing, frequencies: Iterable[float], damping: Damping | None, prestress: bool
+    packing: Packing, frequencies: Iterable[float], damping: DragLaw | None, prestress: bool
 ) -> Iterator[tuple[Packing, Complex]]:
     """Yield what `displacement_response` returns, for several frequencies of one equation of motion."""
     network = force_network(packing)
@@ -130,7 +131,7 @@ def _displacements(
 def displacement_correlation(
     packing: Packing,
     omega: float,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     prestress: bool = True,
 ) -> DisplacementCorrelation:
@@ -160,7 +161,7 @@ def displacement_correlation(
 def displacement_correlations(
     packing: Packing,
     frequencies: Iterable[float],
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     prestress: bool = True,
 ) -> list[DisplacementCorrelation]:

@@ -20,12 +20,13 @@ from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction, shear_direction
-from jamlab.rheology.damping import ContactDamping, Damping, refuse_slip
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw, nothing_along_walls
 
 
 @checked
 def dynamical_matrices(
-    packing: Packing, damping: Damping | None = None, *, prestress: bool = True, direction: Direction = "simple"
+    packing: Packing, damping: DragLaw | None = None, *, prestress: bool = True, direction: Direction = "simple"
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
 
@@ -52,7 +53,7 @@ def dynamical_matrices(
 
 
 def _assemble(
-    packing: Packing, damping: Damping, prestress: bool, whole: Packing, direction: Direction
+    packing: Packing, damping: DragLaw, prestress: bool, whole: Packing, direction: Direction
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """K and B of `dynamical_matrices`."""
     k, spins = stiffness(packing, prestress=prestress), packing.kind.rotations(packing)
@@ -93,13 +94,14 @@ class BorderedMatrix:
 # of the drag on each coordinate, that solvers add to motions that no contact resists; answers are refined without it
 _TRACE = 1e-10
 _TRACE_OF_STIFFNESS = 1e-13  # likewise, of the largest
+_ROUNDING = 1e-13  # of the sum of the drag on each coordinate
 
 
 @dataclass(frozen=True)
 class EquationOfMotion:
     """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
-    displacements, the others rotations, which no energy depends on; of disks that turn like gears,
-    `ContactDamping.gears`, one is held. Fixed particles are not among them; walls move with gamma."""
+    displacements, the others rotations, which no energy depends on; of particles that turn without
+    drag, `DragLaw.gears`, one is held. Fixed particles are not among them; walls move with gamma."""
 
     # k_qq, b_qq: (m, m) sparse
     k_qq: sparse.csc_array
@@ -169,7 +171,7 @@ class EquationOfMotion:
 
 
 def equation_of_motion(
-    network: ForceNetwork, damping: Damping, *, prestress: bool = True, direction: Direction = "simple"
+    network: ForceNetwork, damping: DragLaw, *, prestress: bool = True, direction: Direction = "simple"
 ) -> EquationOfMotion:
     """Set up the equation of motion of a packing at an energy minimum, without rattlers; see `dynamical_matrices`."""
     packing = network.packing
@@ -178,18 +180,17 @@ def equation_of_motion(
             "a single disk has no degrees of freedom besides the box, so G* does not relax; use "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
-    refuse_slip(packing, damping)
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
-    drifting = not damping.at_contacts and packing.frame.all_free
-    # without drag on sliding, and under Stokes drag, rotations enter nowhere
-    spinning = damping.at_contacts and damping.contrast > 0 and packing.kind.rotations(packing) > 0
+    drifting = packing.frame.all_free and _drags_along(b, np.arange(2 * sites))
+    if packing.frame.slips and not _drags_along(b, 2 * np.flatnonzero(packing.frame.free_sites)):
+        raise InputError(nothing_along_walls(packing, damping))
     displaced = np.arange(2 * sites) if drifting else solved_coordinates(packing)
-    if spinning:
-        turning = np.setdiff1d(np.flatnonzero(packing.frame.free), damping.gears(packing))
-        solved = np.concatenate([displaced, 2 * sites + turning])
-    else:
-        solved = displaced
+    turning = np.flatnonzero(packing.frame.free[: packing.kind.rotations(packing)])
+    turning = turning[b.diagonal()[2 * sites + turning] > 0]  # else rotations enter nowhere
+    solved = displaced
+    if len(turning):
+        solved = np.concatenate([displaced, 2 * sites + np.setdiff1d(turning, damping.gears(packing, b))])
     carried = np.zeros(k.shape[0])  # by the strain: nothing but itself, and walls
     carried[: 2 * sites] = (packing.frame.wall_offsets @ shear_direction(packing, direction).generator.T).ravel()
     carried[-1] = 1.0
@@ -198,6 +199,12 @@ def equation_of_motion(
     matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
     moving = len(displaced), drifting, displaced
     return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy, law.range > 0)
+
+
+def _drags_along(matrix: sparse.csc_array, together: Indices) -> bool:
+    """Whether drag resists that coordinates move together, by more than sums over contacts round off."""
+    part = matrix[together][:, together]
+    return bool(abs(part.sum()) > _ROUNDING * part.diagonal().sum())
 
 
 def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:

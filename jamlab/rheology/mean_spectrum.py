@@ -22,7 +22,8 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LABEL, drawn
 from jamlab.plotting.palette import COLOURS, ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.like_packings import group_by_kind
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class MeanSpectra(Result):
     """
 
     means: tuple[MeanSpectrum, ...]
-    damping: Damping
+    damping: DragLaw
 
     def __iter__(self) -> Iterator[MeanSpectrum]:
         return iter(self.means)
@@ -172,7 +173,7 @@ class MeanSpectra(Result):
 def mean_spectra(
     packings: Sequence[Packing],
     omega: ArrayLike,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     *,
     prestress: bool = True,
     method: str = "auto",

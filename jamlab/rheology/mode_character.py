@@ -18,7 +18,8 @@ from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -39,8 +40,8 @@ class ModeCharacter(Result):
         rotation: (m,) share that turns them as a whole.
         along: (m,) share of the remaining motion along their own outlines.
         across: (m,) share of the remaining motion across their outlines; the four shares add up to 1.
-        sliding: (m,) share of the dissipation by tangential motion at contacts; the rest is normal. nan under Stokes
-            drag.
+        sliding: (m,) share of the dissipation by tangential motion at contacts; the rest is normal. nan under a drag
+            law that does not tell the two apart, such as Stokes drag.
         unit: unit of stress, for labels.
     """
 
@@ -73,12 +74,12 @@ class ModeCharacter(Result):
 
 
 @checked
-def mode_character(packing: Packing, damping: Damping | None = None) -> ModeCharacter:
+def mode_character(packing: Packing, damping: DragLaw | None = None) -> ModeCharacter:
     """Compute the relaxation modes of a packing of droplets and the character of their motion, without rattlers.
 
     Args:
         packing: DP at an energy minimum, up to 1024 vertices: the solver is dense.
-        damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
+        damping: linear drag law, default `ContactDamping()`.
 
     Raises:
         InputError: disks, which have no outline to move, or too many vertices.
@@ -149,12 +150,12 @@ def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Arra
     return squares[0] / total, squares[1] / total, squares[2] / total, squares[3] / total
 
 
-def _sliding_share(packing: Packing, damping: Damping, found: RelaxationModes, motion: EquationOfMotion) -> Array:
+def _sliding_share(packing: Packing, damping: DragLaw, found: RelaxationModes, motion: EquationOfMotion) -> Array:
     """(m,) 1 - v^T B_0 v / v^T B v, with B_0 of approach alone."""
-    if not damping.at_contacts:
+    if (on_approach := damping.on_approach()) is None:
         return np.full(len(found.rates), np.nan)
     moved = motion.displaced
-    approach = ContactDamping(beta=0.0, tau=damping.tau).matrix(packing, packing, "simple")[moved][:, moved]
+    approach = on_approach.matrix(packing, packing, "simple")[moved][:, moved]
     v = found.vectors
     whole, part = (np.einsum("im,im->m", v, matrix @ v) for matrix in (motion.b_qq, approach))
     share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0)

@@ -23,7 +23,8 @@ from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.rheology.complex_modulus import ComplexModulus, check_frequencies, linear_modulus
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.drag_law import DragLaw
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
 
@@ -106,7 +107,7 @@ def nonlinear_modulus(
     alpha: float | None = None,
     stress: float | None = None,
     *,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     strain: float | None = None,
     prestress: bool = True,
     method: str = "auto",
@@ -152,7 +153,7 @@ def equivalent_modulus(
     alpha: float | None = None,
     stress: float | None = None,
     *,
-    damping: Damping | None = None,
+    damping: DragLaw | None = None,
     strain: float | None = None,
     prestress: bool = True,
     method: str = "auto",
@@ -165,6 +166,11 @@ def equivalent_modulus(
         )
     frequencies, law, stiffness = check_frequencies(omega), damping or ContactDamping(), stiffness_scale(packing)
     power = law.alpha if alpha is None else alpha
+    if power != 1 and law.name != ContactDamping.name:
+        raise InputError(
+            f"{law}: the equivalent time of eqs 24 and 25 holds for contact damping alone; use jamlab.oscillate, or "
+            "jamlab.complex_modulus of a linear law"
+        )
 
     def time_at(w: ArrayLike, amplitude: float) -> Array:
         """Equivalent time at frequencies and a stress amplitude, which times the mean size, over the stiffness times

@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab import ContactDamping
 from jamlab.mechanics.force_network import force_network
-from jamlab.rheology.damping import law_of_record
+from jamlab.rheology.drag_law import law_of_record
 
 LAWS = (
     jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, lever_arms="contact"),
