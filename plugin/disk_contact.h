@@ -10,6 +10,8 @@ namespace LAMMPS_NS {
 struct Repulsion {
   double overlap, energy, force, stiffness;
 
+  Repulsion(double overlap, double energy, double force, double stiffness) :
+      overlap(overlap), energy(energy), force(force), stiffness(stiffness) {}
   Repulsion(double K, double overlap, double exponent) : overlap(overlap)
   {
     double stiffer = K;

@@ -50,12 +50,13 @@ void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row,
 {
   if (p.flat()) x = 0.0;
   const double r = hypot(x, y);
-  const Repulsion push = pair.repulsion(p.strength, p.reach - r);
-  const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
-  const double overlap = std::max(p.reach - r, least_overlap);
-  const double stiffness = pair.repulsion(p.strength, overlap).stiffness;
-  row = {p.i, p.j, x / r, y / r, p.radius_i - back, p.radius_j - back};
-  contact = {r, stiffness, push.force, push.energy, p.share, 1.0, 0.0};
+  const Repulsion push = pair.push(p, p.reach - r);
+  const double back = law.arms == DragLaw::CONTACT ? 0.5 * push.overlap : 0.0;
+  const double lever = law.arms == DragLaw::NONE ? 0.0 : 1.0;
+  const double stiffness =
+      p.reach - r < least_overlap ? pair.push(p, least_overlap).stiffness : push.stiffness;
+  row = {p.i, p.j, x / r, y / r, lever * (p.radius_i - back), lever * (p.radius_j - back)};
+  contact = {r, stiffness, law.stiffness(stiffness), push.force, push.energy, p.share, 1.0, 0.0};
 }
 
 void DiskDrag::find_contacts()
@@ -143,7 +144,7 @@ void DiskDrag::find_changes(const Field &u, double rate, double time, const Disp
     }
     found.push_back({atom->tag[p.i], atom->tag[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
                      contact_speed(p, u, rate),
-                     law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
+                     law.tau > 0.0 ? 0.0 : pair.edge_stiffness(p) / settings.background});
   }
 }
 
@@ -159,7 +160,7 @@ bool DiskDrag::find_tangent(const Field &u, double rate)
   corrections.resize(rows.size());
   for (std::size_t k = 0; k < rows.size(); k++) {
     const Slip s = slip(k, u, rate);
-    const double whole = contacts[k].part * contacts[k].stiffness * law.tau;
+    const double whole = contacts[k].part * contacts[k].drag * law.tau;
     const double square = pow(weights[k] / whole, 2.0 / (law.alpha - 1.0));
     const double g = law.tau * sqrt((1.0 - law.alpha) * weights[k] / square);
     corrections[k] = {0.0, 0.0};

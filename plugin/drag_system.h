@@ -32,7 +32,7 @@ template <class Row> class DragSystem : public DragSolver {
   using Part = RowPart<D>;
   using Block = typename BlockCholesky<D>::Block;
   struct Contact {    // numbers of a row that products do not need
-    double distance, stiffness;
+    double distance, stiffness, drag;    // drag: the stiffness in its coefficient
     double force = 0.0, energy = 0.0;    // elastic, a push
     double share = 1.0;                  // 1/2 of a contact that two ranks see
     double part = 1.0, held = 0.0;    // of the drag in the matrix; force along the slip beside it
@@ -112,7 +112,7 @@ template <class Row> class DragSystem : public DragSolver {
       slowest = LEAST + (sums[1] > 0.0 ? SLOWEST * (sums[0] / sums[1]) : 0.0);
     }
     for (std::size_t k = 0; k < rows.size(); k++)
-      weights[k] = contacts[k].part * contacts[k].stiffness * law.weight(weights[k], slowest);
+      weights[k] = contacts[k].part * contacts[k].drag * law.weight(weights[k], slowest);
   }
 
   // The matrix is factorised where the last solution took more than `slow` iterations without

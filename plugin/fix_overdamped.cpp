@@ -8,7 +8,9 @@
 #include "error.h"
 #include "force.h"
 #include "image_offset.h"
+#include "memory.h"
 #include "modify.h"
+#include "pair_disk_drag.h"
 #include "restart_values.h"
 #include "timer.h"
 #include "update.h"
@@ -44,6 +46,8 @@ FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) :
   vector_flag = global_freq = 1;
   size_vector = OverdampedFlow::COLUMNS;
   extvector = 0;
+  peratom_flag = peratom_freq = 1;
+  size_peratom_cols = 3;
   restart_global = restart_peratom = restart_pbc = 1;
   comm_forward = comm_reverse = 3;
   fields = flow->fields();
@@ -58,6 +62,7 @@ FixOverdamped::~FixOverdamped()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
+  memory->destroy(array_atom);
   if (update) flow->set_time_step(user_time_step);
   if (!modify) return;
   for (const char *name : {"virial", "energy"})    // they may be gone, by uncompute
@@ -115,8 +120,14 @@ void FixOverdamped::check_forces() const
     error->all(FLERR, "{}: {} pushes particles too, which enters neither stress nor steps: remove "
                "it", WHO, what);
   };
-  if (utils::strmatch(force->pair_style, "^hybrid"))
-    refuse(fmt::format("pair_style {}", force->pair_style));
+  if (utils::strmatch(force->pair_style, "^hybrid")) {
+    const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+    if (!disks || disks->is_elastic() || !utils::strmatch(force->pair_style, "^hybrid/overlay$"))
+      refuse(fmt::format("pair_style {}", force->pair_style));
+    if (!force->pair->single_enable)
+      error->all(FLERR, "{}: pair_style {}: not all of its styles say the force of two disks alone "
+                 "(Pair::single)", WHO, force->pair_style);
+  }
   if (force->angle) refuse(fmt::format("angle_style {}", force->angle_style));
   if (force->dihedral) refuse(fmt::format("dihedral_style {}", force->dihedral_style));
   if (force->improper) refuse(fmt::format("improper_style {}", force->improper_style));
@@ -145,6 +156,7 @@ void FixOverdamped::setup(int /*vflag*/)
   for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // massless
   flow->begin_interval();
   flow->setup();
+  show_velocities();
 }
 
 void FixOverdamped::initial_integrate(int /*vflag*/)
@@ -157,9 +169,16 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
 void FixOverdamped::final_integrate()
 {
   flow->end_step();
+  show_velocities();
   if (!flow->begin_interval()) return;
   stopped = true;
   timer->force_timeout();
+}
+
+void FixOverdamped::show_velocities()
+{
+  const Field &u = flow->velocities();
+  for (int i = 0; i < atom->nlocal; i++) std::copy_n(&u[i].x, 3, array_atom[i]);
 }
 
 void FixOverdamped::post_run()
@@ -270,16 +289,19 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 void FixOverdamped::grow_arrays(int nmax)
 {
   for (Field *each : fields) each->resize(nmax);
+  memory->grow(array_atom, nmax, 3, "overdamped:array_atom");
 }
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
   for (Field *each : fields) (*each)[j] = (*each)[i];
+  std::copy_n(array_atom[i], 3, array_atom[j]);
 }
 
 void FixOverdamped::set_arrays(int i)
 {
   for (Field *each : fields) (*each)[i] = Vec3();
+  std::fill_n(array_atom[i], 3, 0.0);
 }
 
 int FixOverdamped::pack_exchange(int i, double *buf)

@@ -51,6 +51,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void check() const;
   void check_forces() const;
   void move_back();
+  void show_velocities();
   void send_to_ghosts(Field &) override;
   void add_from_ghosts(Field &) override;
 };

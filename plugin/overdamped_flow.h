@@ -52,6 +52,7 @@ class OverdampedFlow : protected Pointers {
   virtual const tagint *particles() const = 0;    // of which particle an atom is
   virtual bool owners_count_twice() const { return false; }    // both owners see a contact
   double column(int n) const;    // of the output, as in the manual
+  const Field &velocities() const { return velocity; }    // beside the affine flow
   double memory_usage();
 
   static constexpr int COLUMNS = 21;

@@ -19,11 +19,14 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -3.0;    // the first restart files have beta, >= 0, in its place
+static constexpr double LAYOUT = -4.0;    // the first restart files have beta, >= 0, in its place
 
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
 static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, slight contacts have no digits
+// Of the cutoff: steps of the force from which a stiffness follows, to 1e-11 of it where the force
+// has six derivatives (Lennard-Jones), and the depth at which the last force is asked
+static constexpr double STEP = 1e-4, EDGE = 1e-9;
 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
@@ -67,6 +70,7 @@ void PairDiskDrag::compute(int eflag, int vflag)
       error->one(FLERR, "{}: atoms {} and {} are in one place: their contact has no direction", WHO,
                  atom->tag[i], atom->tag[j]);
 
+    if (!elastic) return;
     const double r = sqrt(rsq);
     const Repulsion push = repulsion(K, cutoff - r);
     const double fpair = push.force / r;
@@ -100,6 +104,28 @@ void PairDiskDrag::compute(int eflag, int vflag)
     virial_fdotr_compute();
     virial[3] -= turning;
   }
+}
+
+/* Beyond the cutoff the force goes on as a spring, as that of this style does, so that velocities
+   change smoothly within a step in which disks part. The stiffness is a difference of forces on the
+   inner side alone, of fourth order. */
+Repulsion PairDiskDrag::push_of_others(const DiskPair &p, double depth) const
+{
+  const int itype = atom->type[p.i], jtype = atom->type[p.j];
+  double energy = 0.0;
+  const auto force_at = [&](double r, double &energy) {
+    double over_distance = 0.0;
+    energy = force->pair->single(p.i, p.j, itype, jtype, r * r, 1.0, 1.0, over_distance);
+    return over_distance * r;
+  };
+  const double inner = std::max(depth, EDGE * p.reach), r = p.reach - inner, h = STEP * p.reach;
+  const double push = force_at(r, energy);
+  double unused, slope = 25.0 * push;
+  const double coefficients[4] = {-48.0, 36.0, -16.0, 3.0};
+  for (int k = 0; k < 4; k++) slope += coefficients[k] * force_at(r - (k + 1) * h, unused);
+  const double stiffness = -slope / (12.0 * h), beyond = inner - depth;
+  return {depth - 2.0 * shell, energy - beyond * (push - 0.5 * stiffness * beyond),
+          push - stiffness * beyond, stiffness};
 }
 
 void PairDiskDrag::find_sizes()
@@ -168,11 +194,12 @@ void PairDiskDrag::allocate()
 void PairDiskDrag::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
-    error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] "
-               "[shell value] [sizes d_name] [power value]", WHO);
+    error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact|none] [even value] "
+               "[elastic on|off] [exponent value] [shell value] [sizes d_name] [power value]", WHO);
 
   law = DragLaw();
   exponent = 2.0;
+  elastic = true;
   power = shell = 0.0;
   sizes.clear();
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
@@ -180,6 +207,7 @@ void PairDiskDrag::settings(int narg, char **arg)
   for (int k = 2; k < narg; k += 2) {
     const std::string word = arg[k], choice = arg[k + 1];
     double *const value = word == "alpha" ? &law.alpha
+        : word == "even"                  ? &law.even
         : word == "exponent"              ? &exponent
         : word == "shell"                 ? &shell
         : word == "power"                 ? &power
@@ -188,11 +216,16 @@ void PairDiskDrag::settings(int narg, char **arg)
       *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (word == "sizes" && utils::strmatch(choice, "^d_"))
       sizes = choice.substr(2);
-    else if (word == "arms" && (choice == "radius" || choice == "contact"))
-      law.arms_to_contact = choice == "contact";
+    else if (word == "arms" && (choice == "radius" || choice == "contact" || choice == "none"))
+      law.arms = choice == "radius" ? DragLaw::RADIUS
+          : choice == "contact"     ? DragLaw::CONTACT
+                                    : DragLaw::NONE;
+    else if (word == "elastic" && (choice == "on" || choice == "off"))
+      elastic = choice == "on";
     else
-      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent "
-                 "value, shell value, sizes d_name, power value", WHO, word, choice);
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, arms none, "
+                 "even value, elastic on, elastic off, exponent value, shell value, sizes d_name, "
+                 "power value", WHO, word, choice);
   }
 
   law.check(error, WHO);
@@ -201,6 +234,9 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
     error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO,
                exponent, LARGEST_EXPONENT);
+  if (!elastic && (exponent != 2.0 || !sizes.empty()))
+    error->all(FLERR, "{}: elastic off leaves energies to other styles: give neither exponent nor "
+               "sizes", WHO);
   if (!(shell >= 0.0) || (shell > 0.0 && exponent != 2.0))
     error->all(FLERR, "{}: shell {} must be a length, 0 for disks that do not attract, and needs "
                "exponent 2", WHO, shell);
@@ -208,18 +244,23 @@ void PairDiskDrag::settings(int narg, char **arg)
 
 void PairDiskDrag::coeff(int narg, char **arg)
 {
-  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
+  if (elastic && narg != 4)
+    error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
+  if (!elastic && narg != 3)
+    error->all(FLERR, "{}: with elastic off it needs: pair_coeff i j s", WHO);
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
-  const double K = utils::numeric(FLERR, arg[2], false, lmp);
-  const double s = utils::numeric(FLERR, arg[3], false, lmp);
-  if (!(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
+  const double K = elastic ? utils::numeric(FLERR, arg[2], false, lmp) : 0.0;
+  const double s = utils::numeric(FLERR, arg[narg - 1], false, lmp);
+  if (elastic && !(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
   if (!(s >= 0.0))
     error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO,
-               arg[3]);
+               arg[narg - 1]);
+  if (!elastic && s == 0.0)
+    error->all(FLERR, "{}: s 0 is that of flat walls, which need elastic on", WHO);
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
@@ -275,37 +316,45 @@ void PairDiskDrag::read_restart(FILE *fp)
 
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
-  const double arms = law.arms_to_contact ? 1.0 : 0.0;
-  for (const double value : {LAYOUT, law.beta, law.tau, law.alpha, arms, exponent, power, shell})
+  const double arms = law.arms, own = elastic ? 1.0 : 0.0;
+  for (const double value :
+       {LAYOUT, law.beta, law.tau, law.alpha, law.even, arms, own, exponent, power, shell})
     write_value(fp, value);
   write_value(fp, sizes);
 }
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  double layout, arms;
+  double layout, arms, own;
   read_everywhere(lmp, fp, &layout);
   if (layout != LAYOUT)
     error->all(FLERR, "{}: the restart file was written by another version of this plugin: start "
                "from a data file", WHO);
   for (double *const value :
-       {&law.beta, &law.tau, &law.alpha, &arms, &exponent, &power, &shell})
+       {&law.beta, &law.tau, &law.alpha, &law.even, &arms, &own, &exponent, &power, &shell})
     read_everywhere(lmp, fp, value);
-  law.arms_to_contact = arms != 0.0;
+  law.arms = static_cast<DragLaw::Arms>(arms);
+  elastic = own != 0.0;
   read_everywhere(lmp, fp, &sizes);
 }
 
 void PairDiskDrag::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++)
-    fprintf(fp, "%d %.17g %.17g\n", i, strength[i][i], reach[i][i]);
+  for (int i = 1; i <= atom->ntypes; i++) {
+    fprintf(fp, "%d", i);
+    if (elastic) fprintf(fp, " %.17g", strength[i][i]);
+    fprintf(fp, " %.17g\n", reach[i][i]);
+  }
 }
 
 void PairDiskDrag::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      fprintf(fp, "%d %d %.17g %.17g\n", i, j, strength[i][j], reach[i][j]);
+    for (int j = i; j <= atom->ntypes; j++) {
+      fprintf(fp, "%d %d", i, j);
+      if (elastic) fprintf(fp, " %.17g", strength[i][j]);
+      fprintf(fp, " %.17g\n", reach[i][j]);
+    }
 }
 
 double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor,
@@ -314,7 +363,7 @@ double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, doub
   const double s = contact_distance(i, j, itype, jtype);
   const double r = sqrt(rsq), depth = s + 2.0 * shell - r;
   fforce = 0.0;
-  if (depth <= 0.0) return 0.0;
+  if (depth <= 0.0 || !elastic) return 0.0;
   const Repulsion push = repulsion(factor * stiffness(itype, jtype, s), depth);
   fforce = push.force / r;
   return push.energy;

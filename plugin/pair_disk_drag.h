@@ -19,7 +19,8 @@ namespace LAMMPS_NS {
    them may reach. With a shell a, disks attract: E = K ((s - r)^2 - 2 a^2) up to r = s + a, and
    -K (s + 2 a - r)^2 up to s + 2 a. An atom of diameter 0 is a flat wall: all disks, of one rank,
    meet it at their distance along y. Their drag is no force of this style: fix overdamped balances
-   it against the elastic force. */
+   it against the elastic force. With `elastic off` the energy of two disks is that of the other
+   styles of hybrid/overlay, which fix overdamped asks by `single`. */
 class PairDiskDrag : public Pair {
  public:
   PairDiskDrag(class LAMMPS *);
@@ -50,7 +51,16 @@ class PairDiskDrag : public Pair {
   int owner(int i) const { return i < atom->nlocal ? i : atom->map(atom->tag[i]); }
   const DragLaw &drag() const { return law; }
   double mean_diameter();
+  bool is_elastic() const { return elastic; }
   // `depth`: cutoff less distance, the overlap itself of disks without a shell
+  Repulsion push(const DiskPair &p, double depth) const
+  {
+    return elastic ? repulsion(p.strength, depth) : push_of_others(p, depth);
+  }
+  double edge_stiffness(const DiskPair &p) const    // of two disks that begin to touch
+  {
+    return elastic ? 2.0 * p.strength : push_of_others(p, 0.0).stiffness;
+  }
   Repulsion repulsion(double strength, double depth) const
   {
     Repulsion push(strength, depth, exponent);    // its stiffness is that of drag: never negative
@@ -66,6 +76,7 @@ class PairDiskDrag : public Pair {
  private:
   DragLaw law;
   double exponent = 2.0;
+  bool elastic = true;
   double shell = 0.0;    // width of the attraction up to its maximum; it ends at twice that
   double **strength, **reach;    // K and s of two types
   std::vector<DiskPair> found;
@@ -73,6 +84,7 @@ class PairDiskDrag : public Pair {
   double power = 0.0;      // of s in K, with diameters of the atoms' own
   std::vector<double> own;    // their diameters, of ghosts too, at the last force evaluation
 
+  Repulsion push_of_others(const DiskPair &, double depth) const;
   void find_sizes();
   void check_reach() const;
   double diameter(int i, int type) const { return sizes.empty() ? reach[type][type] : own[i]; }
