@@ -97,6 +97,21 @@ def test_voids_have_their_size(packing):
     assert (numbers(packed, "sides") == found.sides[closed]).all()
 
 
+def test_walls_between_cells_have_their_length_and_part_the_particles(packing):
+    """Walls are drawn once, in the cell; the two nearest disks of a point on one are equally far."""
+    walls, cells = lines(pack_state(packing, None)["walls"]), jamlab.tessellation(packing)
+    drawn = [shapely.LineString(wall) for wall in walls]
+    assert sum(wall.length for wall in drawn) == pytest.approx(cells.wall_length.sum(), rel=0.01)
+    middles = np.array([wall.interpolate(0.5, normalized=True).coords[0] for wall in drawn])
+    inside = middles @ np.linalg.inv(packing.box)
+    assert (np.abs(inside - 0.5) < 0.5 + 1e-3).all()
+    if packing.diameters is not None:
+        moved = middles[:, None] - packing.centroids
+        moved -= np.round(moved @ np.linalg.inv(packing.box)) @ packing.box
+        power = np.sort((moved**2).sum(axis=2) - packing.diameters**2 / 4, axis=1)
+        np.testing.assert_allclose(power[:, 0], power[:, 1], atol=1e-5)
+
+
 def test_outlines_that_cross_are_refused_with_the_number_of_the_state(tmp_path):
     packing = jamlab.read(STATES / "droplets.h5")
     onto_another = np.where(packing.particle == 0, 1.0, 0.0)[:, None] * (np.diff(packing.centroids[:2], axis=0) + 0.2)

@@ -124,12 +124,12 @@ def test_every_toggle_changes_the_picture(browser, page, sweep):
     browser.open(page)
     browser.run(f"{EXPLORER}.show(1)")
     assert jamlab.contacts(sweep[1]).rattlers.any()
-    for letter in "rfvd":
+    for letter in "rfvcd":
         before = picture(browser)
         press(browser, letter)
         assert picture(browser) != before, letter
     legend = browser.element(".legend").text
-    for words in ("void of 3", "without the affine part (box: area 0.200 %"):
+    for words in ("void of 3", "set-Voronoi cells", "without the affine part (box: area 0.200 %"):
         assert words in legend
     assert browser.errors() == []
 
@@ -178,7 +178,7 @@ def test_fits_a_phone_and_takes_fingers(browser, page):
     touch("touchMove", (190, 150))
     touch("touchEnd")
     assert browser.run(f"return {EXPLORER}.view.middle")[0] < before[0] - 0.02
-    for name in ("voids", "displacements"):
+    for name in ("voids", "cells", "displacements"):
         browser.run(f"{EXPLORER}.toggle('{name}')")
     browser.run(f"{EXPLORER}.show(3); {EXPLORER}.drawNow()")
     assert browser.overhang() == 0 and browser.errors() == []

@@ -2,7 +2,7 @@
 The explorer
 ============
 
-One page to look through a sweep: a slider through the states, force network, voids and displacements, and what a
+One page to look through a sweep: a slider through the states, force network, voids, cells and displacements, and what a
 contact or a particle is under the pointer. Needs no network and no server.
 """
 

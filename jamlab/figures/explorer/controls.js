@@ -2,7 +2,7 @@
 
 const REACH = {mouse: 5, pen: 8, touch: 14}; // pixels
 const STRIDE = 40; // pixels that an arrow key with shift moves the picture
-const TOGGLES = {f: 'forces', r: 'rattlers', v: 'voids', d: 'displacements'};
+const TOGGLES = {f: 'forces', r: 'rattlers', v: 'voids', c: 'cells', d: 'displacements'};
 
 /** Drag to pan, two fingers or the wheel to zoom, point or tap to ask. */
 function watchPointers(canvas, explorer) {

@@ -42,6 +42,7 @@ function legend(scene) {
     if (loose) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
   }
   if (shown.voids) entries.push(...voidKeys(state.voids, colours));
+  if (shown.cells) entries.push(key(wallColour(scene), head.radii === null ? 'set-Voronoi cells' : 'power cells', 'line'));
   if (shown.displacements) entries.push(moveKey(state, colours));
   return entries;
 }

@@ -1,4 +1,4 @@
-// From the text inside the page to arrays: the other side of packed_arrays.py and states.py.
+// From the text inside the page to arrays: the other side of states.py.
 
 function decode(text, Kind) {
   return new Kind(Uint8Array.from(atob(text), character => character.charCodeAt(0)).buffer);
@@ -74,7 +74,7 @@ function unpackState(raw, head) {
     box: raw.box, rim: raw.rim, planes: raw.planes, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
     radius: boundingRadii(sites, centres, raw.rim, head),
     meanForce: bearing.reduce((sum, contact) => sum + contact.force, 0) / (bearing.length || 1),
-    voids: unpackVoids(raw.voids),
+    voids: unpackVoids(raw.voids), walls: unpackLines(raw.walls),
     moves: raw.moves === null ? null : decode(raw.moves, Float32Array), affine: raw.affine,
   };
 }

@@ -18,6 +18,7 @@ function drawScene(context, ratio, scene) {
   if (scene.state.planes) drawFlatWalls(context, scene);
   drawParticles(context, scene, seen, pixel);
   if (scene.shown.voids) drawVoids(context, scene, pixel);
+  if (scene.shown.cells) drawCells(context, scene, pixel);
   if (scene.shown.forces) drawForces(context, scene, pixel);
   if (scene.shown.displacements && scene.state.moves !== null) drawMoves(context, scene, seen, pixel);
   if (scene.pointed !== null) drawPointed(context, scene, pixel);
@@ -132,6 +133,21 @@ function writeSides(context, scene) {
   }
 }
 
+/** Walls between cells, in a colour that no void beside them has. */
+function wallColour({shown, colours}) {
+  return shown.voids ? colours.wallBesideVoids : colours.wall;
+}
+
+function drawCells(context, scene, pixel) {
+  context.strokeStyle = wallColour(scene);
+  context.lineWidth = 1.8 * pixel;
+  for (const [{points}, dx, dy] of seenOf(scene.state.walls, scene)) {
+    const path = new Path2D();
+    traceLine(path, points, dx, dy);
+    context.stroke(path);
+  }
+}
+
 /** Width of a force line, in units of length. */
 function forceWidth(state, force, pixel) {
   return Math.max(THINNEST * pixel, state.size * Math.min(WIDEST, MEAN_WIDTH * force / (state.meanForce || 1)));
@@ -234,7 +250,7 @@ function drawCell(context, {view, colours}, pixel) {
   context.fillStyle = colours.veil;
   context.fill(around, 'evenodd');
   context.strokeStyle = colours.ink;
-  context.lineWidth = 1.4 * pixel;
+  context.lineWidth = 1.8 * pixel;
   context.stroke(cell);
 }
 

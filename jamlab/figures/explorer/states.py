@@ -1,4 +1,4 @@
-"""One state as packed arrays: outlines, contacts with forces, voids, and displacements since the one before.
+"""One state as packed arrays: outlines, contacts with forces, voids, cells, and displacements since the one before.
 
 Everything that the page draws or says of a state is computed here, by the functions of the library. Arrays become text
 inside the page: base64 of little-endian numbers.
@@ -23,7 +23,7 @@ from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.measure import numbers_of, why_no_modulus
 from jamlab.packing.area_change import compression
 from jamlab.packing.ensembles import NEGATIVE_G
-from jamlab.packing.neighbors import shortest_images
+from jamlab.packing.neighbors import moves_home, shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 from jamlab.packing.quantities import MEASURED
@@ -35,7 +35,8 @@ def encode(values: ArrayLike, kind: str) -> str:
 
 
 # in sqrt(cell area / particles)
-COARSE = 2e-3  # what boundaries of voids may be off by: a fifth of a pixel
+COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
+_JOINED = 1e-9  # ends of pieces of a wall between cells that are nearer than this are one point
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
@@ -43,15 +44,16 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
-    network = contacts(packing)
+    network, cells = contacts(packing), tessellation(packing)
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
         "planes": packing.frame.planes if packing.frame.is_flat else None,
         "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
-        "particles": _pack_particles(packing, network),
+        "particles": _pack_particles(packing, network, cells.area),
         "voids": _pack_voids(packing),
+        "walls": _pack_walls(packing, cells.lines),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
@@ -116,14 +118,14 @@ def _pack_contacts(packing: Packing, network: Contacts, home: Array) -> dict[str
     }
 
 
-def _pack_particles(packing: Packing, network: Contacts) -> dict[str, Any]:
+def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[str, Any]:
     """Numbers of every particle; z counts all contacts of a rattler, else those that bear force, as the mean z does."""
     counted = network.bearing[:, None] | network.rattlers[network.pairs]
     z = np.bincount(network.pairs[counted], minlength=packing.n)
     return {
         "shape": encode(shape_factors(packing), "<f4"),
         "area": encode(particle_areas(packing), "<f4"),
-        "cell": encode(tessellation(packing).area, "<f4"),
+        "cell": encode(cells, "<f4"),
         "z": encode(z, "<u2"),
         "rattler": encode(network.rattlers, "u1"),
     }
@@ -140,17 +142,36 @@ def _pack_voids(packing: Packing) -> dict[str, Any]:
     paths = [path for path, percolating in zip(void_paths(found), found.percolating, strict=True) if not percolating]
     pieces = [np.split(path.vertices, np.flatnonzero(path.codes == path.CLOSEPOLY)[:-1] + 1) for path in paths]
     rings = np.array([shapely.linearrings(ring) for void in pieces for ring in void], dtype=object)
-    most = COARSE * np.sqrt(packing.area / packing.n)  # a small ring keeps its shape
-    coarse = shapely.simplify(rings, np.minimum(most, 0.01 * shapely.length(rings)))
-    points, ring = shapely.get_coordinates(coarse, return_index=True)
     return {
-        "points": encode(points, "<f4"),
-        "ends": encode(np.cumsum(np.bincount(ring, minlength=len(rings))), "<u4"),
+        **_packed_lines(_coarse(packing, rings)),
         "rings": encode(1 + found.islands[closed], "<u4"),
         "sides": encode(found.sides[closed], "<u2"),
         "area": encode(found.area[closed], "<f4"),
         "percolating": int(np.sum(found.percolating > 0)),
     }
+
+
+def _pack_walls(packing: Packing, pieces: Array) -> dict[str, Any]:
+    """Walls between cells as lines, each with its middle in the box."""
+    step = _JOINED * np.sqrt(packing.area / packing.n)
+    ends = shapely.linestrings(step * np.round(pieces / step))
+    walls = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(ends)))
+    middles = shapely.get_coordinates(shapely.line_interpolate_point(walls, 0.5, normalized=True))
+    home = moves_home(middles, packing.box)
+    points, wall = shapely.get_coordinates(walls, return_index=True)
+    return _packed_lines(_coarse(packing, shapely.linestrings(points + home[wall], indices=wall)))
+
+
+def _coarse(packing: Packing, lines: Any) -> Any:
+    """Lines less points that no eye would miss; a small ring keeps its shape."""
+    most = COARSE * np.sqrt(packing.area / packing.n)
+    return shapely.simplify(lines, np.minimum(most, 0.01 * shapely.length(lines)))
+
+
+def _packed_lines(lines: Any) -> dict[str, str]:
+    """Points of lines, one line after the other, and where in them each ends."""
+    points, line = shapely.get_coordinates(lines, return_index=True)
+    return {"points": encode(points, "<f4"), "ends": encode(np.cumsum(np.bincount(line, minlength=len(lines))), "<u4")}
 
 
 _MEANING = {
