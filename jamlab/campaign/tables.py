@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jamlab.arrays import ArrayLike
+from jamlab.arrays import ArrayLike, Indices
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
@@ -126,17 +126,9 @@ def aggregate(
     packing are nan; `<value>_packings` counts those with a finite value."""
     import pandas as pd
 
-    for name in [*values, *by, *([along] if along else [])]:
-        if name not in frame.columns:
-            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-    for name in [*values, *([along] if along else [])]:
-        if frame[name].dtype.kind not in "biuf":
-            raise InputError(f"column {name!r} holds no numbers: give it in by=, to group by it")
+    _check_columns(frame, [*values, *([along] if along else [])], by)
     if (along is None) != (bins is None):
         raise InputError(f"along = {along!r}, bins = {bins!r}: give both, a column and the edges of its bins")
-    edges = np.array([0.0, 1.0]) if bins is None else np.asarray(bins, dtype=np.float64)
-    if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
-        raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
     keys = {name: frame[name] for name in by}
@@ -144,16 +136,13 @@ def aggregate(
         if key.dtype.kind == "f":
             keys[name] = key.map(lambda value: float(f"{value:.{_DIGITS}g}"))
     if along is not None:
-        place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
-        inside = (place >= 0) & (place < len(edges) - 1)
+        place = _bins_of(frame[along], bins)
+        inside = place >= 0
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
         keys["bin"] = pd.Series(place[inside], index=frame.index)
     rows = []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        for name in _ALIKE:
-            if name in part and part[name].nunique(dropna=False) > 1:
-                found = " and ".join(sorted(map(str, part[name].unique())))
-                raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")
+        _check_alike(part)
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
@@ -163,6 +152,33 @@ def aggregate(
             row |= _mean(part, name, confidence)
         rows.append(row)
     return pd.DataFrame(rows if len(frame) else [])
+
+
+def _check_columns(frame: pd.DataFrame, numbers: Sequence[str], by: Sequence[str]) -> None:
+    """Refuse columns that a table does not have, and means of what is no number."""
+    for name in [*numbers, *by]:
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    for name in numbers:
+        if frame[name].dtype.kind not in "biuf":
+            raise InputError(f"column {name!r} holds no numbers: give it in by=, to group by it")
+
+
+def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
+    """(n,) the bin of each value, -1 outside of all."""
+    edges = np.asarray(bins, dtype=np.float64)
+    if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
+        raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
+    place = np.digitize(column.to_numpy(np.float64), edges) - 1
+    return np.where(place < len(edges) - 1, place, -1)
+
+
+def _check_alike(part: pd.DataFrame) -> None:
+    """Refuse a group of rows that were not made, or not measured, in one way."""
+    for name in _ALIKE:
+        if name in part and part[name].nunique(dropna=False) > 1:
+            found = " and ".join(sorted(map(str, part[name].unique())))
+            raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")
 
 
 def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:

@@ -122,6 +122,31 @@ def _make_file(
     return states.missing
 
 
+class _Deaths:
+    """Workers that died: of each task, and in a row before they had begun anything."""
+
+    def __init__(self, most_early: int) -> None:
+        self.of: Counter[str] = Counter()
+        self._begun: set[str] = set()
+        self._early, self._most_early = 0, most_early
+
+    def begin(self, name: str) -> None:
+        """Note that a worker has begun a task."""
+        self._begun.add(name)
+        self._early = 0
+
+    def runs_again(self, name: str, code: int) -> bool:
+        """Count the death of the worker of a task; whether the task runs again."""
+        if name not in self._begun:
+            self._early += 1
+            if self._early > self._most_early:
+                raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
+            return True
+        self._begun.discard(name)
+        self.of[name] += 1
+        return code < 0 and self.of[name] <= _MOST_DEATHS
+
+
 def _how(code: int, times: int) -> str:
     """In which way a process died so many times."""
     if code < 0:
@@ -141,8 +166,7 @@ def drive(
     names share. A worker that dies is replaced, and its task runs again."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
-    begun: set[str] = set()
-    deaths: Counter[str] = Counter()  # "": of workers that had not begun anything, in a row
+    deaths = _Deaths(_EARLY_DEATHS * count)
     with Children(_carry, count) as children:
 
         def fill() -> None:
@@ -154,23 +178,17 @@ def drive(
         while under_way:
             name, kind, content = children.wait()
             if kind == "report":
-                begun.add(name)
-                deaths[""] = 0
+                deaths.begin(name)
                 continue
             if kind == "error":
                 raise EngineError(f"workers cannot run a task: {content}") from content
             task, outcome = under_way[name], content
             if kind == "death":
                 arguments, code = content
-                early = name not in begun
-                deaths["" if early else name] += 1
-                begun.discard(name)
-                if deaths[""] > _EARLY_DEATHS * count:
-                    raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
-                if early or (code < 0 and deaths[name] <= _MOST_DEATHS):
+                if deaths.runs_again(name, code):
                     children.submit(name, arguments, first=True)
                     continue
-                said = f"{task.parameters.label}: its worker died {_how(code, deaths[name])}"
+                said = f"{task.parameters.label}: its worker died {_how(code, deaths.of[name])}"
                 folder.record_failure(task, EngineError(said))
                 outcome = Outcome(FAILED, said, float("nan"))
             if outcome.state == FULL:

@@ -101,15 +101,9 @@ def analyze(
         refuse_for_series({"--overlay": overlay, "--packing": packing})
         analyze_series(source.name, file, labels, memory or 0, how, csv, as_json)
     elif is_picture({"file": file}):
-        from jamlab.micrographs.micrograph import micrograph
-
         if memory is not None:
             raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
-        found = micrograph(file, labels=labels, **how)
-        if overlay is not None:
-            found.draw(overlay)
-        if csv is not None:
-            write_table(found.table(), csv)
+        found = _measure_picture(file, labels, how, overlay, csv)
         if packing is not None:
             found.packing(reading.get("model", "dp")).write(packing)
         print_micrograph(source.name, found, as_json)
@@ -119,6 +113,19 @@ def analyze(
         packings = read_all(source, **reading)
         _say_what_is_missing(source, packings[0])
         print_packings(packings, None, as_json, csv)
+
+
+def _measure_picture(
+    file: Path | None, labels: Path | None, how: dict[str, Any], overlay: Path | None, csv: Path | None
+) -> "Micrograph":
+    from jamlab.micrographs.micrograph import micrograph
+
+    found: Micrograph = micrograph(file, labels=labels, **how)
+    if overlay is not None:
+        found.draw(overlay)
+    if csv is not None:
+        write_table(found.table(), csv)
+    return found
 
 
 _ARRAYS = (".npy", ".npz")

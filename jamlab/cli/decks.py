@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.text import Text
@@ -15,6 +15,9 @@ from jamlab.cli.given import check_apart
 from jamlab.cli.options import Json
 from jamlab.errors import EngineError, InputError
 from jamlab.storage.atomic_file import check_target
+
+if TYPE_CHECKING:
+    from jamlab.packing.packing import Packing
 
 
 def doctor(as_json: Json = False) -> None:
@@ -172,7 +175,6 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         return {}
     import numpy as np
 
-    import jamlab
     from jamlab.engine.command_line import law_settings
 
     if "data" not in given and not Path(settings["data"]).exists():
@@ -181,14 +183,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
             f"there is no {settings['data']} in this folder: give --data FILE, or run `jamlab deck {first}` first, "
             "which writes it"
         )
-    with warnings.catch_warnings(record=True) as notes:
-        warnings.simplefilter("always")
-        packing = jamlab.read(settings["data"])
-    with open(settings["data"], "rb") as file:
-        if not any(line.rstrip().endswith(b" atoms") for line in islice(file, 100)):
-            raise InputError(f"data = {settings['data']}: LAMMPS reads a file of jamlab.write or of another deck")
-    for note in notes:
-        typer.echo(str(note.message))
+    packing = _data_of_lammps(settings["data"])
     needed, found = settings.get("model", "sp"), packing.model
     if found != needed:
         raise InputError(f"data = {settings['data']}: contains {found}, but this deck needs {needed}")
@@ -210,6 +205,21 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     if twice := next((name for name in given if name in {*law, "ratio"}), None):
         raise InputError(f"{twice} = {given[twice]}: law and sizes come from {settings['data']}; leave it out")
     return law
+
+
+def _data_of_lammps(path: str) -> "Packing":
+    """The packing of a data file that LAMMPS reads too; what jamlab assumes of it is printed."""
+    import jamlab
+
+    with warnings.catch_warnings(record=True) as notes:
+        warnings.simplefilter("always")
+        packing = jamlab.read(path)
+    with open(path, "rb") as file:
+        if not any(line.rstrip().endswith(b" atoms") for line in islice(file, 100)):
+            raise InputError(f"data = {path}: LAMMPS reads a file of jamlab.write or of another deck")
+    for note in notes:
+        typer.echo(str(note.message))
+    return packing
 
 
 def check_setting(path: Path, name: str, text: str) -> None:

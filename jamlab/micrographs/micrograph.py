@@ -85,17 +85,7 @@ def micrograph(
     for name, value in (("pixel", pixel), ("film", film)):
         if value is not None:
             check_number(name, value, LARGEST, 1 / LARGEST)  # beyond, areas are 0 or infinite
-    if contrast == "ring":
-        raise InputError(
-            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give '
-            + typed("labels=", "--labels")
-        )
-    check_choice("contrast", contrast, CONTRASTS)
-    check_choice("channel", channel, CHANNELS)
-    if picture is None and labels is None:
-        raise InputError("give a picture, or labels, or both")
-    if picture is None and channel != CHANNELS[0]:
-        raise InputError(f"channel = {channel!r}: labels alone have no colours; leave it out, or give the picture too")
+    _check_kind(picture is None, labels is None, contrast, channel)
     unit = ""
     if pixel is None:
         files = [Path(each) if isinstance(each, str | Path) else None for each in (picture, labels)]
@@ -105,26 +95,45 @@ def micrograph(
         picture = read_values(Path(picture))
     grey = None if picture is None else read_grey(picture, channel)
     if labels is not None:
-        if contrast != CONTRASTS[0]:
-            raise InputError("`contrast` does not apply to labels: leave it out")
         named, notes = read_labels(labels, None if grey is None else grey.shape)
         droplets = SeenDroplets("labels", *labelled_picture(named), film, tuple(notes))
         return _measured((named > 0).astype(np.float64) if grey is None else grey, droplets, pixel, unit)
     assert grey is not None and picture is not None
     if contrast == "auto":
-        if looks_labelled(np.asarray(picture)):
-            levels = "the picture looks like labels or a mask"
-            raise InputError(
-                f"{levels}: give it as {typed('labels=', '--labels')}; if it is a photograph, give "
-                + typed("contrast=", "--contrast")
-            )
-        contrast = find_contrast(grey)
+        contrast = _contrast_of(np.asarray(picture), grey)
     darkness = remove_background(grey if contrast == "bright" else 1 - grey)
     segments = None if darkness is None else find_droplets(darkness.smooth, darkness.noise)
     if darkness is None or segments is None:
         text = f"no droplet stands out from light and noise: check `contrast` ({contrast}) and the picture"
         raise NoDropletsError(text)
     return _measured(grey, SeenDroplets(contrast, darkness, segments, film), pixel, unit)
+
+
+def _check_kind(no_picture: bool, no_labels: bool, contrast: str, channel: str) -> None:
+    """Refuse what says how to read a picture where there is none, or where it is not read."""
+    if contrast == "ring":
+        raise InputError(
+            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give '
+            + typed("labels=", "--labels")
+        )
+    check_choice("contrast", contrast, CONTRASTS)
+    check_choice("channel", channel, CHANNELS)
+    if no_picture and no_labels:
+        raise InputError("give a picture, or labels, or both")
+    if no_picture and channel != CHANNELS[0]:
+        raise InputError(f"channel = {channel!r}: labels alone have no colours; leave it out, or give the picture too")
+    if not no_labels and contrast != CONTRASTS[0]:
+        raise InputError("`contrast` does not apply to labels: leave it out")
+
+
+def _contrast_of(picture: Array, grey: Array) -> str:
+    """The contrast of a photograph; labels are refused."""
+    if looks_labelled(picture):
+        raise InputError(
+            f"the picture looks like labels or a mask: give it as {typed('labels=', '--labels')}; if it is a "
+            f"photograph, give {typed('contrast=', '--contrast')}"
+        )
+    return find_contrast(grey)
 
 
 def find_contrast(grey: Array) -> str:

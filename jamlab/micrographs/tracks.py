@@ -101,13 +101,7 @@ def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Microg
     seen = {number: each for number, each in enumerate(found) if each is not None}
     if not seen:
         raise InputError(f"no frame of {len(found)} has droplets: frame 0: {empty[0]}")
-    (first, one), *rest = seen.items()
-    for number, other in rest:
-        for what, own, there in (("size", one.picture.shape, other.picture.shape), ("unit", one.unit, other.unit)):
-            if own != there:
-                raise InputError(f"frame {number} has the {what} {there}, frame {first} {own}: must be the same")
-        if one.pixel != other.pixel and abs((one.pixel or 1.0) / (other.pixel or 1.0) - 1) > 1e-6:
-            raise InputError(f"frame {number} has pixels of {other.pixel}, frame {first} of {one.pixel}: give pixel=")
+    _check_alike(seen)
     if empty:
         names = ", ".join(map(str, [*empty][:NAMED])) + (
             f" and {len(empty) - NAMED} more" if len(empty) > NAMED else ""
@@ -115,6 +109,17 @@ def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Microg
         several = "s" if len(empty) > 1 else ""
         warn(f"frame{several} {names} of {len(found)} without droplets: {next(iter(empty.values()))}")
     return found
+
+
+def _check_alike(seen: dict[int, Micrograph]) -> None:
+    """Refuse frames, by number, that differ in what no series does."""
+    (first, one), *rest = seen.items()
+    for number, other in rest:
+        for what, own, there in (("size", one.picture.shape, other.picture.shape), ("unit", one.unit, other.unit)):
+            if own != there:
+                raise InputError(f"frame {number} has the {what} {there}, frame {first} {own}: must be the same")
+        if one.pixel != other.pixel and abs((one.pixel or 1.0) / (other.pixel or 1.0) - 1) > 1e-6:
+            raise InputError(f"frame {number} has pixels of {other.pixel}, frame {first} of {one.pixel}: give pixel=")
 
 
 def _measured(frame: SeriesFrame, how: dict[str, Any]) -> Micrograph:

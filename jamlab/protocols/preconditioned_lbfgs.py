@@ -15,6 +15,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
+from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import REACH, factorise
 
 
@@ -45,6 +46,7 @@ class LbfgsSettings:
     least_shift: float = 3e-4  # with less, steps along soft modes are longer than the quadratic model holds
 
 
+_Pair = tuple[Array, Array]  # a step, and the change of the force along it
 FAR = LbfgsSettings()
 # beside a minimum the quadratic model holds: a small shift, and factors that follow contacts as these open and close
 NEAR = LbfgsSettings(refresh=10, trials=16, shift=0.0, least_shift=1e-6)
@@ -61,23 +63,18 @@ def descend_by_lbfgs(session: Session, tolerance: float, steps: int) -> Evaluati
     x = packing.positions.ravel()
     energy, force = forces_at(x)
     age, longest = FAR.refresh, FAR.reach
-    pairs: list[tuple[Array, Array]] = []
+    pairs: list[_Pair] = []
     for _ in range(steps):
         largest = float(np.sqrt((force[::2] ** 2 + force[1::2] ** 2).max()))
         if largest <= tolerance:
             break
         if age == FAR.refresh:
-            try:
-                matrix = hessian(packing.with_state(positions=x.reshape(-1, 2)))
-                factorise(matrix, max(FAR.shift * largest, FAR.least_shift), solver)
-            except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
+            if not _factorise_at(packing, x, largest, solver):
                 x = packing.positions.ravel()
                 break
             pairs, age = [], 0
         age += 1
-        step = _inverse_times(force, pairs, solver.solve)
-        if step @ force <= 0:
-            pairs, step = [], solver.solve(force)
+        step, pairs = _direction(force, pairs, solver.solve)
         found = _search_line(forces_at, x, energy, force, step, longest)
         if found is None:
             if age == 1:  # even a fresh Hessian gives no direction of descent
@@ -96,7 +93,23 @@ def descend_by_lbfgs(session: Session, tolerance: float, steps: int) -> Evaluati
     return session.evaluate()
 
 
-def _inverse_times(force: Array, pairs: list[tuple[Array, Array]], solve: Callable[[Array], Array]) -> Array:
+def _factorise_at(packing: Packing, x: Array, largest: float, solver: PositiveSolver) -> bool:
+    """Factorise the Hessian at a state; False where two disks lie in one place and there is none."""
+    try:
+        matrix = hessian(packing.with_state(positions=x.reshape(-1, 2)))
+        factorise(matrix, max(FAR.shift * largest, FAR.least_shift), solver)
+    except (InputError, ConvergenceError):
+        return False
+    return True
+
+
+def _direction(force: Array, pairs: list[_Pair], solve: Callable[[Array], Array]) -> tuple[Array, list[_Pair]]:
+    """A direction of descent, and the pairs that it comes from: none where these lead uphill."""
+    step = _inverse_times(force, pairs, solve)
+    return (solve(force), []) if step @ force <= 0 else (step, pairs)
+
+
+def _inverse_times(force: Array, pairs: list[_Pair], solve: Callable[[Array], Array]) -> Array:
     """Nocedal & Wright, algorithm 7.4: pairs of steps and the changes of the force along them correct an inverse."""
     rest, along = force.copy(), []
     for change, bend in reversed(pairs):

@@ -50,7 +50,6 @@ def test_examples_are_installed():
     names = {path.name for path in EXAMPLES.iterdir()}
     assert names == {path.name for path in (installed("lammps_inputs") / "examples").iterdir()}
     assert {f"{kind}.{deck}" for deck in DECKS for kind in ("in", "log")} <= names
-    assert all(len((EXAMPLES / f"in.{deck}").read_text().splitlines()) < 60 for deck in DECKS)
 
 
 @pytest.mark.parametrize("deck", DECKS)

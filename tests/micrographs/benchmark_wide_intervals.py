@@ -5,6 +5,7 @@ have no coordination number and no voids: theirs are doubtful, and not counted. 
 nothing of z: that it is doubtful is right.
 """
 
+import itertools
 from collections import Counter
 
 import numpy as np
@@ -48,33 +49,35 @@ def scattered(count, share, radius, aspect, rng):
     return labels, truth | {"shape_rim": shape_of_ellipse(aspect)}
 
 
+def masks_of(packing, rng):
+    """The same of one packing."""
+
+    def drawn(radius, line=0, part=0.95):
+        pixels = round(radius * np.sqrt(np.pi * packing.n / 0.85))
+        return trial(packing, pixels, line, tuple(rng.random(2)), part)
+
+    for line, radius in itertools.product((1, 2, 3), (14, 26)):
+        known = drawn(radius, line)
+        yield f"lines of {line} pixels", known.labels, known.truth
+    for part, radius in itertools.product((0.45, 0.55, 0.65), (16, 24)):
+        known = drawn(radius, part=part)
+        if 5 <= known.truth["count"] < 20:
+            yield "5 to 19 droplets", known.labels, known.truth
+    for line in (0, 0, 1):
+        known = drawn(6, line, 1.0)
+        yield BOTH if line else "radius of 6 pixels", known.labels, known.truth
+    known = drawn(26)
+    for aspect in (1.5, 2, 3):
+        rows = np.floor(np.arange(0, len(known.labels) - 1, aspect) + 0.25).astype(int)
+        changed = {"area": known.truth["area"] / aspect, "shape_rim": shape_of_ellipse(aspect)}
+        yield "ellipses that touch", known.labels[rows], known.truth | changed
+
+
 def masks():
     """Kind, labels, truth."""
     rng = np.random.default_rng(7)
     for how in PACKINGS.values():
-        packing = jamlab.pack(**({"pressure": 1e-3} | how))
-
-        def drawn(radius, line=0, part=0.95, packing=packing):
-            pixels = round(radius * np.sqrt(np.pi * packing.n / 0.85))
-            return trial(packing, pixels, line, tuple(rng.random(2)), part)
-
-        for line in (1, 2, 3):
-            for radius in (14, 26):
-                known = drawn(radius, line)
-                yield f"lines of {line} pixels", known.labels, known.truth
-        for part in (0.45, 0.55, 0.65):
-            for radius in (16, 24):
-                known = drawn(radius, part=part)
-                if 5 <= known.truth["count"] < 20:
-                    yield "5 to 19 droplets", known.labels, known.truth
-        for line in (0, 0, 1):
-            known = drawn(6, line, 1.0)
-            yield BOTH if line else "radius of 6 pixels", known.labels, known.truth
-        known = drawn(26)
-        for aspect in (1.5, 2, 3):
-            rows = np.floor(np.arange(0, len(known.labels) - 1, aspect) + 0.25).astype(int)
-            changed = {"area": known.truth["area"] / aspect, "shape_rim": shape_of_ellipse(aspect)}
-            yield "ellipses that touch", known.labels[rows], known.truth | changed
+        yield from masks_of(jamlab.pack(**({"pressure": 1e-3} | how)), rng)
     for k in range(12):
         share, radius, count = (0.12, 0.2, 0.3, 0.4)[k % 4], (10, 16, 24)[k % 3], (12, 40, 80)[k // 4]
         yield "dilute discs", *scattered(count, share, radius, 1.0, rng)

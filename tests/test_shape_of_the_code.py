@@ -1,0 +1,53 @@
+"""What is asked of the shape of the code, not of its length: functions that fit on a screen, files of one idea.
+
+How many ways lead through a function is up to ruff, code that stands in two files up to pylint, directions of imports
+up to import-linter: see `pyproject.toml`.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+CODE = sorted(
+    path
+    for folder in ("jamlab", "studies", "plugin", "lammps_inputs", "docs", "tests")
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in (".py", ".pyi", ".cpp", ".h", ".js", ".css") and "build" not in path.parts
+)
+MOST_OF_A_FUNCTION = 60  # lines, its docstring left out: arguments and an example are no steps
+MOST_OF_A_FILE = 500  # lines
+
+
+def lengths(source):
+    """(name, lines without its docstring) of every function; those within another are shorter than that."""
+    todo = [*ast.parse(source).body]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0]
+            told = first.end_lineno - first.lineno + 1 if ast.get_docstring(node) is not None else 0
+            yield node.name, node.end_lineno - node.lineno + 1 - told
+        else:
+            todo += [*getattr(node, "body", ()), *getattr(node, "orelse", ())]
+
+
+@pytest.mark.parametrize("said", ["", '        """One.\n\n    Two.\n    """\n'])
+def test_a_docstring_is_no_part_of_a_length(said):
+    assert [*lengths(f"class A:\n  if a:\n    def f(a):\n{said}        a += 1\n        return a\n")] == [("f", 3)]
+
+
+def test_functions_fit_on_a_screen():
+    found = {
+        f"{path.relative_to(ROOT)}: {name}": lines
+        for path in CODE
+        if path.suffix == ".py"
+        for name, lines in lengths(path.read_text(encoding="utf-8"))
+    }
+    assert len(found) > 2000 and {name: n for name, n in found.items() if n >= MOST_OF_A_FUNCTION} == {}
+
+
+def test_a_file_holds_one_idea():
+    long = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in CODE}
+    assert len(long) > 500 and {name: n for name, n in long.items() if n > MOST_OF_A_FILE} == {}
