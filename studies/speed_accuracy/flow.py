@@ -12,7 +12,8 @@ from jamlab.flow.shear import TOLERANCE
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, StokesDrag
+from jamlab.rheology.drag_law import DragLaw
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 from studies.speed_accuracy.moduli import DROPLETS, RHO
 
@@ -43,7 +44,7 @@ def start_up(seed: int) -> Iterator[Trial]:
                 yield panel.trial(name, f"{value:g}", partial(run, *dials), value == default)
 
 
-def _stress(packing: Packing, law: Damping, tolerance: float, residual: float | None = None) -> Array:
+def _stress(packing: Packing, law: DragLaw, tolerance: float, residual: float | None = None) -> Array:
     """(m,) shear stress; by default the residual follows the tolerance."""
     background = default_background(packing, law, None)
     with OverdampedSession(packing, law, tolerance, background, residual=residual) as session:

@@ -24,7 +24,8 @@ from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, StokesDrag
+from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 
@@ -111,7 +112,7 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
     yield from measure_spectrum("Stokes drag", droplets, StokesDrag())
 
 
-def measure_spectrum(name: str, packing: Packing, damping: Damping) -> Iterator[Trial]:
+def measure_spectrum(name: str, packing: Packing, damping: DragLaw) -> Iterator[Trial]:
     """Measure every solver; nothing if the packing is unstable to shear, as it may be in a fixed box."""
     try:
         chosen = complex_modulus(packing, _OMEGA, damping).method
@@ -131,7 +132,7 @@ def measure_spectrum(name: str, packing: Packing, damping: Damping) -> Iterator[
         yield panel.trial(way, setting, run, method == chosen and setting in usual)
 
 
-def _modulus_with(numbers: dict[str, float], packing: Packing, damping: Damping, method: str) -> ComplexModulus:
+def _modulus_with(numbers: dict[str, float], packing: Packing, damping: DragLaw, method: str) -> ComplexModulus:
     """G* with other numbers of the search for shifts."""
     with ExitStack() as changed:
         for name, value in numbers.items():
@@ -144,7 +145,7 @@ def _off_both(s: ComplexModulus, exact: Complex) -> float:
     return max(float(np.abs(a / b - 1).max()) for a, b in ((s.storage, exact.real), (s.loss, exact.imag)))
 
 
-def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Damping) -> tuple[Complex, float]:
+def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: DragLaw) -> tuple[Complex, float]:
     """(m,) G* by a sparse LU for each frequency, refined with residuals and sums of 64-bit mantissa, and its error. The
     error is that of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement."""
     network = force_network(packing)
