@@ -73,6 +73,7 @@ HOSTILE = {
     **{f"provenance {text[:20]}": replace(HISTORY, [text]) for text in (
         "null", "3", "[]", "NaN", '"a"', "{", "[" * 100_000, "9" * 5000)},
     "provenance of numbers": replace(HISTORY, [3]),
+    "no record of the state": lambda file: file.pop(STATE),
     "ensemble 3": replace(STATE, ['{"ensemble": 3}']),
     "max_force text": replace(STATE, ['{"max_force": "a"}']),
     "a state of no packing": replace(STATE, ['{"temperature": 1}']),
