@@ -79,6 +79,7 @@ from .rheology.mode_character import mode_character as mode_character
 from .rheology.nonlinear_drag import effective_relaxation_time as effective_relaxation_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .trajectories.contact_files import write_contacts as write_contacts
+from .trajectories.droplets_from_outlines import droplets_from_outlines as droplets_from_outlines
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.universe import PackingAnalysis as PackingAnalysis

@@ -26,6 +26,7 @@ REQUIRED = {
     **dict.fromkeys(("strain", "amplitude", "error"), 0.1),
     **dict.fromkeys(("value", "quantity"), "z"),
     **{"to": 0.95, "rho": 0.9, "rates": [1.0], "n": 4, "pressure": 1e-2, "count": 1, "offsets": [0, 3]},
+    "outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
     "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
     **{"pressures": [1e-3], "spectra": [[]], "tolerance": {"z": 0.1}, "columns": ("x",), "values": ["z"]},
     **{"task": "0" * 32, "groups": [[1.0, 2.0]], "statistic": lambda groups: 1.0},

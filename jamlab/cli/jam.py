@@ -1,4 +1,4 @@
-"""`jamlab jam`, `pack`, `compress`, `relax`: make packings; `convert`: their files; `demo`: both models on a page."""
+"""`jamlab jam`, `pack`, `compress`, `droplets`, `relax`: make packings; `convert`: files; `demo`: both on a page."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -152,6 +152,40 @@ def convert(
     print_line(f"wrote {target}: {len(packings)} packing{'s' * (len(packings) > 1)} of {packings[0].n} particles")
     if lost:
         print_line(f"{target} does not hold: {', '.join(lost)}")
+
+
+def droplets(
+    file: Annotated[
+        Path, typer.Argument(help="Outlines: a table with columns droplet, x, y and a row for each vertex, or GeoJSON.")
+    ],
+    box: Annotated[str, typer.Option(metavar="LX,LY", help="Sides of the box, or both lattice vectors, AX,AY,BX,BY.")],
+    rims: Annotated[
+        bool, typer.Option("--rims", help="Outlines are those of droplets with their rims, as in pictures.")
+    ] = False,
+    vertices: Annotated[
+        int | None,
+        typer.Option(help="Vertices of every droplet, with edges of equal length (default: as in the file)."),
+    ] = None,
+    wrapped: Annotated[bool, typer.Option("--wrapped", help="The box may cut outlines.")] = False,
+    law: options.Law = None,
+    out: options.Out = Path("droplets.h5"),
+    force: options.Force = False,
+    as_json: options.Json = False,
+) -> None:
+    """Make droplets of given outlines, not relaxed.
+
+    Columns free_area or rest_area of the table set the sizes of droplets; by default a droplet that nothing touches has
+    the area of its outline. Go on with `jamlab relax`.
+    """
+    import jamlab
+    from jamlab.trajectories.outline_files import read_outlines
+
+    check_target(out, replace=force)
+    expect_output(out)
+    how: dict[str, Any] = {"rims": rims, "vertices": vertices, "wrapped": wrapped}
+    how |= options.law_values(law, jamlab.droplets_from_outlines)
+    packing = jamlab.droplets_from_outlines(**read_outlines(file), box=options.lattice(box), **how)
+    print_packings([packing], out, as_json)
 
 
 @options.reads_any_file

@@ -12,7 +12,7 @@ from jamlab.cli.decks import deck, decks, doctor
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals
-from jamlab.cli.jam import compress, convert, demo, jam, pack, relax
+from jamlab.cli.jam import compress, convert, demo, droplets, jam, pack, relax
 
 
 class OwnCommands(Commands):
@@ -61,6 +61,7 @@ COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an e
         jam: "--model dp --n 16 --seed 3 --out onset.h5",
         pack: "--n 256 --pressure 1e-4 --out packing.h5",
         compress: "onset.h5 --to 0.95 --step 0.005 --out sweep.h5",
+        droplets: "outlines.csv --box 40,30 --vertices 16 --out droplets.h5",
         relax: "disks.csv --box 12.5,12.5 --units k --out relaxed.h5",
     },
     "Measure and look": {

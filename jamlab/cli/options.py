@@ -118,10 +118,7 @@ def how_to_read(
     how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None, "style": style}
     how["model"] = None if model is None else MODEL_NAMES.get(model.lower(), model)
     if box is not None:
-        sides = [_number("--box", box, text) for text in box.split(",")]
-        if len(sides) not in (2, 4):
-            raise InputError(f"--box {box}: give two sides, as 12.5,12.5, or two lattice vectors, as 12.5,0,0.3,12.5")
-        how["box"] = sides if len(sides) == 2 else [sides[:2], sides[2:]]
+        how["box"] = lattice(box)
     if radii is not None:
         by_type = [part.partition("=") for part in radii.split(",")]
         if len(by_type) == 1 and not by_type[0][1]:
@@ -131,6 +128,14 @@ def how_to_read(
         else:
             how["radii"] = {kind.strip(): _number("--radii", radii, text) for kind, _, text in by_type}
     return {name: value for name, value in how.items() if value is not None}
+
+
+def lattice(box: str) -> list[Any]:
+    """Read `--box`, two sides or two lattice vectors."""
+    sides = [_number("--box", box, text) for text in box.split(",")]
+    if len(sides) not in (2, 4):
+        raise InputError(f"--box {box}: give two sides, as 12.5,12.5, or two lattice vectors, as 12.5,0,0.3,12.5")
+    return sides if len(sides) == 2 else [sides[:2], sides[2:]]
 
 
 def _number(option: str, given: str, text: str) -> float:

@@ -163,7 +163,8 @@ class Micrograph(Result):
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
 
         Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
-        relax into places that the picture does not show. Outlines are not kept.
+        relax into places that the picture does not show. Outlines are not kept, as
+        `jamlab.droplets_from_outlines` does.
 
         Args:
             model: "dp", droplets, or "sp", disks in units "k" with lengths in mean diameters.

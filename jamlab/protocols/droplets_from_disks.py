@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
@@ -32,6 +31,7 @@ from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import Relaxed, check_tolerance
+from jamlab.protocols.rest_areas import length_scale, rest_areas_of
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
 
@@ -122,8 +122,8 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     diameters = packing.disk_diameters
     nv, params = droplet_params(packing.n, 0.5, diameters, **parameters)
     area = np.pi / 4 * diameters**2
-    scale = _scale(nv, area, params)
-    params["a0"] = _rest_area(nv, scale**2 * area, params)
+    scale = length_scale(nv, area, params)
+    params["a0"] = rest_areas_of(nv, scale**2 * area, params)
     positions, box, radius = scale * packing.positions, scale * packing.box, 0.5 * scale * diameters
     half = 0.5 * float(params["delta"])
     near = touching_disks(packing.with_state(positions=positions, box=box, diameters=2 * radius))
@@ -151,30 +151,6 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     vertices = np.concatenate(shapes)
     droplets = Packing("dp", box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
     return droplets.with_state(fixed=packing.fixed, walls=packing.walls)
-
-
-def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> Array:
-    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`. With
-    p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of line
-    tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a)."""
-    c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"])
-    root = np.sqrt(np.maximum(c * half**2 + grown - np.pi * half**2, 0.0)) - np.sqrt(c) * half
-    if root.min() <= 0:
-        raise InputError(f"delta = {params['delta']:g} leaves no area inside the smallest disk: use a smaller delta")
-    return np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
-
-
-def _scale(nv: NDArray[np.int64], area: Array, params: dict[str, Any]) -> float:
-    """Factor from the length unit of the disks to l, in which the mean of sqrt(a0) is 1."""
-
-    def excess(s: float) -> float:
-        return float(np.sqrt(_rest_area(nv, s**2 * area, params)).mean()) - 1.0
-
-    without_rim = 1.0 / float(np.sqrt(area).mean())
-    if excess(without_rim) >= 0:
-        ratio = params["gamma"] / params["ka"]
-        raise InputError(f"gamma/ka = {ratio:g} l^3 compresses droplets to less than half their size: use a larger ka")
-    return float(brentq(excess, without_rim, 10 * without_rim))
 
 
 def _common(one: NDArray[np.int64], two: NDArray[np.int64]) -> float:

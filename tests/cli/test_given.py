@@ -22,6 +22,7 @@ WAYS = {  # words of each way to run a command that computes
     "jam": ("--n 8", "--n 8 --model dp", "--n 8 --sizes uniform:0.2"),
     "pack": ("--n 8 --pressure 1e-2", "--n 8 --phi 0.8", "--n 8 --pressure 1e-2 --sizes uniform:0.2"),
     "demo": ("--n 8",),
+    "droplets": ("d.csv --box 9,9",),
     **{name: PLAIN for name in ("relax", "explore")},
     "convert": tuple(f"{file} q.dump" for file in PLAIN),
     "compress": tuple(f"{file} --to 0.9" for file in PLAIN),
@@ -54,7 +55,15 @@ VALUES = {  # of options: another than the default, and than in WAYS
     **{"method": "direct", "omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2"},
     **{"strain": "2", "direction": "pure", "rows": "5", "frames": "0.1", "within": "1e9", "discard": "0.5"},
     **{"processes": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "duration": "2", "step_time": "0.1"},
-    **{"stress": "2e-4", "largest_strain": "2", "memory": "2", "trajectory_error": ""},
+    **{
+        "vertices": "7",
+        "rims": "",
+        "wrapped": "",
+        "stress": "2e-4",
+        "largest_strain": "2",
+        "memory": "2",
+        "trajectory_error": "",
+    },
 }
 LIBRARY = (
     *(
@@ -69,7 +78,16 @@ LIBRARY = (
     *("flow.flow_curve.require_time", "flow.creep_and_relaxation.creep", "flow.creep_and_relaxation.relax_stress"),
     *("flow.creep_and_relaxation.stop_flow", "micrographs.micrograph.micrograph"),
 )
-GIVES = {"read", "read_all", "pack", "jam", "flow_cost", "require_time", "micrograph"}  # the command goes on with it
+GIVES = {
+    "read",
+    "read_all",
+    "pack",
+    "jam",
+    "droplets_from_outlines",
+    "flow_cost",
+    "require_time",
+    "micrograph",
+}  # the command goes on with it
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +96,7 @@ def folder(tmp_path_factory):
     folder, packing = tmp_path_factory.mktemp("given"), jamlab.pack(n=8, pressure=2e-2, seed=1)
     packing.write(folder / "p.h5")
     jamlab.write(folder / "p.xyz", packing)
+    (folder / "d.csv").write_text("droplet,x,y\n1,0,0\n1,1,0\n1,0,1\n")
     return folder
 
 
@@ -100,7 +119,11 @@ def asked(folder, monkeypatch):
 
     names = ("packing", "draw", "table")
     picture = type("Picture", (), {name: staticmethod(record(name)) for name in names})
-    for name in ("jam", "pack"):  # first: they are found in their modules when they are asked for
+    for name in (
+        "jam",
+        "pack",
+        "droplets_from_outlines",
+    ):  # first: they are found in their modules when they are asked for
         monkeypatch.setattr(jamlab, name, record(name))
     for path in LIBRARY:
         monkeypatch.setattr(f"jamlab.{path}", record(path.rpartition(".")[2]))

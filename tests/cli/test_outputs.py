@@ -36,6 +36,7 @@ WRITTEN = {  # command and its option that names what is written: its other word
     ("pack", "--out"): ("--n 8 --pressure 1e-2", "p.h5"),
     ("compress", "--out"): ("source.h5 --to 0.86", "p.h5"),
     ("relax", "--out"): ("source.h5", "p.h5"),
+    ("droplets", "--out"): ("d.csv --box 9,9", "p.h5"),
     ("explore", "--out"): ("source.h5", "p.html"),
     ("analyze", "--csv"): ("photo.png", "p.csv"),
     ("analyze", "--overlay"): ("photo.png", "p.png"),

@@ -96,7 +96,18 @@ LONG = {  # commands that keep what is finished when they are interrupted
     "oscillate": "source.h5 --omega 1e-3 --amplitude 0.1",
     "relax-stress": "source.h5 --strain 0.05 --duration 1e8",
 }
-ALL_OR_NOTHING = {"demo", "deck", "jam", "pack", "relax", "analyze", "gstar", "explore", "convert"}  # one result
+ALL_OR_NOTHING = {
+    "demo",
+    "deck",
+    "jam",
+    "pack",
+    "relax",
+    "droplets",
+    "analyze",
+    "gstar",
+    "explore",
+    "convert",
+}  # one result
 TASKS = {"campaign run", "campaign resume"}  # finished tasks are files in a folder
 SHORT = {"decks", "doctor", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
 

@@ -1,0 +1,47 @@
+"""Rest areas of droplets that have given areas when nothing touches them, and the unit of length that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from jamlab.arrays import Array, Indices
+from jamlab.errors import InputError
+
+
+def rest_areas_of(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: bool = True) -> Array:
+    """(n,) rest areas a0 of droplets whose area is `free` (n,) when nothing touches them, with their rims or without.
+
+    With rims it is the inverse of `jamlab.models.droplets.free_area`: with p = sqrt(4 c a) the rim makes
+    a + p delta/2 + pi delta^2/4 = free, a square equation for sqrt(a). Balance of line tension and area elasticity
+    gives a0 = a + (gamma/ka) sqrt(c/a).
+    """
+    c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"]) * rims
+    root = np.sqrt(np.maximum(c * half**2 + free - np.pi * half**2, 0.0)) - np.sqrt(c) * half
+    if root.min() <= 0:
+        raise InputError(f"delta = {params['delta']:g} leaves no area inside the smallest droplet: use a smaller delta")
+    return np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
+
+
+def length_scale(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: bool = True) -> float:
+    """Factor from any unit of length to l, in which the mean of sqrt(a0) is 1; arguments as in `rest_areas_of`."""
+
+    if not rims and not params["gamma"]:
+        return 1.0 / float(np.sqrt(free).mean())
+
+    def excess(s: float) -> float:
+        return float(np.sqrt(rest_areas_of(nv, s**2 * free, params, rims=rims)).mean()) - 1.0
+
+    low = high = 1.0 / float(np.sqrt(free).mean())  # of droplets without rims and tension
+    if rims:  # they take more than tension does
+        high *= 10
+    else:  # from the smallest droplet that tension does not shrink to a point
+        tension = params["gamma"] / params["ka"] * np.sqrt(nv * np.tan(np.pi / nv))
+        low = float(np.sqrt(((0.5 * tension) ** (2 / 3) / free).max()))
+    if excess(low) >= 0:
+        ratio = params["gamma"] / params["ka"]
+        raise InputError(f"gamma/ka = {ratio:g} l^3 compresses droplets to less than half their size: use a larger ka")
+    return float(brentq(excess, low, high))
