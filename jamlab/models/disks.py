@@ -21,6 +21,7 @@ from jamlab.laws.laws import declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.models.model import Model
+from jamlab.packing.facts import law_of, words
 from jamlab.packing.kinds import UnitNames
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs

@@ -44,9 +44,7 @@ _PARAMETERS = {
     "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST)),  # area elasticity
     "eps": STRENGTHS["eps"],  # repulsion of rims
     **RimLaw.parameters,
-    "eta": Parameter(
-        length=1, may_vanish=True, made=(1 / WIDEST, WIDEST_RIM)
-    ),  # rounds the energy of edges that vanish
+    "eta": Parameter(length=1, may_vanish=True, made=(1 / WIDEST, WIDEST_RIM)),  # rounds the energy of short edges
     "contact": Parameter(choices=CONTACT_FORMS),
     "a0": Parameter(length=2, each=True),  # rest areas
 }

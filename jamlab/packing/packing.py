@@ -55,8 +55,8 @@ class Packing(Hinted):
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.
         params: every parameter of the force law. SP: `eps` or `k`, and `law`, its name in `jamlab.laws.laws.LAWS`
-            (without one: "sticky" where `stickiness` is above 0, else "power"). DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
-            `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
+            (without one: "sticky" where `stickiness` is above 0, else "power"). DP: `gamma` (eps/l), `ka` (eps/l^4),
+            `eps`, `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
         units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
             two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
         diameters: SP (n,) float64, else None.

@@ -37,7 +37,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
 
 
 def law_arguments(model: str, given: Mapping[str, Any]) -> list[str]:
-    """Names of the parameters of a model that a packing may be made with, of the force law that some parameters name."""
+    """Names of the parameters that a packing of a model may be made with, of the force law that some of them name."""
     kind = MODELS.get(model)
     declared = kind.parameters(None, given)
     known = [name for name in defaults(model) if name in declared and name not in kind.unit_names]

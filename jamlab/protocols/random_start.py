@@ -16,7 +16,7 @@ from jamlab.laws.parameter import UNITS, check_params
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.kinds import MODELS
-from jamlab.packing.natural_units import in_natural_units
+from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
@@ -25,10 +25,9 @@ _APART, _APART_STEPS = 1e-3, 2000  # largest force of springs that leave random 
 _TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
 
 
-@in_natural_units()
 def push_apart(packing: Packing) -> Packing:
-    """Random disks pushed apart by springs, where their law is another one: it may be endlessly stiff where they lie upon
-    each other. By built-in laws they are as they were."""
+    """Random disks pushed apart by springs, where their law is not one of jamlab's own: it may be endlessly stiff where
+    they lie upon each other."""
     if packing.law.deck_part:
         return packing
     springs = packing.with_state(params={packing.units: packing.params[packing.units]})
@@ -128,7 +127,7 @@ def disk_params(units: str, **changes: Any) -> dict[str, Any]:
         units: "eps" or "k".
         changes: `law`, its name, and parameters of the law; its strength is that of `lammps_inputs/parts/sp`.
     """
-    declared = MODELS["sp"].parameters(None, changes)
+    declared = MODELS.get("sp").parameters(None, changes)
     own = [name for name in declared if name not in UNITS]
     unknown = sorted(changes.keys() - set(own))
     if unknown:

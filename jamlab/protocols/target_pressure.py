@@ -19,7 +19,7 @@ from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.ensembles import ENSEMBLES
-from jamlab.packing.natural_units import in_natural_units, natural_scales
+from jamlab.packing.natural_units import in_natural_units, natural_scales, natural_stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
