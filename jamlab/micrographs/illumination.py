@@ -23,17 +23,28 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
 from jamlab.micrographs.segmentation import granulometry
 
-ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
-ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten
-COARSE = 128  # pixels along a side on which envelopes are fitted: light varies more slowly than droplets
-REFINEMENTS = 2  # of both levels after the envelopes; a third changes rho by less than 0.001
-MANY = 200  # samples inside droplets, for a level of fourth degree
-INNER = 0.25  # radii from the outline that the inner part of a droplet keeps
-LEAST_CONTRAST = 0.02  # between droplets and ground, of the range of the picture: below, there is nothing to see
-SMOOTH_NOISE = 0.08  # noise left after denoising, of the contrast: a third of a film blurred to 0.25
-WIDE = 0.7  # of the wide voids in radius that a void must be for the level of the ground: narrower ones are less dark
-DIM = 0.1  # of the picture is darker than where denoising is measured: noise stands out most in dim light
-LARGEST_FILTER = 2.5  # pixels, standard deviation of the denoising filter
+
+@dataclass(frozen=True)
+class Light:
+    """How light and noise are taken out of a picture."""
+
+    envelope: float = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
+    rounds: int = 12  # of an asymmetric fit: its weights settle in six to ten
+    coarse: int = 128  # pixels along a side on which envelopes are fitted: light varies more slowly than droplets
+    refinements: int = 2  # of both levels after the envelopes; a third changes rho by less than 0.001
+    many: int = 200  # samples inside droplets, for a level of fourth degree
+    inner: float = 0.25  # radii from the outline that the inner part of a droplet keeps
+    # between droplets and ground, of the range of the picture: below, there is nothing to see
+    least_contrast: float = 0.02
+    smooth_noise: float = 0.08  # noise left after denoising, of the contrast: a third of a film blurred to 0.25
+    # of the wide voids in radius that a void must be for the level of the ground: narrower ones are less dark
+    wide: float = 0.7
+    dim: float = 0.1  # of the picture is darker than where denoising is measured: noise stands out most in dim light
+    largest_filter: float = 2.5  # pixels, standard deviation of the denoising filter
+
+
+LIGHT = Light()
+
 MAD = 1.4826  # standard deviation over median absolute deviation of a normal distribution
 
 
@@ -62,31 +73,33 @@ def remove_background(bright: Array) -> Darkness | None:
     noise = noise_level(bright)
     first = width_of_filter(noise / max(bright.std(), 1e-12))
     quiet = _blur(bright, first)
-    high, low = envelope(quiet, ENVELOPE), envelope(quiet, 1 - ENVELOPE)
+    high, low = envelope(quiet, LIGHT.envelope), envelope(quiet, 1 - LIGHT.envelope)
     radius, ground, opening, few = 0.0, 0, 0.0, _samples(bright.shape)
-    for turn in range(REFINEMENTS + 2):
+    for turn in range(LIGHT.refinements + 2):
         contrast = float(np.median((high - low)[few]))
-        if contrast < max(LEAST_CONTRAST, 0.5 * noise):
+        if contrast < max(LIGHT.least_contrast, 0.5 * noise):
             return None
         step = np.maximum(high - low, 0.2 * contrast)
-        values, width = (high - bright) / step, width_of_filter(noise / float(np.quantile(step[few], DIM)))
+        values, width = (high - bright) / step, width_of_filter(noise / float(np.quantile(step[few], LIGHT.dim)))
         smooth = _blur(values, width)
-        if turn > REFINEMENTS:
+        if turn > LIGHT.refinements:
             break
         level = 0.5 if radius else scikit_image().filters.threshold_otsu(smooth)
         mask = smooth < level
         radius = granulometry(mask)[0]
         if radius <= 0:
             return None
-        high = _droplet_level(bright, distance_inside(mask) > max(INNER * radius, 1.5))
+        high = _droplet_level(bright, distance_inside(mask) > max(LIGHT.inner * radius, 1.5))
         low, ground, opening = _ground_level(bright, ~mask, low)
     light = np.quantile(step[few], [0.02, 0.98])
     return Darkness(values, smooth, noise / contrast, width, float(light[1] / light[0]), ground, opening)
 
 
 def width_of_filter(noise: float) -> float:
-    """Standard deviation s of the Gaussian that leaves noise/(2 sqrt(pi) s) = `SMOOTH_NOISE`; 0 if it is there."""
-    return min(noise / (2 * np.sqrt(np.pi) * SMOOTH_NOISE), LARGEST_FILTER) if noise > SMOOTH_NOISE else 0.0
+    """Standard deviation s of the Gaussian that leaves noise/(2 sqrt(pi) s) = `smooth_noise`; 0 if it is there."""
+    if noise <= LIGHT.smooth_noise:
+        return 0.0
+    return min(noise / (2 * np.sqrt(np.pi) * LIGHT.smooth_noise), LIGHT.largest_filter)
 
 
 def _blur(values: Array, width: float) -> Array:
@@ -95,7 +108,7 @@ def _blur(values: Array, width: float) -> Array:
 
 def _samples(shape: tuple[int, ...]) -> tuple[slice, ...]:
     """Pixels that are enough for what varies more slowly than droplets."""
-    step = max(1, round(max(shape) / COARSE))
+    step = max(1, round(max(shape) / LIGHT.coarse))
     return tuple(slice(min(step, side) // 2, None, step) for side in shape)
 
 
@@ -117,7 +130,7 @@ def _fitted(grey: Array, places: Indices, degree: int, weigh: Callable[[Array], 
         grey[tuple(places.T)],
     )
     weight, matrix = np.ones(len(values)), np.zeros((degree + 1, degree + 1))
-    for _ in range(ROUNDS if weigh else 1):  # normal equations, which for so few terms lose a few digits of sixteen
+    for _ in range(LIGHT.rounds if weigh else 1):  # normal equations, which lose few digits for so few terms
         weighted = terms.T * weight
         fit = np.linalg.lstsq(weighted @ terms, weighted @ values, rcond=None)[0]
         weight = weigh(values - terms @ fit) if weigh else weight
@@ -135,7 +148,7 @@ def _droplet_level(grey: Array, kept: Mask) -> Array:
     places = _few(kept)
     if len(places) < 20:
         return np.full(grey.shape, grey[kept].mean() if kept.any() else grey.max())
-    return _fitted(grey, places, 4 if len(places) >= MANY else 2)
+    return _fitted(grey, places, 4 if len(places) >= LIGHT.many else 2)
 
 
 def _ground_level(grey: Array, ground: Mask, otherwise: Array) -> tuple[Array, int, float]:
@@ -145,7 +158,7 @@ def _ground_level(grey: Array, ground: Mask, otherwise: Array) -> tuple[Array, i
     if not tops.any():
         return otherwise, 0, 0.0
     places, wide = np.argwhere(tops), depth[tops]
-    places = places[wide >= WIDE * np.quantile(wide, 0.9)]
+    places = places[wide >= LIGHT.wide * np.quantile(wide, 0.9)]
     degree = 2 if len(places) >= 24 else 1 if len(places) >= 9 else 0
     # least absolute deviations: a void that blur has filled counts little
     level = _fitted(

@@ -12,6 +12,7 @@ wide distributions of sizes. An interval wider than the limits is said in words;
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -21,39 +22,56 @@ from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.labels import PIECES
 from jamlab.micrographs.picture_numbers import LIMITS, Number
 from jamlab.micrographs.segmentation import Segments, edge_of, meetings
-from jamlab.micrographs.walls import THICKEST_FILM, SeenDroplets
+from jamlab.micrographs.walls import GAPS, SeenDroplets
 
-EDGE = 0.3  # pixels, by which the edge of a label is uncertain
-Z, LINE, ODD_Z = 16.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
-ODD_SHAPE = 0.5  # of the shape factor, for a share of odd labels
-VOIDS, VOIDS_Z = 1.0, 0.6  # voids for a droplet, and for a contact of one: half a contact each, and of cut ones more
-LIMIT = 0.1  # of count and mean area, up to which they are good
-LIMIT_VOIDS = 0.5  # of the number of droplets, up to which that of voids is good
+
+@dataclass(frozen=True)
+class Odd:
+    """From where on labels are odd, and how far numbers may be off for them."""
+
+    edge: float = 0.3  # pixels, by which the edge of a label is uncertain
+    z: float = 16.0  # of z, for a gap of a diameter
+    line: float = 0.3  # share of a line between labels that passes for a gap
+    odd_z: float = 3.0  # of z, where all labels are odd
+    odd_shape: float = 0.5  # of the shape factor, where all labels are odd
+    voids: float = 1.0  # voids for a droplet that may be none
+    voids_z: float = 0.6  # voids for a contact of a droplet: half a contact each, and of cut ones more
+    limit: float = 0.1  # of count and mean area, up to which they are good
+    limit_voids: float = 0.5  # of the number of droplets, up to which that of voids is good
+    # pixels squared, over the squared radius: of the shape factor, for outlines of whole pixels
+    pixel_shape: float = 1.0
+    # scatter of gaps, of the most frequent: wide ones that vary by more are no lines that were left free
+    varied: float = 0.75
+    dilute: float = 0.5  # share of labelled pixels: more discs than 0.55 do not lie apart at random
+    # area over that of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
+    ellipse: float = 0.97
+    alike: float = 0.9  # share of labels that are ellipses, where all are taken for droplets as long as most
+    long: float = 1.2  # aspect, beyond which droplets are elongated
+    odd_part: float = 1.25  # of the bound without odd labels, up to which they widen it
+    most_odd: float = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
+    # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
+    convex: float = 0.93
+    # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+    round: float = 0.72
+    rough: float = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
+    larger: float = 4.0  # area over that of the next smaller one: beyond, labels are no class of droplets
+    few: float = 0.1  # share of labels that may lie beyond; more are a class
+    smooth: float = 0.1  # typical radii, by which the edge of a large round droplet may leave its circle
+    seen: float = 0.15  # share of its circle that a large droplet must show to be known as one
+
+
+ODD = Odd()
+
 EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_rim": 4.0, "voids": 4.0}  # limits; a wider interval says nothing
-PIXEL_SHAPE = 1.0  # pixels squared, over the squared radius: of the shape factor, for outlines of whole pixels
-VARIED = 0.75  # scatter of gaps, of the most frequent: wide ones that vary by more are no lines that were left free
-DILUTE = 0.5  # share of labelled pixels: more discs than 0.55 do not lie apart at random
-ELLIPSE = 0.97  # area over that of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
-ALIKE = 0.9  # share of labels that are ellipses, where all are taken for droplets as long as most
-LONG = 1.2  # aspect, beyond which droplets are elongated
-ODD_PART = 1.25  # of the bound without odd labels, up to which they widen it
 WORDS = {"area": "the mean area", "shape_rim": "A", "voids": "the number of voids"}
-MOST_ODD = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
-CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
-ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
-ROUGH = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
-LARGER = 4.0  # area over that of the next smaller one: beyond, labels are no class of droplets
-FEW = 0.1  # share of labels that may lie beyond; more are a class
-SMOOTH = 0.1  # typical radii, by which the edge of a large round droplet may leave its circle
-SEEN = 0.15  # share of its circle that a large droplet must show to be known as one
 
 
 def doubt_labels(droplets: SeenDroplets) -> Array:
     """(n,) droplets by which the count may be off for each label, 0 for one that is a droplet. An odd one that is
     counted may be none or several; one that is cut hides as many as fit in it."""
     drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in droplets.outlines])
-    bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))
-    flat = elongation(droplets) * np.pi * (droplets.segments.inner + ROUGH) ** 2 < ROUND * droplets.areas
+    bent = shapely.area(drawn) < ODD.convex * shapely.area(shapely.convex_hull(drawn))
+    flat = elongation(droplets) * np.pi * (droplets.segments.inner + ODD.rough) ** 2 < ODD.round * droplets.areas
     odd = bent | (droplets.whole & flat) | _beyond(droplets)
     sound = droplets.areas[droplets.whole & ~odd]
     typical = float(np.mean(sound if len(sound) else droplets.areas))
@@ -74,16 +92,16 @@ def elongation(droplets: SeenDroplets) -> float:
     within = np.sqrt(np.maximum(xx * yy - xy**2, 0.0))
     half = 0.5 * np.hypot(xx - yy, 2 * xy)
     aspects = (0.5 * (xx + yy) + half) / np.maximum(within, 1e-12)
-    typical, ellipses = float(np.median(aspects)), size > ELLIPSE * 4 * np.pi * within
-    return typical if typical > LONG and ellipses.mean() >= ALIKE else 1.0
+    typical, ellipses = float(np.median(aspects)), size > ODD.ellipse * 4 * np.pi * within
+    return typical if typical > ODD.long and ellipses.mean() >= ODD.alike else 1.0
 
 
 def _beyond(droplets: SeenDroplets) -> Mask:
     """(n,) labels far larger than all others that are no discs."""
     areas, n = droplets.areas, len(droplets.areas)
     order = np.argsort(areas)
-    steps = np.flatnonzero(areas[order[1:]] > LARGER * areas[order[:-1]]) + 1
-    steps = steps[(n - steps <= max(1, FEW * n)) & (areas[order[steps]] > np.median(areas))]
+    steps = np.flatnonzero(areas[order[1:]] > ODD.larger * areas[order[:-1]]) + 1
+    steps = steps[(n - steps <= max(1, ODD.few * n)) & (areas[order[steps]] > np.median(areas))]
     found = np.zeros(n, dtype=bool)
     if len(steps):
         radius = float(np.sqrt(np.median(areas[order[: steps[0]]]) / np.pi))
@@ -104,7 +122,7 @@ def _is_disc(segments: Segments, label: int, radius: float) -> bool:
     (a, b, c), *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2)
     wide = float(np.sqrt(max(c + a**2 + b**2, 0.0)))
     off = float(np.sqrt(np.mean((np.hypot(x - a, y - b) - wide) ** 2)))
-    return off < max(SMOOTH * radius, 1.0) and float(own.sum()) > SEEN * np.pi * wide**2
+    return off < max(ODD.smooth * radius, 1.0) and float(own.sum()) > ODD.seen * np.pi * wide**2
 
 
 def in_doubt(droplets: SeenDroplets) -> dict[str, float]:
@@ -121,27 +139,27 @@ def bounds_of_labels(droplets: SeenDroplets, doubt: Mapping[str, float]) -> dict
     beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
     merged = doubt["rho"] * typical
     void = min(ground.sum() / max(ground.size - merged, 1.0), 1.0)  # of what is not in doubt
-    rough = PIXEL_SHAPE * np.pi * float(np.mean(1 / droplets.areas[whole]))
+    rough = ODD.pixel_shape * np.pi * float(np.mean(1 / droplets.areas[whole]))
     near = float(_near_the_edge(droplets, edge).sum())
-    z = max(LIMITS["z"], Z * widest_gap(droplets)) + ODD_Z * share["z"]
+    z = max(LIMITS["z"], ODD.z * widest_gap(droplets)) + ODD.odd_z * share["z"]
     return {
         "count": doubt["count"] + near,
         "area": typical * (share["area"] + (1 + edge / radius) ** 2 - 1),
         "rho": float(edge * beside + merged * void) / ground.size if beside else 1.0,
         "z": z,
-        "shape_rim": LIMITS["shape"] + rough + ODD_SHAPE * share["shape_rim"],
-        "voids": guessed_contacts(droplets) + near + VOIDS * doubt["voids"] + VOIDS_Z * _touched(droplets) * z,
+        "shape_rim": LIMITS["shape"] + rough + ODD.odd_shape * share["shape_rim"],
+        "voids": guessed_contacts(droplets) + near + ODD.voids * doubt["voids"] + ODD.voids_z * _touched(droplets) * z,
     }
 
 
 def limits_of_labels(droplets: SeenDroplets) -> dict[str, float]:
     """How far numbers of labels may be off to be known well, by the names of `Micrograph.numbers`."""
     return {
-        "area": LIMIT * float(droplets.areas[droplets.whole].mean()),
+        "area": ODD.limit * float(droplets.areas[droplets.whole].mean()),
         "rho": LIMITS["rho"],
-        "z": LIMITS["z"] + ODD_Z * MOST_ODD,
-        "shape_rim": LIMITS["shape"] + ODD_SHAPE * MOST_ODD,
-        "voids": LIMIT_VOIDS * _touched(droplets),
+        "z": LIMITS["z"] + ODD.odd_z * ODD.most_odd,
+        "shape_rim": LIMITS["shape"] + ODD.odd_shape * ODD.most_odd,
+        "voids": ODD.limit_voids * _touched(droplets),
     }
 
 
@@ -150,8 +168,8 @@ def rules_of_labels(droplets: SeenDroplets) -> list[tuple[bool, str, frozenset[s
     count, doubt = int(droplets.whole.sum()), in_doubt(droplets)
     found, sharp = (bounds_of_labels(droplets, each) for each in (doubt, dict.fromkeys(doubt, 0.0)))
     limits = limits_of_labels(droplets)
-    odd = {name for name, limit in limits.items() if not found[name] <= max(limit, ODD_PART * sharp[name])}
-    odd |= {"count"} if 1 + doubt["count"] > max(LIMIT * count, LIMITS["count"]) else set()
+    odd = {name for name, limit in limits.items() if not found[name] <= max(limit, ODD.odd_part * sharp[name])}
+    odd |= {"count"} if 1 + doubt["count"] > max(ODD.limit * count, LIMITS["count"]) else set()
     last = [note.text for note in droplets.notes if np.isinf(note.doubt)]
     worth = f"labels that may be no droplet, several or part of one count as {max(doubt.values()):.3g} of {count}"
     return [(bool(odd), last[0] if last else worth, frozenset(odd))]
@@ -201,21 +219,21 @@ def guessed_contacts(droplets: SeenDroplets) -> float:
 def label_edge(droplets: SeenDroplets) -> float:
     """Pixels by which edges of labels are uncertain: half of the line that is left free between them belongs to
     either."""
-    return EDGE if lie_apart(droplets) else EDGE + 0.5 * droplets.walls.line
+    return ODD.edge if lie_apart(droplets) else ODD.edge + 0.5 * droplets.walls.line
 
 
 def lie_apart(droplets: SeenDroplets) -> bool:
     """Whether gaps are wide and of all widths: they lie between droplets that do not touch, and are no lines."""
     walls = droplets.walls
-    wide = walls.line > THICKEST_FILM * droplets.segments.radius and droplets.segments.droplets.mean() < DILUTE
-    return bool(wide) and walls.widest - walls.film > VARIED * walls.film
+    wide = walls.line > GAPS.thickest_film * droplets.segments.radius and droplets.segments.droplets.mean() < ODD.dilute
+    return bool(wide) and walls.widest - walls.film > ODD.varied * walls.film
 
 
 def widest_gap(droplets: SeenDroplets) -> float:
     """Gap that passes for a contact, beyond a line, up to which labels pass for touching, with the line, over the
     diameter."""
     walls = droplets.walls
-    return float((walls.widest - (1 - LINE) * walls.film) / (2 * droplets.segments.radius))
+    return float((walls.widest - (1 - ODD.line) * walls.film) / (2 * droplets.segments.radius))
 
 
 def _near_the_edge(droplets: SeenDroplets, edge: float) -> Mask:
@@ -223,7 +241,7 @@ def _near_the_edge(droplets: SeenDroplets, edge: float) -> Mask:
     cells, body = droplets.segments.cells, droplets.walls.inside > 0
     chord = np.bincount(edge_of(cells)[edge_of(body)], minlength=droplets.segments.count)
     grazed: Mask = (chord > 0) & (chord**2 < 8 * (edge + 0.5) * np.sqrt(droplets.areas / np.pi))
-    if edge < 2 * EDGE:  # no line is left free: what ends a pixel before the edge is whole
+    if edge < 2 * ODD.edge:  # no line is left free: what ends a pixel before the edge is whole
         return grazed
     beside = np.unique(edge_of(cells[1:-1, 1:-1])[edge_of(body[1:-1, 1:-1])])
     return np.asarray(grazed | ((chord == 0) & np.isin(np.arange(len(grazed)), beside)))

@@ -37,7 +37,21 @@ from jamlab.micrographs.picture_files import (
 )
 from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets
 
-FLAT, FEW_REGIONS = 0.5, 4  # share of pixels as those above and beside; regions to a level: of a picture of labels
+
+@dataclass(frozen=True)
+class Objects:
+    """Which objects of a label image are droplets."""
+
+    flat: float = 0.5  # share of pixels that equal those above and beside: fewer, and it is a picture of grey
+    few_regions: int = 4  # regions to a level: more, and it is a picture of grey
+    speck: float = 0.25  # of the typical radius: larger objects are no specks
+    unresolved: float = 4.0  # pixels, radius: nor are those that show a shape
+    dust: float = 0.1  # of the typical radius: specks up to this, or
+    dust_pixels: float = 2.0  # radius, are no droplets
+    parted: float = 0.05  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
+
+
+OBJECTS = Objects()
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> tuple[Indices, list[Note]]:
@@ -83,10 +97,10 @@ def looks_labelled(values: NDArray[Any]) -> bool:
     if levels.size == 2:  # of floats a drawn picture of black and white
         return values.dtype.kind in "iub"
     alike = (values[1:, 1:] == values[:-1, 1:]) & (values[1:, 1:] == values[1:, :-1])
-    if alike.mean() < FLAT:
+    if alike.mean() < OBJECTS.flat:
         return False
     regions = scikit_image().measure.label(levelled.reshape(values.shape) + 1, connectivity=2).max()
-    return bool(regions <= FEW_REGIONS * levels.size)
+    return bool(regions <= OBJECTS.few_regions * levels.size)
 
 
 def _numbers(source: str | Path | ArrayLike | Mask) -> NDArray[Any]:
@@ -123,11 +137,6 @@ def _radius(areas: Array) -> float:
     return float(np.sqrt(order[np.searchsorted(np.cumsum(order), 0.5 * order.sum())] / np.pi))
 
 
-SPECK = 0.25  # of the typical radius: larger objects are no specks
-UNRESOLVED = 4.0  # pixels, radius: nor are those that show a shape
-DUST = 0.1  # of the typical radius: specks up to this, or
-DUST_PIXELS = 2.0  # radius, are no droplets
-PARTED = 0.05  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
 LAST = {2**bits - 1: bits for bits in (8, 16, 32)}  # largest numbers of files of labels, and their bits
 PIECES = frozenset(("count", "area", "rho", "z", "shape_rim", "voids"))  # numbers that droplets in doubt concern
 SIZES = frozenset(("count", "area"))  # that small droplets concern, which hold no others
@@ -195,7 +204,7 @@ def part_mask(mask: Mask) -> tuple[Indices, list[Note]]:
     if segments is None:
         return pieces.astype(np.int64), []
     more = segments.count - count
-    doubt = int(np.ceil(PARTED * (more + 1)))
+    doubt = int(np.ceil(OBJECTS.parted * (more + 1)))
     notes = [Note(f"{count} pieces of the mask are parted at necks into {segments.count} droplets", doubt)]
     return np.where(mask, segments.cells + 1, 0), notes if more > 0 else []
 
@@ -205,12 +214,12 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
     inner = np.ones(len(areas) + 1, dtype=bool)
     inner[edge_of(objects)] = False
     radii, typical = np.sqrt(areas / np.pi), _radius(areas)
-    small = inner[1:] & (radii < min(SPECK * typical, UNRESOLVED))
+    small = inner[1:] & (radii < min(OBJECTS.speck * typical, OBJECTS.unresolved))
     if not small.any():
         return objects
     low, high = areas[small].min(), areas[small].max()
     text = f"{small.sum()} specks of {low:.0f} to {high:.0f} pixels are set aside"
-    seen = int((small & (radii >= max(DUST * typical, DUST_PIXELS))).sum())
+    seen = int((small & (radii >= max(OBJECTS.dust * typical, OBJECTS.dust_pixels))).sum())
     notes.append(Note(text + (f", {seen} of them large enough to be droplets" if seen else ""), seen, (), SIZES))
     return np.where(np.append(False, small)[objects], 0, objects)
 

@@ -25,7 +25,7 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
-from jamlab.micrographs.label_doubts import ROUGH, elongation
+from jamlab.micrographs.label_doubts import ODD, elongation
 from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, NoDropletsError, read_grey, read_values, scikit_image
@@ -162,7 +162,7 @@ def _checks(droplets: SeenDroplets, rattlers: Mask, z: float) -> Checks:
     walls, darkness, radius = droplets.walls, droplets.darkness, droplets.segments.radius
     void = np.ones_like(walls.void_pixels) if droplets.labelled else walls.void_pixels  # of labels films are ground
     beyond = walls.widest - walls.film
-    rough, long = (ROUGH, elongation(droplets)) if droplets.labelled else (0.0, 1.0)
+    rough, long = (ODD.rough, elongation(droplets)) if droplets.labelled else (0.0, 1.0)
     low, high = (_coordination(droplets, walls.film + factor * beyond)[2].value for factor in (0.7, 1.4))
     return Checks(
         roundness=long * np.pi * (droplets.segments.inner + rough) ** 2 / droplets.areas,

@@ -2,7 +2,7 @@
 
 Granulometry gives the scale: what openings by discs of growing radius leave. It needs no segmentation, since droplets
 that merge still hold discs of their own size. A droplet has a marker where the distance from the ground has a maximum
-that stands out: on the way to any higher one the distance falls by the factor `NECK` at least. Droplets smaller than
+that stands out: on the way to any higher one the distance falls by the factor `neck` at least. Droplets smaller than
 part of what granulometry finds are specks. The watershed floods from the markers over darkness - distance/radius: walls
 run along dark films where there are any, and through the necks where droplets merge without one.
 
@@ -22,19 +22,32 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
 
-RADII = 20  # discs, in equal ratios
-LONGEST = 600  # pixels along a side on which openings are made
-COARSEST = 14  # pixels that the largest disc keeps there
-SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller discs than those of small droplets
-NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
-SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
-EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
-COARSE = 10  # pixels: radius of small droplets in the picture on which markers are found
-SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
-STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
-STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
-NARROW = 0.4  # pixels, standard deviation of a Gaussian whose middle pixel holds most of it, so that no pixel moves
-FILM = 1.0  # weight of darkness beside distance over radius
+
+@dataclass(frozen=True)
+class Division:
+    """How a picture is divided into droplets."""
+
+    radii: int = 20  # discs, in equal ratios
+    longest: int = 600  # pixels along a side on which openings are made
+    coarsest: int = 14  # pixels that the largest disc keeps there
+    smallest_share: float = 0.08  # of the area of droplets that lies in smaller discs than those of small droplets
+    # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
+    neck: float = 0.88
+    speck: float = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
+    # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
+    edge_speck: float = 0.1
+    coarse: int = 10  # pixels: radius of small droplets in the picture on which markers are found
+    # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
+    smoothing: float = 0.05
+    # of the smallest radius, over which walls are straightened: in itself, and per noise
+    straight: tuple[float, float] = (0.05, 0.4)
+    straightest: float = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
+    # pixels, standard deviation of a Gaussian whose middle pixel holds most of it, so that no pixel moves
+    narrow: float = 0.4
+    film: float = 1.0  # weight of darkness beside distance over radius
+
+
+PARTING = Division()
 
 
 def edge_of(values: NDArray[Any]) -> NDArray[Any]:
@@ -52,15 +65,15 @@ def meetings(values: NDArray[Any]) -> tuple[Indices, Indices]:
 def granulometry(mask: Mask) -> tuple[float, float]:
     """Open a mask by discs. `mask`: (h, w), True in droplets. Returns two radii in pixels: half of the droplets lies in
     larger discs, and all but 8 %; 0 without droplets."""
-    step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
-    step *= max(1, int(_depth(mask[::step, ::step]).max() / COARSEST))
+    step = max(1, int(np.ceil(max(mask.shape) / PARTING.longest)))
+    step *= max(1, int(_depth(mask[::step, ::step]).max() / PARTING.coarsest))
     depth = _depth(mask[::step, ::step])
     if depth.max() <= 0.5:
         return 0.0, 0.0
-    radii = np.geomspace(1.0, max(1.01 * depth.max(), 1.1), RADII)
+    radii = np.geomspace(1.0, max(1.01 * depth.max(), 1.1), PARTING.radii)
     left = [np.count_nonzero(distance_inside(depth < radius) < radius) for radius in radii[:-1]] + [0]
     lost = np.maximum.accumulate(1 - np.array(left) / np.count_nonzero(depth))
-    half, few = step * np.interp((0.5, SMALLEST_SHARE), lost, radii)
+    half, few = step * np.interp((0.5, PARTING.smallest_share), lost, radii)
     return float(half), float(few)
 
 
@@ -100,9 +113,11 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     if not count:
         return None
     depth = distance_inside(droplets)
-    seen, even = (ndimage.gaussian_filter(field, SMOOTHING * radius) for field in (np.clip(smooth, 0, 1), depth))
-    cells = _flood(FILM * seen - even / radius, markers, _thinning(smallest)) - 1
-    cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * smallest)
+    seen, even = (
+        ndimage.gaussian_filter(field, PARTING.smoothing * radius) for field in (np.clip(smooth, 0, 1), depth)
+    )
+    cells = _flood(PARTING.film * seen - even / radius, markers, _thinning(smallest)) - 1
+    cells = _straighten(cells, min(PARTING.straight[0] + PARTING.straight[1] * noise, PARTING.straightest) * smallest)
     cells = (np.cumsum(np.bincount(cells.ravel()) > 0) - 1)[cells]
     names = np.arange(cells.max() + 1)
     inner, middle = ndimage.maximum(depth, cells, names), np.array(ndimage.maximum_position(even, cells, names))
@@ -121,7 +136,7 @@ def roundness(segments: Segments | None) -> float:
 
 def _thinning(smallest: float) -> int:
     """Pixels of the picture to one of the grid on which markers are found."""
-    return max(1, round(smallest / COARSE))
+    return max(1, round(smallest / PARTING.coarse))
 
 
 def _flood(landscape: Array, markers: Indices, step: int) -> Indices:
@@ -145,7 +160,7 @@ def borders(cells: Indices) -> Mask:
     return found
 
 
-def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
+def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = PARTING.neck) -> tuple[Indices, int]:
     """Maxima of the distance from the ground that stand out: what rises above the reconstruction of the distance times
     `neck` below the distance itself, and reaches its full height there.
 
@@ -153,15 +168,15 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
         droplets: (h, w).
         radius: typical radius, pixels.
         smallest: radius of small droplets, pixels.
-        neck: see `NECK`.
+        neck: see `PARTING.neck`.
 
     Returns:
         (h, w) int64, a number from 1 in each marker, 0 elsewhere; number of those that lie off the edge.
     """
     step = _thinning(smallest)
     depth = step * distance_inside(droplets[::step, ::step])
-    even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)
-    lowest = max(EDGE_SPECK * smallest, 1.0)
+    even = ndimage.gaussian_filter(depth, PARTING.smoothing * radius / step)
+    lowest = max(PARTING.edge_speck * smallest, 1.0)
     height = np.log(np.maximum(even, 0.5 * lowest)).astype(np.float32)  # sorts faster, to a millionth of its range
     above = height - scikit_image().morphology.reconstruction(height + np.float32(np.log(neck)), height)
     label, count = ndimage.label(above > 0, np.ones((3, 3)))
@@ -169,7 +184,7 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     top, edge = np.zeros(count + 1), np.zeros(count + 1, dtype=bool)
     np.maximum.at(top, label[full], even[full])
     edge[edge_of(label)] = True
-    inner = (top >= max(SPECK * smallest, 1.0)) & ~edge
+    inner = (top >= max(PARTING.speck * smallest, 1.0)) & ~edge
     kept = inner | (edge & (top > 0))
     inner[0] = kept[0] = False
     markers = np.zeros(droplets.shape, dtype=np.int64)
@@ -179,7 +194,7 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
 
 def _straighten(cells: Indices, width: float) -> Indices:
     """Give each pixel to the cell that fills most of its surroundings, so that walls do not follow noise."""
-    if width < NARROW:
+    if width < PARTING.narrow:
         return cells
     best, owner = np.full(cells.shape, -1.0), cells.copy()
     reach = int(np.ceil(4 * width))

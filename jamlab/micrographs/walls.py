@@ -22,22 +22,31 @@ from jamlab.micrographs.labels import Note
 from jamlab.micrographs.picture_files import NoDropletsError, distance_inside, scikit_image
 from jamlab.micrographs.segmentation import Segments, edge_of, meetings
 
-TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
-LEAST_TOLERANCE = 0.6  # pixels
-BLURRED_TOLERANCE = 0.3  # pixels more for a pixel of blur: voids darken the ends of a contact
-NOISY_TOLERANCE = 0.5  # pixels more where noise is as large as the contrast
-LABEL_TOLERANCE = 0.3  # pixels more of labels, which end at whole pixels
-WIDEST_STRIP = 0.3  # of the radius, half a strip: wider ones reach through droplets
-SCATTERS = 2.0  # standard deviations of gaps between labels that touch, up to which they are contacts
-THICKEST_FILM = 0.2  # of the radius: wider gaps are no contacts
-ALONG = 2.5  # pixels along a wall over which its width is averaged
-BLURS = 2.5  # standard deviations of blur in half a strip
-STRIP = 0.04  # of the radius, in half a strip beside them, for films
-MODES = 8  # Fourier modes of an outline
-POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
-EDGE_CHORD = 0.4  # radii of droplet along the edge that cut it: it then lacks a fiftieth of its radius
-CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
-LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
+
+@dataclass(frozen=True)
+class Gaps:
+    """How gaps between droplets are measured, and outlines are drawn."""
+
+    tolerance: float = 0.012  # of the radius, by which a gap may be wider than a film
+    least_tolerance: float = 0.6  # pixels
+    blurred_tolerance: float = 0.3  # pixels more for a pixel of blur: voids darken the ends of a contact
+    noisy_tolerance: float = 0.5  # pixels more where noise is as large as the contrast
+    label_tolerance: float = 0.3  # pixels more of labels, which end at whole pixels
+    widest_strip: float = 0.3  # of the radius, half a strip: wider ones reach through droplets
+    scatters: float = 2.0  # standard deviations of gaps between labels that touch, up to which they are contacts
+    thickest_film: float = 0.2  # of the radius: wider gaps are no contacts
+    along: float = 2.5  # pixels along a wall over which its width is averaged
+    blurs: float = 2.5  # standard deviations of blur in half a strip
+    strip: float = 0.04  # of the radius, in half a strip beside them, for films
+    modes: int = 8  # Fourier modes of an outline
+    points: int = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
+    edge_chord: float = 0.4  # radii of droplet along the edge that cut it: it then lacks a fiftieth of its radius
+    # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
+    clear: float = 1.12
+    least_wall: int = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
+
+
+GAPS = Gaps()
 
 
 @dataclass(frozen=True)
@@ -74,34 +83,36 @@ def find_walls(
         raise NoDropletsError("only one droplet is found: show several, since the walls between them are measured")
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
     names, short, count = np.unique(pair[wall], return_inverse=True, return_counts=True)
-    tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE)
+    tolerance = max(GAPS.tolerance * radius, GAPS.least_tolerance)
     numbers = np.zeros(cells.shape, dtype=np.int64)
     numbers[wall] = short + 1
     free = np.zeros(cells.shape)
     if labelled:
         near_void, inside = darkness.values > 0.5, 1 - 2 * darkness.values
         free = _pixels_between_labels(cells, near_void)
-        width = _averaged(free, numbers, wall, ALONG)
-        tolerance += LABEL_TOLERANCE
+        width = _averaged(free, numbers, wall, GAPS.along)
+        tolerance += GAPS.label_tolerance
     else:
-        half = min(BLURS * blur + 2.0 + STRIP * radius, WIDEST_STRIP * radius)
+        half = min(GAPS.blurs * blur + 2.0 + GAPS.strip * radius, GAPS.widest_strip * radius)
         strips = np.where(away <= half, numbers[tuple(nearest)], 0)
-        width = 2 * half * _averaged(darkness.values, strips, wall, ALONG + 8.0 * darkness.noise)
+        width = 2 * half * _averaged(darkness.values, strips, wall, GAPS.along + 8.0 * darkness.noise)
         inside = _inside(darkness, away, width[tuple(nearest)], half, blur)
-        tolerance += BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise
-        reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
+        tolerance += GAPS.blurred_tolerance * blur + GAPS.noisy_tolerance * darkness.noise
+        reach = GAPS.blurs * blur + 1.5  # beyond, what is not black belongs to droplets
         near_void = (away <= half) | (distance_inside(darkness.smooth < 0.35) <= reach)
     gaps, narrowest = np.full((2, len(names)), np.inf)
     np.minimum.at(gaps, short, width[wall])
     np.minimum.at(narrowest, short, free[wall])
-    long = count >= 2 * LEAST_WALL  # pixels on either side
+    long = count >= 2 * GAPS.least_wall  # pixels on either side
     names, gaps, narrowest, length = names[long], gaps[long], narrowest[long], 0.5 * count[long].astype(np.float64)
     pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
     own, widest = _film_between_labels(gaps, tolerance) if labelled else _film_width(gaps, radius, tolerance)
     widest = widest if film is None else film
     touching = gaps <= widest
     # what an average along a wall adds to the gap of circles that touch
-    line = max(float(np.median(narrowest[touching])), own - ALONG**2 / radius) if labelled and touching.any() else 0.0
+    line = (
+        max(float(np.median(narrowest[touching])), own - GAPS.along**2 / radius) if labelled and touching.any() else 0.0
+    )
     is_film = wall & np.isin(pair, names[touching]) & (width <= widest)
     label, _ = ndimage.label(wall & ~is_film, np.ones((3, 3)))
     label = np.where(away <= 0, label, label[tuple(nearest)])
@@ -154,7 +165,7 @@ def _film_width(gaps: Array, radius: float, tolerance: float) -> tuple[float, fl
     more touch in a jammed packing, so the lower quarter of all gaps lies among contacts. Where that is wider than any
     film, droplets do not touch."""
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
-    own = own if own <= THICKEST_FILM * radius else 0.0
+    own = own if own <= GAPS.thickest_film * radius else 0.0
     return own, own + tolerance
 
 
@@ -168,7 +179,7 @@ def _film_between_labels(gaps: Array, tolerance: float) -> tuple[float, float]:
     own = float(np.median(order[start : start + half]))
     below = order[order < own] - own
     scatter = float(np.sqrt(np.mean(below**2))) if len(below) else 0.0
-    return own, own + max(tolerance, SCATTERS * scatter + LABEL_TOLERANCE)
+    return own, own + max(tolerance, GAPS.scatters * scatter + GAPS.label_tolerance)
 
 
 def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
@@ -210,8 +221,8 @@ def outlines(cells: Indices, inside: Array) -> list[Array]:
 def _smoothen(ring: Array) -> Array:
     curve = ring @ np.array([1.0, 1j])
     place = np.concatenate([[0], np.cumsum(np.abs(np.diff(curve)))])
-    modes = np.fft.fft(np.interp(np.linspace(0, place[-1], POINTS, endpoint=False), place, curve))
-    modes[MODES + 1 : -MODES] = 0
+    modes = np.fft.fft(np.interp(np.linspace(0, place[-1], GAPS.points, endpoint=False), place, curve))
+    modes[GAPS.modes + 1 : -GAPS.modes] = 0
     even = np.fft.ifft(modes)
     return np.column_stack([even.real, even.imag])
 
@@ -254,6 +265,6 @@ class SeenDroplets:
             self.areas = np.maximum(np.bincount(cells.ravel(), minlength=n) - dark, 1.0)
         chord = np.bincount(edge_of(cells)[edge_of(body)], minlength=n)
         away = np.minimum(segments.middle, np.array(cells.shape) - 1 - segments.middle).min(axis=1)
-        near = (chord > EDGE_CHORD * segments.inner) & (away <= CLEAR * segments.inner)
+        near = (chord > GAPS.edge_chord * segments.inner) & (away <= GAPS.clear * segments.inner)
         cut = chord > 0 if self.labelled else near
         self.whole = ~cut & [len(ring) > 0 for ring in self.outlines]

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, warn

@@ -12,7 +12,7 @@ from scipy import stats
 import jamlab
 from jamlab.errors import InputError, StorageError
 from jamlab.micrographs.picture_numbers import LIMITS
-from jamlab.micrographs.quality import FEWEST
+from jamlab.micrographs.quality import DOUBT
 from jamlab.packing.quantities import COLUMNS
 
 skimage = pytest.importorskip("skimage")
@@ -54,7 +54,7 @@ def test_films_between_large_droplets_are_not_taken_for_the_ground(dp_dense):
 
 
 def test_hexagonal_lattice(touching):
-    assert touching.count >= FEWEST and touching.cut > 0 and touching.quality == "good"
+    assert touching.count >= DOUBT.fewest and touching.cut > 0 and touching.quality == "good"
     np.testing.assert_allclose(touching.areas.mean(), np.pi * 8**2, rtol=0.1)  # films and their corners
     np.testing.assert_allclose(touching.shape, 1.0, atol=0.02)
     np.testing.assert_allclose(touching.cells.mean(), np.sqrt(0.75) * 16.5**2, rtol=0.02)
@@ -74,7 +74,7 @@ def test_means_say_how_far_they_are_known(rendered):
     assert z.interval == pytest.approx((low - LIMITS["z"], high + LIMITS["z"]))  # and what a good picture may err
     assert found.numbers["rho"].value == found.rho and 0.001 < found.numbers["rho"].error < 0.02
     assert f"z = {found.z:.2f} ± {z.uncertainty:.2f}" in repr(found) and len(repr(found)) < 200
-    assert found.reasons[-1] == f"{found.count} whole droplets only, needs {FEWEST}: means over more may differ"
+    assert found.reasons[-1] == f"{found.count} whole droplets only, needs {DOUBT.fewest}: means over more may differ"
 
 
 def test_table_has_a_row_per_droplet(touching):
