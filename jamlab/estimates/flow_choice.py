@@ -141,7 +141,8 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
     elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
         stress = abs(best) * (amplitude or 0.0)
         time = effective_relaxation_time(omega * law.tau, stress, law.alpha, stiffness=stiffness_scale(packing))[0]
-        arguments = {"omega": [omega], "damping": replace(linear, tau=law.tau * float(time))}
+        slower = replace(linear, tau=law.tau * float(time))  # type: ignore[type-var]  # laws are dataclasses
+        arguments = {"omega": [omega], "damping": slower}
     else:
         function = shear_modulus
     return Choice(

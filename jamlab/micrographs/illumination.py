@@ -99,7 +99,7 @@ def width_of_filter(noise: float) -> float:
     """Standard deviation s of the Gaussian that leaves noise/(2 sqrt(pi) s) = `smooth_noise`; 0 if it is there."""
     if noise <= LIGHT.smooth_noise:
         return 0.0
-    return min(noise / (2 * np.sqrt(np.pi) * LIGHT.smooth_noise), LIGHT.largest_filter)
+    return float(min(noise / (2 * np.sqrt(np.pi) * LIGHT.smooth_noise), LIGHT.largest_filter))
 
 
 def _blur(values: Array, width: float) -> Array:

@@ -16,9 +16,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
@@ -100,7 +101,7 @@ class Frame:
         """Whether nothing but drag keeps the free particles from moving together along walls."""
         return self.translations == 1
 
-    def drift(self, values: Array, axis: int = 0) -> Array | float:
+    def drift(self, values: NDArray[Any], axis: int = 0) -> NDArray[Any] | float:
         """The mean of values over all sites, or over all particles, in an axis that is kept: their motion as a whole,
         which displacements are told less of; 0 where some are fixed and displacements are those beside them."""
         return np.asarray(values.mean(axis=axis, keepdims=True))
@@ -200,7 +201,7 @@ class FixedParticles(Frame):
     def translations(self) -> int:
         return 0
 
-    def drift(self, values: Array, axis: int = 0) -> Array | float:
+    def drift(self, values: NDArray[Any], axis: int = 0) -> NDArray[Any] | float:
         return 0.0
 
     @property
