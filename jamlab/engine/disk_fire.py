@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
+from jamlab.engine.agreement import Carried, agreed, compare, key
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
@@ -39,6 +40,10 @@ MOST_UPHILL = 2000  # steps uphill on end after which it gives up
 SKIN = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
 
 _BOX_TOO_SMALL, _NOT_FINITE = -1, -2
+
+# one step from rest that moves each disk by its force: no longest move, a time step of 1
+_ONE_STEP = np.array([1.0, 1.0, 1e300, 1.0, 1.0, 1.0, 0.0, 1.0])
+_HEAVY = 2.0  # mean diameters, beyond which the mass of a disk in the kernel grows with it
 
 _fire_disks = kernel(
     "fire_disks",
@@ -89,3 +94,23 @@ def fire_disks(
         if largest[0] < force:
             break
     return packing, total, float(largest[0])
+
+
+def fire_forces(packing: Packing) -> Array | None:
+    """(n, 2) forces of the kernel, by which its first step from rest moves disks; None where it does not know the law,
+    or the box is too small."""
+    found = fire_disks(packing, 0.0, 1, fire=_ONE_STEP)
+    if found is None:
+        return None
+    heavy = packing.disk_diameters / (_HEAVY * packing.disk_diameters.mean())
+    return np.asarray((found[0].positions - packing.positions) * np.maximum(heavy, 1.0)[:, None])
+
+
+def compare_kernel(packing: Packing) -> None:
+    """Compare the kernel with the analysis, once a process and law.
+
+    Raises:
+        EngineError: the kernel evaluates another law.
+    """
+    if not agreed(compared := key("kernel", packing)) and (forces := fire_forces(packing)) is not None:
+        compare(compared, packing, Carried(forces))

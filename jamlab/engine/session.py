@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
+from jamlab.engine.agreement import Carried, agreed, compare, key
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.disk_fire import fire_disks
+from jamlab.engine.disk_fire import compare_kernel, fire_disks, fire_forces
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.engine.ranks import check_ranks
@@ -36,7 +37,7 @@ from jamlab.models.model import Model
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
-from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
+from jamlab.packing.lammps_files import MOST_TYPES, section_of_sizes, types, wrap, write_data
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
@@ -45,6 +46,13 @@ from jamlab.packing.strain_map import shapes_of_stress
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
+# commands that leave forces as they are
+_HARMLESS = frozenset(
+    "print thermo thermo_style thermo_modify dump undump dump_modify write_dump write_data write_restart variable "
+    "compute uncompute compute_modify run timestep reset_timestep log info neighbor neigh_modify velocity group "
+    "min_style min_modify minimize".split()
+)
+_ALIKE = 1e-9  # relative difference of forces of the kernel and of LAMMPS that are of one law
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
 
 
@@ -101,6 +109,9 @@ class Session(Hinted):
         self._compiled_steps = 0
         self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
+        self._own_forces = False  # whether commands of the user may have changed them
+        self._compared: Hashable = None  # `key` of the deck, where it has still to be compared with the analysis
+        self._comparisons = 0
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with lammps_errors("start"):
             self._lmp = start_lammps()
@@ -149,6 +160,12 @@ class Session(Hinted):
         self._hold(packing)
         stretched = packing.kind.longest_edge(self._packing) > _EDGE_KEPT * self._edge_limit
         if anew or stretched or self._packing.difference(before) is not None:
+            if self._own_forces:
+                self._packing = before
+                raise InputError(
+                    "load: these are other particles, for which LAMMPS is set up anew without your commands that "
+                    "change forces; open another Session"
+                )
             self._build()
             return
         self._set_box(self._packing.box)
@@ -161,12 +178,14 @@ class Session(Hinted):
 
     @checked
     def command(self, line: str) -> None:
-        """Run one LAMMPS command.
+        """Run one LAMMPS command. Where it may change forces, such as `pair_style`, the forces are those of LAMMPS from
+        there on, whatever law the packing has, and a minimisation is one by LAMMPS.
 
         Raises:
             EngineError: with LAMMPS' own message.
         """
         self._run(line)
+        self._own_forces |= line.split(maxsplit=1)[:1] != [] and line.split()[0] not in _HARMLESS
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
         with DecimalPoint():
@@ -226,7 +245,7 @@ class Session(Hinted):
             InputError: `box_strains` or `fire` where they would not be used: another style, or a law or a box that the
                 kernel does not take.
         """
-        by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.frame.all_free
+        by_kernel = style == "fire" and self._packing.frame.all_free and self._kernel_serves()
         if (box_strains is not None or fire is not None) and not by_kernel:
             raise InputError(
                 f"box_strains, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
@@ -238,6 +257,7 @@ class Session(Hinted):
             found = fire_disks(self._state(), force, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
                 packing, taken, _ = found
+                compare_kernel(packing)
                 self._compiled_steps += taken
                 if box_strains is None:
                     self._packing = packing
@@ -344,6 +364,11 @@ class Session(Hinted):
         settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
+            if not packing.law.sizes_by_disk:
+                raise EngineError(
+                    f"{packing.law}: more than {MOST_TYPES} sizes of disks, but its pair style of LAMMPS takes a size "
+                    "from its type; use fewer sizes"
+                )
             settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
             settings["section"] = f"fix {section} NULL {section}"
         if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
@@ -367,6 +392,9 @@ class Session(Hinted):
             self._run("fix on_fixed fixed store/force")
             self._run("fix fixed fixed setforce 0.0 0.0 0.0")
         self._run("thermo 1")  # so that energy and virial are summed at every step
+        deck_way = "sizes by disk" if "own_sizes" in settings else "sizes by type"
+        walls = "flat walls" if packing.flat_walls.any() else "" if packing.frame.all_free else "held particles"
+        self._compared, self._comparisons = key("deck", packing, ", ".join(filter(None, [deck_way, walls]))), 0
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
 
@@ -389,7 +417,7 @@ class Session(Hinted):
             held = self._forces_on_fixed()
             stress += held.T @ frame.wall_offsets / area
             stress -= 0.5 * shapes_of_stress(frame.kept_shapes, held) / area * np.eye(2)
-        return Evaluation(
+        found = Evaluation(
             energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),
             forces=forces,
@@ -397,6 +425,30 @@ class Session(Hinted):
             pressure=compression(self._packing).pressure(stress),
             max_force=float(np.hypot(*forces.T).max()),
         )
+        if self._compared is not None:
+            self._compare(found)
+        return found
+
+    def _compare(self, found: Evaluation) -> None:
+        """Compare LAMMPS with the analysis until a state has told; one in which LAMMPS finds no contact, less and less
+        often."""
+        self._comparisons += 1
+        if self._own_forces or agreed(self._compared):
+            self._compared = None
+        elif (found.contact_energy or self._comparisons & (self._comparisons - 1) == 0) and np.isfinite(found.energy):
+            if compare(self._compared, self._state(), Carried(found.forces, found.energy, found.stress)):
+                self._compared = None
+
+    def _kernel_serves(self) -> bool:
+        """Whether the compiled FIRE evaluates the law that LAMMPS has."""
+        if self.law.kernel_arguments() is None:
+            return False
+        if not self._own_forces:
+            compare_kernel(self._state())
+            return True
+        found = fire_forces(self._state())
+        here = self.evaluate().forces
+        return found is not None and bool(here.any()) and bool(np.abs(found - here).max() < _ALIKE * np.abs(here).max())
 
     def _forces_on_fixed(self) -> Array:
         """(len(positions), 2) forces that hold fixed particles, before they are set to 0."""

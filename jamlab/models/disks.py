@@ -157,6 +157,11 @@ class Disks(Model):
         return installed_file("lammps_inputs", "parts/sp")
 
     def check_for_lammps(self, packing: Packing) -> None:
+        if packing.flat_walls.any() and not packing.law.deck_part:
+            raise EngineError(
+                f"{packing.law} has no flat walls in LAMMPS, whose pair styles know points alone: use rough walls, "
+                "jamlab.with_walls(packing), or jamlab's own laws"
+            )
         order = np.lexsort(packing.positions.T)
         if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
             i, j = sorted(order[same[0] : same[0] + 2])

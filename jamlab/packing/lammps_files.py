@@ -40,7 +40,7 @@ from jamlab.storage.formats import check_ending
 
 # Of particles of one size each. Type pairs take time when LAMMPS is started, of 4096 disks 0.3 s with 64 sizes, 0.9 s
 # with 128 and 4.9 s with 256; with classes 0.15 s.
-MAX_TYPES = 64
+MAX_TYPES, MOST_TYPES = 64, 256
 CLASSES = 8  # of size: reach of neighbor lists goes by type pairs; at 1:20 one class takes 1.5 times as long
 MARK = "# jamlab "
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
@@ -62,9 +62,11 @@ class TypeTable:
 
 
 def types(packing: Packing) -> TypeTable:
-    """Sort the particles of a packing by size into LAMMPS atom types, up to 64 sizes one type a size."""
+    """Sort the particles of a packing by size into LAMMPS atom types, up to 64 sizes one type a size, or up to 256
+    where the pair style of the law takes sizes from types alone."""
     values, rank = np.unique(packing.kind.type_sizes(packing), return_inverse=True)
-    if len(values) <= MAX_TYPES:
+    own = packing.kind.sizes_by_atom or packing.law.sizes_by_disk
+    if len(values) <= (MAX_TYPES if own else MOST_TYPES):
         return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
     # of equal ratio: a class of wide ratio has long neighbor lists, an empty one is left out
     least = values[values > 0][0]
