@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.agreement import Carried, agreed, compare, key
+from jamlab.engine.agreement import SAME, Carried, agreed, compare, key
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
@@ -114,3 +114,9 @@ def compare_kernel(packing: Packing) -> None:
     """
     if not agreed(compared := key("kernel", packing)) and (forces := fire_forces(packing)) is not None:
         compare(compared, packing, Carried(forces))
+
+
+def kernel_has(packing: Packing, forces: Array) -> bool:
+    """Whether the kernel finds these forces (n, 2), which show its law: at least one is not 0."""
+    found = fire_forces(packing)
+    return found is not None and bool(forces.any()) and bool(np.abs(found - forces).max() < SAME * np.abs(forces).max())

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.engine.agreement import Carried, agreed, compare, key
+from jamlab.engine.agreement import Comparison, changes_forces, key
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.disk_fire import compare_kernel, fire_disks, fire_forces
+from jamlab.engine.disk_fire import compare_kernel, fire_disks, kernel_has
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.engine.ranks import check_ranks
@@ -46,13 +46,6 @@ from jamlab.packing.strain_map import shapes_of_stress
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
-# commands that leave forces as they are
-_HARMLESS = frozenset(
-    "print thermo thermo_style thermo_modify dump undump dump_modify write_dump write_data write_restart variable "
-    "compute uncompute compute_modify run timestep reset_timestep log info neighbor neigh_modify velocity group "
-    "min_style min_modify minimize".split()
-)
-_ALIKE = 1e-9  # relative difference of forces of the kernel and of LAMMPS that are of one law
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
 
 
@@ -110,8 +103,6 @@ class Session(Hinted):
         self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
         self._own_forces = False  # whether commands of the user may have changed them
-        self._compared: Hashable = None  # `key` of the deck, where it has still to be compared with the analysis
-        self._comparisons = 0
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with lammps_errors("start"):
             self._lmp = start_lammps()
@@ -185,7 +176,9 @@ class Session(Hinted):
             EngineError: with LAMMPS' own message.
         """
         self._run(line)
-        self._own_forces |= line.split(maxsplit=1)[:1] != [] and line.split()[0] not in _HARMLESS
+        if changes_forces(line):
+            self._own_forces = True
+            self._comparison.end()
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
         with DecimalPoint():
@@ -394,7 +387,7 @@ class Session(Hinted):
         self._run("thermo 1")  # so that energy and virial are summed at every step
         deck_way = "sizes by disk" if "own_sizes" in settings else "sizes by type"
         walls = "flat walls" if packing.flat_walls.any() else "" if packing.frame.all_free else "held particles"
-        self._compared, self._comparisons = key("deck", packing, ", ".join(filter(None, [deck_way, walls]))), 0
+        self._comparison = Comparison(key("deck", packing, ", ".join(filter(None, [deck_way, walls]))))
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
 
@@ -425,30 +418,17 @@ class Session(Hinted):
             pressure=compression(self._packing).pressure(stress),
             max_force=float(np.hypot(*forces.T).max()),
         )
-        if self._compared is not None:
-            self._compare(found)
+        self._comparison.see(found, self._state)
         return found
-
-    def _compare(self, found: Evaluation) -> None:
-        """Compare LAMMPS with the analysis until a state has told; one in which LAMMPS finds no contact, less and less
-        often."""
-        self._comparisons += 1
-        if self._own_forces or agreed(self._compared):
-            self._compared = None
-        elif (found.contact_energy or self._comparisons & (self._comparisons - 1) == 0) and np.isfinite(found.energy):
-            if compare(self._compared, self._state(), Carried(found.forces, found.energy, found.stress)):
-                self._compared = None
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""
         if self.law.kernel_arguments() is None:
             return False
-        if not self._own_forces:
-            compare_kernel(self._state())
-            return True
-        found = fire_forces(self._state())
-        here = self.evaluate().forces
-        return found is not None and bool(here.any()) and bool(np.abs(found - here).max() < _ALIKE * np.abs(here).max())
+        if self._own_forces:
+            return kernel_has(self._state(), self.evaluate().forces)
+        compare_kernel(self._state())
+        return True
 
     def _forces_on_fixed(self) -> Array:
         """(len(positions), 2) forces that hold fixed particles, before they are set to 0."""
