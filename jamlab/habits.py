@@ -379,7 +379,7 @@ CONCEPTS = (
     Concept("save write export dump to_hdf5 to_lammps to_json to_file savefig to_dict to_csv", "write draw", "",
             {MODULE: "`jamlab.write(path, packings)`", "Packing": "`write(path)`, or `jamlab.write(path, packings)`",
              "Result": "`to_dataframe().to_csv(path)`", "Micrograph": "`draw(path)`, or `table().to_csv(path)`",
-             "Campaign": "`table().to_csv(path)`, or the command `jamlab campaign export`",
+             "Campaign": "`export(folder)`, or the command `jamlab campaign export`",
              "Session": "`jamlab.write(path, {p})`"}),
     Concept("to_dataframe df dataframe table results data to_pandas as_dataframe asdict pandas", "to_dataframe table",
             "`jamlab.measure([{p}])`, a table of observables"),

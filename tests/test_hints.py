@@ -105,7 +105,14 @@ def check(text, thing, at_hand):
             assert code.removeprefix("jamlab ") in COMMANDS_THERE, text
             continue
         names = {node for node in compile(code, "hint", "eval").co_names if node not in space and node in own}
-        if code.startswith("plot") or ".plot" in code or "draw(" in code or "write(" in code or "to_csv" in code:
+        if (
+            code.startswith("plot")
+            or ".plot" in code
+            or "draw(" in code
+            or "write(" in code
+            or "to_csv" in code
+            or "export(" in code
+        ):
             code = code.partition("(")[0]  # draws or writes
         try:
             eval(code, {}, space | {name: getattr(thing, name) for name in names})

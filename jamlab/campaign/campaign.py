@@ -23,7 +23,7 @@ from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share
 from jamlab.campaign.tables import aggregate, table
 from jamlab.campaign.tasks import Batch, batches, states_name, task_names, tasks_named
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, drive
-from jamlab.checks import checked
+from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
 from jamlab.packing.hdf5 import read_all_hdf5
@@ -31,7 +31,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import check_target, make_folder
-from jamlab.storage.table_file import write_table
+from jamlab.storage.table_file import TABLE_FORMATS, check_table_format, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -256,6 +256,46 @@ class Campaign(Hinted):
         self._check_sizes(set(frame["task"]))
         return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
 
+    @checked
+    def export(
+        self,
+        to: str | os.PathLike[str],
+        tables: Iterable[str] = (),
+        sweep: str | None = None,
+        *,
+        format: str = "csv",
+        replace: bool = True,
+    ) -> list[Path]:
+        """Write tables for other programs, a file each.
+
+        Args:
+            to: folder of the files, which is made if it is missing.
+            tables: their names, see `table`; by default all that have rows.
+            sweep: take the tasks of this sweep only.
+            format: "csv"; "tsv", with tabs; "json", a list of rows, in which null stands for nan; "h5", HDF5 with a
+                dataset for each column; or "parquet", which needs pyarrow.
+            replace: False: where one of the files is there, none is written.
+
+        Returns:
+            Paths of the files.
+
+        Raises:
+            InputError: there is no such table, sweep or format, or its library is not installed.
+            StorageError: a file cannot be written, or is there and may not be replaced.
+        """
+        check_choice("format", format, TABLE_FORMATS)
+        check_table_format(format)
+        names = list(tables)
+        frames = {name: self.table(name, sweep) for name in names or TABLES}  # before a folder is made
+        written = {Path(to) / f"{name}.{format}": frame for name, frame in frames.items() if len(frame) or names}
+        if written:
+            make_folder(Path(to))
+        for path in written:
+            check_target(path, replace=replace)
+        for path, frame in written.items():
+            write_table(frame, path)
+        return list(written)
+
     def _check_sizes(self, tasks: set[str]) -> None:
         """Refuse to average over tasks of one model and n whose particles have other sizes: no column tells them."""
         first: dict[tuple[str, int], Batch] = {}
@@ -315,19 +355,3 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
     content = check_campaign(text, given)
     place = Path(folder) if folder is not None else given.parent / content.name
     return Campaign(given, text, content, CampaignFolder(place))
-
-
-def export(
-    campaign: Campaign, out: Path, tables: Sequence[str] = (), sweep: str | None = None, *, replace: bool = True
-) -> list[Path]:
-    """Write tables, by default all with rows, as CSV; returns their paths. Where one is there and `replace` is False,
-    none is written."""
-    frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # before a folder is made
-    written = {out / f"{name}.csv": frame for name, frame in frames.items() if len(frame) or tables}
-    if written:
-        make_folder(out)
-    for path in written:
-        check_target(path, replace=replace)
-    for path, frame in written.items():
-        write_table(frame, path)
-    return list(written)

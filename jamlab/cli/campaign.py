@@ -218,16 +218,17 @@ def export(
         list[str] | None, typer.Option(metavar="NAME", help="Name of a table; repeatable (default: all).")
     ] = None,
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
+    format: Annotated[str, typer.Option(metavar="NAME", help="csv, tsv, json, h5 (HDF5) or parquet.")] = "csv",
     out: Folder = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write tables as CSV."""
-    from jamlab.campaign import campaign as run_of
+    """Write tables for other programs, a file each."""
+    from jamlab.campaign.campaign import open_campaign
 
     expect_output(to)
-    campaign = run_of.open_campaign(file, out)
-    written = [str(path) for path in run_of.export(campaign, to, table or (), sweep, replace=force)]
+    campaign = open_campaign(file, out)
+    written = [str(path) for path in campaign.export(to, table or (), sweep, format=format, replace=force)]
     if as_json:
         print_json({"written": written})
     else:

@@ -18,6 +18,7 @@ FORMATS: dict[str, tuple[str, ...]] = {  # endings of what jamlab writes, the us
     "png": (".png",),
     "table": (".csv",),
     "tabs": (".tsv",),
+    "tables": (".csv", ".tsv", ".json", ".h5", ".parquet"),
 }
 
 

@@ -24,6 +24,8 @@ def test_command_line(full, tmp_path):
     assert "6 of 6 tasks are finished" in line
     exported = said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip()
     assert exported == str(tmp_path / "t/onset.csv")
+    words = ("--to", tmp_path / "t", "--table", "onset", "--format", "h5")
+    assert said("export", full.file, *words).strip() == str(tmp_path / "t/onset.h5")
 
 
 def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):

@@ -1,6 +1,7 @@
 """Campaigns: the folder of tasks; status, damage, failures, export, plan."""
 
 import errno
+import json
 import os
 import shutil
 import subprocess
@@ -16,7 +17,6 @@ from campaigns import FULL, run_here, written
 import jamlab
 from jamlab.campaign import states as sweep_states
 from jamlab.campaign import workers
-from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import plan, share_names, total_time
@@ -266,11 +266,17 @@ def test_a_campaign_runs_where_there_are_no_locks(tmp_path, monkeypatch, number)
 
 
 def test_export(full, tmp_path):
-    files = export(full, tmp_path / "csv")
+    files = full.export(tmp_path / "csv")
     others = {"flow", "oscillation", "modes"}  # which it does not measure
     assert sorted(file.stem for file in files) == sorted(set(TABLES) - others)
     back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
     np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])
+    (one,) = full.export(tmp_path / "json", ["onset"], "up", format="json")
+    rows, onset = json.loads(one.read_text()), full.table("onset", "up")
+    assert [row["rho_J"] for row in rows] == onset["rho_J"].tolist() and list(rows[0]) == list(onset)
+    with pytest.raises(InputError, match="xlsx"):
+        full.export(tmp_path / "xlsx", format="xlsx")
+    assert not (tmp_path / "xlsx").exists()
 
 
 def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):

@@ -9,7 +9,6 @@ from campaigns import assert_same, run_here, written
 import jamlab
 from jamlab.campaign import states as making
 from jamlab.campaign import workers
-from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import read_task_file, write_task_file
 from jamlab.campaign.tasks import batches, states_name
 from jamlab.engine.session import Session
@@ -154,7 +153,7 @@ def test_own_observables_are_columns_of_states(tmp_path):
     for task, part in states.groupby("task"):
         assert part["widest"].tolist() == [p.diameters.max() for p in campaign.packings(task)]
     assert states["nothing"].isna().all()
-    (file,) = export(campaign, tmp_path / "tables", tables=["states"])
+    (file,) = campaign.export(tmp_path / "tables", ["states"])
     with open(file, newline="") as lines:  # parsed by Python: older pandas miss the last digit
         assert [float(row["twice_phi"]) for row in csv.DictReader(lines)] == states["twice_phi"].tolist()
     mean = campaign.aggregate(["twice_phi"], by=["n"])

@@ -7,7 +7,7 @@ from campaigns import run_here, written
 
 import jamlab
 from jamlab.campaign import states
-from jamlab.campaign.observables import TABLES, Spectra
+from jamlab.campaign.observables import TABLES, SpectraOfStates
 from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -104,9 +104,9 @@ def test_what_missed_its_target_is_marked_in_every_table(tmp_path, monkeypatch):
 
 def test_spectra_beyond_their_error_are_not_converged(sp_jammed, monkeypatch):
     wanted = {"law": jamlab.ContactDamping(), "prestress": True}
-    assert Spectra(omega=[1.0]).one(sp_jammed, **wanted)[0]["converged"].all()
+    assert SpectraOfStates(omega=[1.0]).one(sp_jammed, **wanted)[0]["converged"].all()
     monkeypatch.setattr("jamlab.campaign.observables.SPECTRUM_ERROR", -1.0)
-    assert not Spectra(omega=[1.0]).one(sp_jammed, **wanted)[0]["converged"].any()
+    assert not SpectraOfStates(omega=[1.0]).one(sp_jammed, **wanted)[0]["converged"].any()
 
 
 def test_packings_are_drawn_not_rows():
