@@ -38,7 +38,10 @@ from typing import Any
 
 import lazy_loader
 
+from jamlab.face import NAMES as _NAMES
+
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_NAMES[:] = __all__
 
 
 def __getattr__(name: str) -> Any:

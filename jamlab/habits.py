@@ -352,7 +352,7 @@ CONCEPTS = (
             "`jamlab.read(path)`"),
     Concept("from_csv read_csv load_csv read_table", "", "", {MODULE: "pandas.read_csv: tables are plain CSV files"}),
     Concept(" ".join(f"{do}_{what}" for do in ("write", "save", "to", "export", "dump") for what in _FORMATS), "", "",
-            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`write(path)`, or `jamlab.write(path, packings)`"}),
+            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`jamlab.write(path, {p})`"}),
     Concept("to_excel to_parquet to_latex to_markdown to_string to_records groupby hist histogram head tail iloc loc "
             "columns index sort_values query median describe rolling pivot merge", "", "",
             {**dict.fromkeys(("Result", "Micrograph"), "`to_dataframe()`, a table of pandas"),
@@ -377,7 +377,7 @@ CONCEPTS = (
     Concept("read_trajectory trajectory_of_file load_trajectory Trajectory iterread read_frames", "",
             "`jamlab.read_all(path)`"),
     Concept("save write export dump to_hdf5 to_lammps to_json to_file savefig to_dict to_csv", "write draw", "",
-            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`write(path)`, or `jamlab.write(path, packings)`",
+            {MODULE: "`jamlab.write(path, packings)`", "Packing": "`jamlab.write(path, {p})`",
              "Result": "`to_dataframe().to_csv(path)`", "Micrograph": "`draw(path)`, or `table().to_csv(path)`",
              "Campaign": "`export(folder)`, or the command `jamlab campaign export`",
              "Session": "`jamlab.write(path, {p})`"}),

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import cache, lru_cache
 from itertools import takewhile
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from jamlab.argument_habits import ARGUMENTS
 from jamlab.errors import ArgumentError
@@ -216,6 +216,9 @@ def attributes(cls: type) -> list[str]:
 class Hinted:
     """A class whose missing attributes are answered by what to use."""
 
+    _measured: ClassVar[Iterable[str]] = ()  # quantities of `jamlab.measure` that are hinted at
+    _functions: ClassVar[Iterable[str]] = ()  # functions of jamlab that are hinted at
+
     if not TYPE_CHECKING:  # else every name would be an attribute
 
         def __getattr__(self, name: str) -> Any:
@@ -223,18 +226,8 @@ class Hinted:
             if name.startswith("_"):
                 raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}", name=name, obj=self)
             article = "an" if cls.__name__[0] in "AEIOU" else "a"
-            use = hint(
-                name, [each.__name__ for each in cls.__mro__], attributes(cls), self._measured(), self._functions()
-            )
+            use = hint(name, [each.__name__ for each in cls.__mro__], attributes(cls), self._measured, self._functions)
             raise AttributeError(f"{article} {cls.__name__} has no attribute {name!r}{use}", name=name, obj=self)
-
-    def _measured(self) -> Iterable[str]:
-        """Quantities of `jamlab.measure` that are hinted at."""
-        return ()
-
-    def _functions(self) -> Iterable[str]:
-        """Functions of jamlab that are hinted at."""
-        return ()
 
 
 def _filled(text: str, kinds: Iterable[str]) -> str:

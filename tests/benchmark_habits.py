@@ -47,7 +47,7 @@ def space(tmp_path_factory):
     """Names that the calls use."""
     folder = tmp_path_factory.mktemp("habits")
     p = jamlab.pack(32, 1e-2, seed=1)
-    p.write(folder / "p.h5")
+    jamlab.write(folder / "p.h5", p)
     labels = np.kron(np.arange(1, 17).reshape(4, 4), np.pad(np.ones((36, 36), int), 2)).astype(int)
     m = jamlab.micrograph(labels=labels)
     s = jamlab.complex_modulus(p, [1e-3, 1.0])

@@ -39,7 +39,7 @@ def required(random_disks, tmp_path_factory):
     """Name -> a value for the arguments that have no default."""
     packing = random_disks()
     path = tmp_path_factory.mktemp("types") / "p.h5"
-    packing.write(path)
+    jamlab.write(path, packing)
     own = {"u": jamlab.universe(packing), "source": packing, "packing": packing, "packings": [packing], "path": path}
     own |= {"flow": packing, "oscillations": [], "run": [packing, packing]}
     own |= {"box": packing.box, "found": jamlab.voids(packing), "picture": np.zeros((4, 4)), "damping": None}

@@ -107,7 +107,7 @@ def test_what_a_model_leaves_out_is_refused_by_name(points):
 
 def test_a_packing_whose_model_is_not_installed_names_it(points, tmp_path, monkeypatch):
     file, pickled = tmp_path / "points.h5", pickle.dumps(points)
-    points.write(file)
+    jamlab.write(file, points)
     assert jamlab.read(file) == points == pickle.loads(pickled)
     monkeypatch.delitem(MODELS._entries, "points")
     for read in (lambda: jamlab.read(file), lambda: pickle.loads(pickled)):

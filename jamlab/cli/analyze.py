@@ -19,6 +19,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
 from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
+from jamlab.packing.write import write
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.table_file import write_table
@@ -105,7 +106,7 @@ def analyze(
             raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
         found = _measure_picture(file, labels, how, overlay, csv)
         if packing is not None:
-            found.packing(reading.get("model", "dp")).write(packing)
+            write(packing, [found.packing(reading.get("model", "dp"))])
         print_micrograph(source.name, found, as_json)
     else:
         from jamlab.trajectories.files import read_all

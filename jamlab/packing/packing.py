@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-import jamlab
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
+from jamlab.face import NAMES
 from jamlab.hints import Hinted
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter, check_params
@@ -111,6 +111,8 @@ class Packing(Hinted):
     fixed: Mask | None = None
     walls: bool = False
     _derived: Derived = field(init=False, repr=False)
+    _measured: ClassVar[Iterable[str]] = MEASURED  # what is hinted at
+    _functions: ClassVar[Iterable[str]] = NAMES
 
     def __post_init__(self) -> None:
         self._set("_derived", Derived())
@@ -145,12 +147,6 @@ class Packing(Hinted):
         self._set("params", frozen(self.params))
         self._set("provenance", frozen(self.provenance))
         lock([self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()])
-
-    def _measured(self) -> Iterable[str]:
-        return MEASURED
-
-    def _functions(self) -> Iterable[str]:
-        return dir(jamlab)
 
     def __eq__(self, other: object) -> bool:
         """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""
@@ -324,9 +320,8 @@ class Packing(Hinted):
             raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
         changes = {"positions": self.positions[particles[self.particle]], **self.kind.selected(self, particles)}
         changes["onset"] = self.onset if particles.all() else None
-        if self.fixed is not None:
-            mask = self.fixed[particles]
-            changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
+        fixed = self.frame.fixed[particles]
+        changes |= {"fixed": fixed if fixed.any() else None, "walls": self.walls and bool(fixed.any())}
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
         kept = self.kind.sizes(self)[particles & ~self.flat_walls]
         for name in (name for name, each in self.parameters.items() if each.over_size and name in self.params):
@@ -346,15 +341,6 @@ class Packing(Hinted):
             if not np.array_equal(self.params.get(name), other.params.get(name)):  # type: ignore[arg-type]
                 return f"params[{name!r}]"
         return None
-
-    def write(self, path: Any, *, contacts: bool = False) -> tuple[str, ...] | None:
-        """Write the packing, see `jamlab.write`, or its contact network as bonds, see `jamlab.write_contacts`."""
-        import jamlab
-
-        if contacts:
-            jamlab.write_contacts(path, self)
-            return None
-        return jamlab.write(path, [self])
 
     @drawn("PolyCollection, such as alpha=1", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

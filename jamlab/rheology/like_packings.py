@@ -53,7 +53,7 @@ def _facts(packing: Packing) -> dict[str, tuple[Any, str]]:
     every = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]
     shown = " ".join(f"{count} × {size:.4g}" for size, count in zip(sizes[:_SHOWN], counts, strict=False))
     vertices = np.unique(np.bincount(packing.particle)).tolist()
-    held = 0 if packing.fixed is None else int(packing.fixed.sum())
+    held = int(packing.frame.fixed.sum())
     facts: dict[str, tuple[Any, str]] = {
         "model": (packing.model, kind.particles),
         "units": (packing.units, f"units {packing.units}"),

@@ -70,7 +70,7 @@ def read(
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> p.write("packing.h5")
+        >>> jamlab.write("packing.h5", p)
         >>> q = jamlab.read("packing.h5")
         >>> np.array_equal(q.positions, p.positions), q.converged
         (True, True)

@@ -21,7 +21,7 @@ RUNS = {  # words after the file -> columns of the table, and a note
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flow")
-    jamlab.pack(n=16, pressure=2e-2, seed=2).write(folder / "p.h5")
+    jamlab.write(folder / "p.h5", jamlab.pack(n=16, pressure=2e-2, seed=2))
     return folder
 
 
@@ -90,7 +90,7 @@ def test_a_name_of_another_format_is_refused(folder):
 
 
 def test_a_run_of_another_packing_stays_unless_forced(folder):
-    jamlab.pack(n=16, pressure=2e-2, seed=3).write(folder / "other.h5")
+    jamlab.write(folder / "other.h5", jamlab.pack(n=16, pressure=2e-2, seed=3))
     words = ["--rate", "0.1", "--strain", "0.02", "--rows", "2", "--out", "kept.h5"]
     assert call(folder, "shear", "p.h5", *words).exit_code == 0
     before = (folder / "kept.h5").read_bytes()

@@ -94,7 +94,7 @@ GIVES = {
 def folder(tmp_path_factory):
     """A packing in a file of jamlab, and in one that does not say its units."""
     folder, packing = tmp_path_factory.mktemp("given"), jamlab.pack(n=8, pressure=2e-2, seed=1)
-    packing.write(folder / "p.h5")
+    jamlab.write(folder / "p.h5", packing)
     jamlab.write(folder / "p.xyz", packing)
     (folder / "d.csv").write_text("droplet,x,y\n1,0,0\n1,1,0\n1,0,1\n")
     return folder

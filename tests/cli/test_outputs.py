@@ -73,7 +73,7 @@ def test_every_option_that_names_a_file_to_write_is_tried():
 @pytest.mark.parametrize(("command", "option"), WRITTEN, ids=[" ".join(each) for each in WRITTEN])
 def test_no_file_is_replaced_without_force_or_gets_a_name_of_another_format(tmp_path, onset, command, option):
     words, names = WRITTEN[command, option]
-    onset.write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", onset)
     (tmp_path / "photo.png").write_bytes(b"never read")
     (tmp_path / "c.toml").write_text(campaigns.FULL)
     line = [*command.split(), *words.split(), *([] if option == "file" else [option])]
@@ -93,7 +93,7 @@ def test_no_file_is_replaced_without_force_or_gets_a_name_of_another_format(tmp_
 
 
 def test_force_replaces_files(tmp_path, onset):
-    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", next(jamlab.compress(onset, 0.87, 0.1)))
     for words in ("jam --n 8 --out p.h5", "explore source.h5 --out p.html", "gstar source.h5 --points 3 --out g.csv"):
         out = tmp_path / words.split()[-1]
         out.write_text("work of a week")
@@ -103,7 +103,7 @@ def test_force_replaces_files(tmp_path, onset):
 
 def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatch):
     """A run of hours goes on where it is, whatever else is replaced."""
-    onset.write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", onset)
     words = [*"shear source.h5 --rate 0.1 --strain 0.01 --rows 2 --csv rows.csv --out flow.h5".split()]
     assert call(tmp_path, *words).exit_code == 0
     monkeypatch.delattr(pathlib.Path, "unlink")
@@ -116,7 +116,7 @@ WRONG = {"shear": "--tolerance 7", "creep": "--tolerance 7", "oscillate": "--cyc
 @pytest.mark.parametrize("name", FLOWS)
 def test_a_forced_flow_replaces_a_file_by_what_it_saves_first(tmp_path, onset, monkeypatch, name):
     """Until then the old file stays, whatever ends the command: a value that is refused, a signal, an error."""
-    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", next(jamlab.compress(onset, 0.87, 0.1)))
     (tmp_path / "f.h5").write_text("work of a week")
     line = [name, "source.h5", *FLOWS[name].split(), "--out", "f.h5", "--force"]
     said = call(tmp_path, *line, *WRONG.get(name, "--discard -1").split())
@@ -134,7 +134,7 @@ def test_a_forced_flow_replaces_a_file_by_what_it_saves_first(tmp_path, onset, m
 
 
 def test_a_forced_flow_replaces_a_file_in_the_end(tmp_path, onset):
-    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", next(jamlab.compress(onset, 0.87, 0.1)))
     (tmp_path / "f.h5").write_text("work of a week")
     line = ["creep", "source.h5", *FLOWS["creep"].split(), "--out", "f.h5"]
     assert "belongs to another run" in call(tmp_path, *line).stderr
@@ -158,7 +158,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
         raise error
 
     monkeypatch.setattr(interruption, "_came", [])
-    onset.write(tmp_path / "onset.h5")
+    jamlab.write(tmp_path / "onset.h5", onset)
     monkeypatch.setattr("jamlab.cli.jam.print_packings", stop)
     done = call(tmp_path, "compress", "onset.h5", "--to", "0.86", "--out", "sweep.h5")
     assert done.exit_code == 130 and done.stderr.startswith("interrupted: kept ") and done.stderr.count("\n") == 1
@@ -178,7 +178,7 @@ def test_finished_states_are_kept_where_a_sweep_ends(tmp_path, onset, monkeypatc
             written.append(out.exists())
         raise error
 
-    onset.write(tmp_path / "onset.h5")
+    jamlab.write(tmp_path / "onset.h5", onset)
     monkeypatch.setattr("jamlab.cli.sweep_file.INTERVAL", interval)
     monkeypatch.setattr("jamlab.protocols.compression.go_on", sweep)
     assert call(tmp_path, "compress", "onset.h5", "--to", "0.9", "--out", "sweep.h5").exit_code == 1

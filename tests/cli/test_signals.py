@@ -124,7 +124,7 @@ def test_of_every_command_is_said_what_an_interrupt_keeps():
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_keeps_what_is_finished(tmp_path, name):
     """After the first save; what is kept can be read, and is more than the start."""
-    jamlab.pack(n=256, pressure=1e-2, seed=1).write(tmp_path / "source.h5")
+    jamlab.write(tmp_path / "source.h5", jamlab.pack(n=256, pressure=1e-2, seed=1))
     out = tmp_path / "run.h5"
     line = [sys.executable, "-m", "jamlab.cli", name, *LONG[name].split(), "--out", out.name]
     process = subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

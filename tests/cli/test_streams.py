@@ -21,7 +21,7 @@ def shell(folder, line, **environment):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("streams")
-    jamlab.pack(n=8, pressure=2e-2, seed=1).write(folder / "p.h5")
+    jamlab.write(folder / "p.h5", jamlab.pack(n=8, pressure=2e-2, seed=1))
     return folder
 
 

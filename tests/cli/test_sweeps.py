@@ -34,7 +34,7 @@ def stop_after(monkeypatch, states):
     ],
 )
 def test_a_sweep_goes_on_to_the_same_bits(tmp_path, monkeypatch, model, n, to, more):
-    jamlab.jam(n, model, 1).write(tmp_path / "onset.h5")
+    jamlab.write(tmp_path / "onset.h5", jamlab.jam(n, model, 1))
     line = [*LINE.format(to=to).split(), *more.split()]
     assert call(tmp_path, *line).exit_code == 0
     (tmp_path / "sweep.h5").rename(tmp_path / "whole.h5")
@@ -57,8 +57,8 @@ def test_a_sweep_goes_on_to_the_same_bits(tmp_path, monkeypatch, model, n, to, m
 def made(tmp_path_factory):
     """Folder with a sweep of which two states are made."""
     folder = tmp_path_factory.mktemp("half")
-    jamlab.jam(16, seed=1).write(folder / "onset.h5")
-    jamlab.jam(16, seed=2).write(folder / "other.h5")
+    jamlab.write(folder / "onset.h5", jamlab.jam(16, seed=1))
+    jamlab.write(folder / "other.h5", jamlab.jam(16, seed=2))
     with pytest.MonkeyPatch.context() as patch:
         stop_after(patch, 2)
         call(folder, *LINE.format(to=0.9).split())

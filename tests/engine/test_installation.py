@@ -27,7 +27,7 @@ os._exit(0)
 
 def test_lammps_runs_in_a_forked_child_whatever_threads_are_asked_for(sp_jammed, tmp_path):
     """As the pools of MDAnalysis and of multiprocessing fork; OpenMP's threads do not live on in the child."""
-    sp_jammed.write(path := tmp_path / "p.h5")
+    jamlab.write(path := tmp_path / "p.h5", sp_jammed)
     line = [sys.executable, "-c", FORK, str(path)]
     assert subprocess.run(line, env=os.environ | {"OMP_NUM_THREADS": "2"}, timeout=60).returncode == 0
 

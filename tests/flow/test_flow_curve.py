@@ -174,7 +174,7 @@ def test_refused(disks, how):
 
 
 def test_files_that_hold_no_flow_are_refused(disks, tmp_path):
-    disks.write(tmp_path / "p.h5")
+    jamlab.write(tmp_path / "p.h5", disks)
     with pytest.raises(jamlab.StorageError):
         jamlab.read_flow(tmp_path / "p.h5")
     with pytest.raises(jamlab.StorageError):

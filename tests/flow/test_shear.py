@@ -50,7 +50,7 @@ def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run
     packing = run.frames[k]
     assert packing.provenance["flow_strain"] == pytest.approx(0.5 * k, rel=1e-9)
     assert not packing.converged and abs(packing.box[1, 0]) < 0.56 * packing.box[0, 0]
-    packing.write(tmp_path / "p.h5")
+    jamlab.write(tmp_path / "p.h5", packing)
     forces, energy, pressing = np.zeros((packing.n, 2)), 0.0, 0
     inside = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
     for i, j, r in touching(packing.with_state(positions=inside)):
@@ -101,7 +101,7 @@ def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
     """Not another rate, nor another packing, nor a packing, nor text."""
     run, packing, notes = (tmp_path / name for name in ("run.h5", "packing.h5", "notes.txt"))
     jamlab.shear(disks, 0.02, 0.04, n_rows=2, path=run)
-    disks.write(packing)
+    jamlab.write(packing, disks)
     notes.write_text("work of a week")
     other = jamlab.pack(n=disks.n, pressure=1e-2, seed=77)
     for path, start, rate in ((run, disks, 0.01), (run, other, 0.02), (packing, disks, 0.02), (notes, disks, 0.02)):

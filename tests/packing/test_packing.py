@@ -140,7 +140,7 @@ def test_with_state_merges_provenance_and_clears_what_was_known_of_another_state
     known = {"max_force": 1e-13, "converged": True, "tolerance": 1e-12, "on_target": False, "on_rattlers": True}
     known |= {"ensemble": "shear-stabilized", "rounding": 1e-9}
     q = q._trusted(params={"eps": 2.0}, **known)
-    q.write(tmp_path / "q.h5")
+    jamlab.write(tmp_path / "q.h5", q)
     for same in (q, jamlab.read(tmp_path / "q.h5"), q.with_state(onset=0.8), pickle.loads(pickle.dumps(q))):
         assert same.known == known and same.provenance == q.provenance
     assert q.with_state(params={"eps": 3.0}).known == {"ensemble": "shear-stabilized", "rounding": 1e-9}

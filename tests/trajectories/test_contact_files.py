@@ -19,7 +19,7 @@ def states():
 def written(request, tmp_path_factory):
     packing, folder = states()[request.param], tmp_path_factory.mktemp("contacts")
     for name in ("net.dump", "net.vtp"):
-        packing.write(folder / name, contacts=True)
+        jamlab.write_contacts(folder / name, packing)
     return packing, jamlab.contacts(packing), folder
 
 
@@ -108,7 +108,7 @@ NAMED |= {"too many": "500", "words": "frame", "half a frame": "2.5", "a film of
 def test_bad_input_is_refused_before_a_file_is_written(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(jamlab.InputError) as caught:
-        BAD[name](lambda file: states()["sp"].write(file, contacts=True))
+        BAD[name](lambda file: jamlab.write_contacts(file, states()["sp"]))
     assert NAMED.get(name, "") in str(caught.value) and not list(tmp_path.iterdir())
 
 

@@ -182,7 +182,7 @@ def test_other_columns_and_sections_of_lammps_files_are_passed_over(tmp_path):
 def test_diameters_that_are_given_as_radii_are_asked_about(tmp_path):
     """In any source: disks then cover the box four times as often; a data file of jamlab says what it holds."""
     p = jamlab.pack(n=16, pressure=1e-2, seed=1)
-    jamlab.pack(n=8, phi=1.6, seed=1).write(tmp_path / "dense.data")
+    jamlab.write(tmp_path / "dense.data", jamlab.pack(n=8, phi=1.6, seed=1))
     for wrong in (False, True):
         rows = np.column_stack([p.positions, (1.0 if wrong else 0.5) * p.diameters])
         file = tmp_path / f"{wrong}.csv"

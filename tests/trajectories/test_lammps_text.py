@@ -193,7 +193,7 @@ def test_missing_files_and_frames_are_named(tmp_path):
             jamlab.read(tmp_path / "p.dump", frame)
     with pytest.raises(InputError):
         jamlab.read(tmp_path / "p.dump", True)
-    disks(0, 0.0).write(tmp_path / "p.h5")
+    jamlab.write(tmp_path / "p.h5", disks(0, 0.0))
     with pytest.raises(InputError):
         jamlab.read(tmp_path / "p.h5", radii=0.5)
 

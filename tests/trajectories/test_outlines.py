@@ -73,7 +73,7 @@ def test_droplets_that_files_hold_come_back_from_a_universe(tmp_path, tilt):
     p = jamlab.Packing("dp", [[1.0, 0.0], [tilt, 1.0]], np.concatenate(rings), law, offsets=[0, 4, 8])
     jamlab.write(tmp_path / "p.dump", [p])
     jamlab.write(tmp_path / "p.data", p)
-    p.write(tmp_path / "p.h5")
+    jamlab.write(tmp_path / "p.h5", p)
     for name in ("p.dump", "p.data", "p.h5"):
         assert jamlab.read(tmp_path / name).positions == pytest.approx(p.positions, abs=1e-15)
         (q,) = jamlab.from_universe(jamlab.universe(tmp_path / name))
