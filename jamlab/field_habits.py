@@ -282,7 +282,8 @@ FIELD = (
     Concept("keys values items fields columns names to_dict as_dict asdict dict to_json json to_yaml model_dump "
             "to_list tolist to_numpy as_array numpy array to_array", "", "",
             {"Result": "`to_dataframe()`, a table of pandas", "Packing": "`params`, `positions`, and "
-             "`jamlab.write(path, {p})` for a file", "Campaign": "`table()`, a table of pandas", "Micrograph": "`table()`"}),
+             "`jamlab.write(path, {p})` for a file",
+             "Campaign": "`table()`, a table of pandas", "Micrograph": "`table()`"}),
     Concept("copy deepcopy clone replace", "", "the object itself: results never change",
             {MODULE: "the packing itself: packings never change"}),
     Concept("config options settings rc rcparams rcParams set_option set_options configure defaults get_config "

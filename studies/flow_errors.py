@@ -16,7 +16,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, STOKES, FlowCondition, FlowErrors, mean_overlap
+from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, FlowErrors, mean_overlap
 from jamlab.estimates.ways import read_table
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
@@ -32,7 +32,7 @@ COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude"
 KINDS = ("oscillation", "flow")
 _CONDITION = ["alpha", "drag", "amplitude"]
 TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
-STEADY: dict[str, Any] = {"strain": 3.0, "background_drag": BACKGROUND}  # of the averages of steady flow
+STEADY: dict[str, Any] = {"strain": 3.0, "background_drag": CONDITIONS.background}  # of the averages of steady flow
 _FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
 
 
@@ -55,7 +55,7 @@ def measure_runs(out: Path, runs: pd.DataFrame | None = None, **how: Any) -> pd.
     stopped. `how`: of `studies.tables.measure`."""
     packings = (read_runs() if runs is None else runs).groupby(["part", "seed"], sort=False)
     tasks = {f"{part}, seed {seed}": partial(_rows_of_packing, rows) for (part, seed), rows in packings}
-    facts = {"strain": STEADY["strain"], "background": BACKGROUND, "tolerance": TOLERANCE, "cycles": CYCLES}
+    facts = {"strain": STEADY["strain"], "background": CONDITIONS.background, "tolerance": TOLERANCE, "cycles": CYCLES}
     measure_packed(out, tasks, facts, **how)
     return read_runs(out)
 
@@ -77,7 +77,7 @@ def _rows_of_packing(runs: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
 def _oscillation(packing: Packing, wanted: FlowCondition) -> tuple[float, float]:
     """Relative error of G* without running, and the number of cycles that running took."""
-    stokes, alpha = wanted.alpha == STOKES, wanted.alpha or 1.0
+    stokes, alpha = wanted.alpha == CONDITIONS.stokes, wanted.alpha or 1.0
     law = StokesDrag(eta_f=0.0) if stokes else ContactDamping(wanted.beta, alpha=alpha)
     amplitude = wanted.amplitude * mean_overlap(packing)
     omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
@@ -103,7 +103,7 @@ def reduce_runs(rows: pd.DataFrame) -> FlowErrors:
     """Errors that the runs promise, with what the checks of them say."""
     errors = FlowErrors({"grids": _grids(rows)})
     errors.content["kept"] = {kind: checks_kept(errors, rows[rows["kind"] == kind]) for kind in KINDS}
-    scatter = rows.loc[(rows["kind"] == "flow") & (rows["n"] == SIZE), "scatter"]
+    scatter = rows.loc[(rows["kind"] == "flow") & (rows["n"] == CONDITIONS.size), "scatter"]
     errors.content["scatter"] = float(scatter.mean())
     parts = {kind: rows[rows["kind"] == kind] for kind in KINDS}
     errors.content["measured"] = {kind: _ranges(part) for kind, part in parts.items() if len(part)}
@@ -130,7 +130,10 @@ def _grids(rows: pd.DataFrame) -> dict[str, Any]:
     rows = rows[(rows["kind"] != "flow") | (rows["alpha"] < 1.0)]  # linear drag beside itself has no error
     found = {}
     for kind in KINDS:
-        for name, law in (("stokes", rows["alpha"] == STOKES), ("contact", rows["alpha"] != STOKES)):
+        for name, law in (
+            ("stokes", rows["alpha"] == CONDITIONS.stokes),
+            ("contact", rows["alpha"] != CONDITIONS.stokes),
+        ):
             if len(part := rows[(rows["kind"] == kind) & law]):
                 found[f"{kind}, {name}"] = _upper_errors(part)
     return found
@@ -142,7 +145,7 @@ def _upper_errors(rows: pd.DataFrame) -> dict[str, Any]:
     amplitude together."""
     error, places = rows["error"].clip(lower=_FLOOR), [rows[name] for name in _CONDITION]
     median = error.groupby(places).transform("median")
-    alike = [rows["alpha"].isin([STOKES, 1.0]), rows["amplitude"]]  # power laws together, and drags
+    alike = [rows["alpha"].isin([CONDITIONS.stokes, 1.0]), rows["amplitude"]]  # power laws together, and drags
     pooled = median * _quantile((error / median).groupby(alike))
     own = _quantile(error.groupby(places))
     promised = own.where(np.isfinite(own), pooled).groupby(places).first().unstack("amplitude")
@@ -166,12 +169,12 @@ def _ranges(rows: pd.DataFrame) -> dict[str, Any]:
     def ends(values: Iterable[float]) -> list[float]:
         return [float(min(values)), float(max(values))]
 
-    power = rows[~rows["alpha"].isin([STOKES, 1.0])]
+    power = rows[~rows["alpha"].isin([CONDITIONS.stokes, 1.0])]
     linear = rows.drop(power.index)
     return {
         "n": int(rows["n"].min()),
         "pressure": ends(rows["pressure"]),
-        "alpha": ends(rows.loc[rows["alpha"] != STOKES, "alpha"]),
+        "alpha": ends(rows.loc[rows["alpha"] != CONDITIONS.stokes, "alpha"]),
         "drag": ends(rows["drag"]),
         "power_drag": float(power["drag"].min()),
         "linear_amplitude": float(linear["amplitude"].max()),

@@ -18,6 +18,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -42,12 +43,20 @@ from jamlab.packing.kinds import MODELS
 from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.storage.system_errors import system_said
 
-# limits, so that nonsense is named at once instead of filling memory and time
-MOST_BYTES = 10_000_000  # of a campaign file
-MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
-MOST_RANKS = 1_024  # of a task: more than any one machine has cores
-MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
-SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits, so that nonsense is named at once instead of filling memory and time."""
+
+    bytes: int = 10_000_000  # of a campaign file
+    tasks: int = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
+    ranks: int = 1_024  # of a task: more than any one machine has cores
+    sizes: int = 1_000  # of a sweep: each is a line of `plan` and `status`
+    smallest_step: float = 1e-5  # of a compression, whose states are all kept in memory
+
+
+LIMITS = Limits()
+
 
 STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
@@ -72,7 +81,7 @@ class Compression(FileTable):
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
-    step: Annotated[float, Field(ge=SMALLEST_STEP, le=1)] = 0.01
+    step: Annotated[float, Field(ge=LIMITS.smallest_step, le=1)] = 0.01
     nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
     confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
@@ -98,8 +107,10 @@ class SeedRange(FileTable):
     def _check_order(self) -> "SeedRange":
         if self.first > self.last:
             raise ValueError(f"first = {self.first} is above last = {self.last}: swap them")
-        if self.last - self.first >= MOST_TASKS:
-            raise ValueError(f"{self.first} to {self.last} are too many, at most {MOST_TASKS} tasks: give fewer seeds")
+        if self.last - self.first >= LIMITS.tasks:
+            raise ValueError(
+                f"{self.first} to {self.last} are too many, at most {LIMITS.tasks} tasks: give fewer seeds"
+            )
         return self
 
 
@@ -109,7 +120,7 @@ class Sweep(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the sweep, for `--only` and `table(..., sweep=...)`
     model: OneOrMore[Annotated[str, AfterValidator(_check_model)]]
-    n: Annotated[OneOrMore[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]], Field(max_length=MOST_SIZES)]
+    n: Annotated[OneOrMore[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]], Field(max_length=LIMITS.sizes)]
     seeds: list[Annotated[int, Field(ge=0)]] | range
     # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
@@ -123,7 +134,7 @@ class Sweep(FileTable):
     force_law: dict[str, Any] = Field(default={})  # parameters that replace the defaults
     sizes: str | list[float] | None = None  # see `jamlab.protocols.size_distributions`
     tolerances: Tolerances = Tolerances()
-    ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1  # threads of each task; a worker or job holds so many cores
+    ranks: Annotated[int, Field(ge=1, le=LIMITS.ranks)] = 1  # threads of each task; a worker or job holds so many cores
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -149,8 +160,8 @@ class Sweep(FileTable):
             return range(ends.first, ends.last + 1)
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError("give a number of seeds (1 or more), a list of seeds, or { first = 101, last = 200 }")
-        if value > MOST_TASKS:
-            raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
+        if value > LIMITS.tasks:
+            raise ValueError(f"a campaign has at most {LIMITS.tasks} tasks: give fewer seeds")
         return range(1, value + 1)
 
     @field_validator("seeds")
@@ -259,8 +270,8 @@ class CampaignTable(FileTable):
             if names.count(name) > 1:
                 raise ValueError(f"two sweeps have the name {name!r}: rename one")
         tasks = sum(len(sweep.model) * len(sweep.n) * len(sweep.seeds) for sweep in value)
-        if tasks > MOST_TASKS:
-            raise ValueError(f"{tasks} tasks, but a campaign has at most {MOST_TASKS}: give fewer seeds, or split it")
+        if tasks > LIMITS.tasks:
+            raise ValueError(f"{tasks} tasks, but a campaign has at most {LIMITS.tasks}: give fewer seeds, or split it")
         return value
 
 
@@ -289,9 +300,9 @@ def read_text(path: str | os.PathLike[str]) -> str:
     """Read a file of a sensible size; a device may have no end."""
     try:
         with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise InputError(f"{path} is no campaign file: it has more than {MOST_BYTES} bytes; choose another file")
+            content = file.read(LIMITS.bytes + 1)
+        if len(content) > LIMITS.bytes:
+            raise InputError(f"{path} is no campaign file: it has more than {LIMITS.bytes} bytes; choose another file")
         return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except OSError as error:
         raise InputError(f"cannot read the campaign file {path}: {system_said(error, 'check its name')}") from error

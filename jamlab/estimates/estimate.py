@@ -53,8 +53,22 @@ ENSEMBLE_QUANTITIES = {
     "void_sides": "mean number of sides of a void",
 }
 FEWEST, MOST = 4, 100_000  # packings
-_LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the few that jam stand for no others
-_LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How many packings are made before an estimate is given up."""
+
+    # of the share of seeds of which droplets have a value: the few that jam stand for no others
+    least_yield: float = 0.5
+    largest_share: float = 0.6  # of the error asked for that the way itself may take in an automatic choice
+    most_growth: float = 2.0  # of the number of packings where the first ones do not do
+    over_plan: int = 16  # times the packings planned: beyond, the table does not fit what is seen
+    tried: int = 20  # seeds that are made before their share is judged
+    least_share: float = 0.1  # of them, that must have given a value
+
+
+PLAN = Plan()
 
 
 def plan_mean(
@@ -118,19 +132,15 @@ def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, 
     reached = math.hypot(interval(one.deviation, one.freedom + packings - 1, packings), bias_error)
     seconds = packings / max(one.share, 1e-3) * one.seconds
     why = None
-    if one.share < _LEAST_YIELD * scatter(reference, quantity, rho).share:
+    if one.share < PLAN.least_yield * scatter(reference, quantity, rho).share:
         why, bias_error = Why.FAILS, math.nan
-    elif bias_error > _LARGEST_SHARE * error:
+    elif bias_error > PLAN.largest_share * error:
         why = Why.UNSURE
     columns = {"packings": packings, "error": reached, "bias_error": bias_error, "seconds": seconds}
     return {"way": record.way, **columns, "why": why}
 
 
 Made = list[tuple[float, float]]  # value of each packing, nan if it has none, and its CPU seconds
-
-_MOST_GROWTH = 2.0  # of the number of packings where the first ones do not do
-_OVER_PLAN = 16  # times the packings planned: beyond, the table does not fit what is seen
-_TRIED, _LEAST_SHARE = 20, 0.1  # seeds after which at least this share must have given a value
 
 
 @dataclass(frozen=True)
@@ -150,16 +160,16 @@ class MeanPlan:
         wanted, aim = self.choice.packings, room(error, self.bias_error)
         while True:
             while (missing := wanted - len(good := finite(found))) > 0:
-                if len(found) >= _TRIED and len(good) < _LEAST_SHARE * len(found):
+                if len(found) >= PLAN.tried and len(good) < PLAN.least_share * len(found):
                     raise ConvergenceError(
                         f"only {len(good)} of {len(found)} packings have {self.quantity} at rho = {self.rho:g}, where "
                         "most are still unjammed: increase rho"
                     )
                 found.extend(make(missing))
             ratio = self.half_width(good) / aim
-            if ratio <= 1 or wanted >= _OVER_PLAN * self.choice.packings:
+            if ratio <= 1 or wanted >= PLAN.over_plan * self.choice.packings:
                 return found
-            wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), _MOST_GROWTH))
+            wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), PLAN.most_growth))
 
     def half_width(self, values: Sequence[float] | Array) -> float:
         """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.

@@ -15,7 +15,7 @@ import pandas as pd
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.choice import Choice, Why, judge
-from jamlab.estimates.flow_errors import BACKGROUND, MEASURED_LAWS, SIZE, FlowCondition, shipped_errors
+from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
@@ -78,7 +78,7 @@ def choose_flow(
         ('oscillation', ['error too large', 'taken'])
     """
     law = damping or ContactDamping()
-    if law.name not in MEASURED_LAWS:
+    if law.name not in CONDITIONS.laws:
         raise InputError(
             f"{law}: the table of errors was measured for ContactDamping and StokesDrag alone; run jamlab.oscillate or "
             "jamlab.flow_curve at two tolerances, or use jamlab.complex_modulus for small strains"
@@ -162,7 +162,7 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
     models = {"flow": RUN_ERROR}
     if flow.alpha != 1.0:
         models = {"linear flow": table.promise(flow)} | models
-    scatter = table.scatter_of_flow * np.sqrt(SIZE / packing.n)
+    scatter = table.scatter_of_flow * np.sqrt(CONDITIONS.size / packing.n)
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
@@ -172,7 +172,7 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
         raise InputError(f"tolerance = {tolerance:g}: {reached}; use a larger tolerance, or a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
-    arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": BACKGROUND}
+    arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": CONDITIONS.background}
     return Choice(
         way=way, bound={"stress": errors[way]}, options=options, function=flow_curve, arguments=arguments,
         strain=TRANSIENT + average[way],

@@ -19,18 +19,26 @@ from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.rheology.drag_law import DragLaw
 
-SIZE = 64  # disks of the packings that were measured
-MEASURED_LAWS = ("contact", "stokes")  # of drag, by name
-STOKES = 0.0  # in the place of alpha
-BACKGROUND = 1e-2  # drag against the affine flow in all steady flow that was measured, k tau_1; power laws take ten
-# times longer without
-LEAST_ERROR = 0.01  # that a promise can be: the runs are as good as that
-_SHORT_BLOCKS = (
-    1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those that were measured, over 3
-)
-_SPRINGS = 2.0  # exponent of the repulsion of all disks that were measured
-_RATIO = 1.4  # of their two sizes, half and half
-_DIGITS = 1e-4  # relative: conditions have five digits
+
+@dataclass(frozen=True)
+class Measured:
+    """Runs of which the shipped table holds errors."""
+
+    size: int = 64  # disks of the packings that were measured
+    laws: tuple[str, ...] = ("contact", "stokes")  # of drag, by name
+    stokes: float = 0.0  # in the place of alpha
+    # drag against the affine flow in all steady flow that was measured, k tau_1; power laws take ten times longer
+    # without
+    background: float = 1e-2
+    least_error: float = 0.01  # that a promise can be: the runs are as good as that
+    # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those that were measured, over 3
+    short_blocks: float = 1.5
+    springs: float = 2.0  # exponent of the repulsion of all disks that were measured
+    ratio: float = 1.4  # of their two sizes, half and half
+    digits: float = 1e-4  # relative: conditions have five digits
+
+
+CONDITIONS = Measured()
 
 
 class FlowCondition(NamedTuple):
@@ -39,7 +47,7 @@ class FlowCondition(NamedTuple):
     # "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at the rate
     # to the power alpha
     kind: str
-    alpha: float  # of contact drag, or `STOKES`
+    alpha: float  # of contact drag, or `CONDITIONS.stokes`
     # over the elastic force of a contact that moves with the affine flow, (tau_1 omega)^alpha amplitude^(alpha - 1), by
     # which alone G* depends on frequency and amplitude while contacts stay; of flow, the rate of linear drag
     drag: float
@@ -51,12 +59,12 @@ class FlowCondition(NamedTuple):
         """Describe an oscillation of a packing by the two numbers that carry over to others."""
         drag = (law.tau * omega) ** law.alpha * amplitude ** (law.alpha - 1.0)
         part = amplitude / mean_overlap(packing)
-        return cls("oscillation", law.alpha if law.at_contacts else STOKES, float(drag), part, law.contrast)
+        return cls("oscillation", law.alpha if law.at_contacts else CONDITIONS.stokes, float(drag), part, law.contrast)
 
     @classmethod
     def steady(cls, law: DragLaw, rate: float) -> "FlowCondition":
         """Describe steady flow by the rate at which linear drag gives the same stress."""
-        alpha = law.alpha if law.at_contacts else STOKES
+        alpha = law.alpha if law.at_contacts else CONDITIONS.stokes
         return cls("flow", alpha, float((law.tau * rate) ** law.alpha), beta=law.contrast)
 
 
@@ -78,7 +86,7 @@ class FlowErrors:
         limit, it is that of the least. One packing in twenty rearranges early, which a few do not show: no G* is
         promised better than that under linear drag, of which there are many.
         """
-        grid = self._grids.get(f"{flow.kind}, {'stokes' if flow.alpha == STOKES else 'contact'}")
+        grid = self._grids.get(f"{flow.kind}, {'stokes' if flow.alpha == CONDITIONS.stokes else 'contact'}")
         if grid is None:
             return np.inf
         alphas, drags, amplitudes, upper = grid
@@ -86,13 +94,13 @@ class FlowErrors:
         if flow.kind == "flow":
             alpha = min(alpha, alphas[-1])
         else:  # linear drag tends to the limit of slow shear, and all drag to that of small strains
-            x = max(x, drags[0]) if alpha in (STOKES, 1.0) else x
+            x = max(x, drags[0]) if alpha in (CONDITIONS.stokes, 1.0) else x
             x, y = min(x, drags[-1]), max(y, amplitudes[0])
         places = ((alpha, alphas), (x, drags), (y, amplitudes))
-        if any(not axis[0] - _DIGITS <= at <= axis[-1] + _DIGITS for at, axis in places):
+        if any(not axis[0] - CONDITIONS.digits <= at <= axis[-1] + CONDITIONS.digits for at, axis in places):
             return np.inf
         found = [np.interp(y, amplitudes, [np.interp(x, drags, each) for each in grid.T]) for grid in upper]
-        promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)  # linear in 1 - alpha
+        promised = max(float(np.interp(alpha, alphas, np.exp(found))), CONDITIONS.least_error)  # linear in 1 - alpha
         if flow.kind == "flow" or alpha == 1.0:
             return promised
         return max(promised, self.promise(flow._replace(alpha=1.0)))
@@ -101,27 +109,27 @@ class FlowErrors:
     def scatter_of_flow(self) -> float:
         """Standard error of a mean stress over that stress, of 64 disks at unit strain. Stress of 64 disks remembers
         more strain than blocks of a short run are long: what was measured is raised by as much."""
-        return _SHORT_BLOCKS * float(self.content["scatter"])
+        return CONDITIONS.short_blocks * float(self.content["scatter"])
 
     def outside(self, packing: Packing, flow: FlowCondition) -> tuple[str, ...]:
         """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
-        measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
+        measured, linear = self.content["measured"][flow.kind], flow.alpha in (CONDITIONS.stokes, 1.0)
         found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
-        if flow.kind == "flow" and flow.alpha == STOKES:
+        if flow.kind == "flow" and flow.alpha == CONDITIONS.stokes:
             found += ["drag = Stokes, measured contact damping alone"]
         force_law = packing.params.get("law", "sticky" if packing.params.get("stickiness") else "power")
         if force_law != "power":
             found += [f"force law = {force_law}, measured springs alone"]
-        exponent = float(packing.params.get("exponent", _SPRINGS))
-        given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
+        exponent = float(packing.params.get("exponent", CONDITIONS.springs))
+        given: list[tuple[str, float, float, float]] = [("exponent", exponent, CONDITIONS.springs, CONDITIONS.springs)]
         if (d := packing.diameters) is not None:
-            given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
-            width = (_RATIO - 1) / (_RATIO + 1)
+            given += [("large over small diameter", d.max() / d.min(), CONDITIONS.ratio, CONDITIONS.ratio)]
+            width = (CONDITIONS.ratio - 1) / (CONDITIONS.ratio + 1)
             given += [("width of the diameters", d.std() / d.mean(), width, width)]
         given += [("particles", packing.n, measured["n"], np.inf)]
         given += [("pressure over stiffness", mean_overlap(packing), *measured["pressure"])]
         given += [("beta", flow.beta, 1.0, 1.0)]
-        if flow.alpha != STOKES:
+        if flow.alpha != CONDITIONS.stokes:
             given += [("alpha", flow.alpha, *measured["alpha"])]
         if flow.kind == "flow":
             given += [("linear rate (tau rate)^alpha", flow.drag, *measured["drag"])]
@@ -130,7 +138,7 @@ class FlowErrors:
             largest = measured["linear_amplitude" if linear else "power_amplitude"]
             given += [("strain over overlap", flow.amplitude, 0.0, largest)]
         for name, value, low, high in given:
-            if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
+            if not low * (1 - CONDITIONS.digits) <= value <= high * (1 + CONDITIONS.digits):
                 found.append(f"{name} = {value:.2g}, measured {low:.2g} to {high:.2g}")
         return tuple(found)
 

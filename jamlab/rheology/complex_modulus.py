@@ -36,21 +36,31 @@ from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 SPECTRUM_DEFINITION = 3
 METHODS = ("auto", "dense", "direct", "reduced")
 
-_SMALL = 256  # displacements up to which the dense solver is the quickest (python -m studies run spectrum)
-_CHECKS_PER_DECADE = (
-    1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
-)
-# Slower or faster, squares of frequencies over rates overflow; both limits of G* are reached long before.
-_SLOWEST, _FASTEST = 1e-100, 1e100
-# Drag of sliding over that of approach: outside, the fast limit leaves errors of its own, which bounds of rounding do
-# not see, and the direct solver is asked as well. 0 leaves sliding out.
-_EVEN_CONTRAST = (1e-4, 100.0)
-_SUMS = 32 * float(np.finfo(np.float64).eps)  # relative rounding of the last sums, over Maxwell elements or columns
+
+@dataclass(frozen=True)
+class Solving:
+    """Which solver gives G*, and where another one checks it."""
+
+    small: int = 256  # displacements up to which the dense solver is the quickest (python -m studies run spectrum)
+    # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
+    checks_per_decade: float = 1.0
+    between_checks: float = 4.0  # by which a difference to the direct solver may grow from one check to the next
+    # Drag of sliding over that of approach: outside, the fast limit leaves errors of its own, which bounds of
+    # rounding do not see, and the direct solver is asked as well. 0 leaves sliding out.
+    even_contrast: tuple[float, float] = (1e-4, 100.0)
+    # 1/tau_1; slower or faster, squares of frequencies over rates overflow; both limits of G* are reached long before
+    slowest: float = 1e-100
+    fastest: float = 1e100
+    # relative rounding of the last sums, over Maxwell elements or columns
+    sums: float = 32 * float(np.finfo(np.float64).eps)
+    least: float = 1e-200  # |G*|, k: below, it is 0
+    same: float = 1e-12  # relative: frequencies are one
+
+
+SOLVING = Solving()
+
 LOST = 0.1  # error of |G*| that is warned of
-_LEAST = 1e-200
 _NOTHING = "G* is 0 but for rounding: neither energy nor drag resists the shear of clusters that do not span the box"
-_SAME = 1e-12  # relative: frequencies are one
-_BETWEEN_CHECKS = 4.0  # by which a difference to the direct solver may grow from one check to the next
 
 
 @dataclass(frozen=True)
@@ -174,12 +184,12 @@ def linear_modulus(
     free = free_droplets(network, law, direction)
     limits = find_limits(motion)
     if method == "auto":
-        method = "dense" if motion.moving <= (LARGEST_DENSE if limits.floppy.size else _SMALL) else "reduced"
+        method = "dense" if motion.moving <= (LARGEST_DENSE if limits.floppy.size else SOLVING.small) else "reduced"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     if limits.nothing_resists and method == "direct":
         raise ConvergenceError(f"{_NOTHING}; use StokesDrag, or a denser packing")
     modulus, error, elements = solve(motion, limits, frequencies)
-    modulus, error = modulus + free.modulus(frequencies), error + _SUMS * (1 + 1j)
+    modulus, error = modulus + free.modulus(frequencies), error + SOLVING.sums * (1 + 1j)
     if limits.nothing_resists:
         warn(_NOTHING)
     else:
@@ -203,9 +213,11 @@ def linear_modulus(
 
 def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:
     """Warn where rounding may change the modulus |G*| by more than a tenth."""
-    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(np.abs(modulus), _LEAST)
+    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(
+        np.abs(modulus), SOLVING.least
+    )
     worst = int(np.argmax(error))
-    if error[worst] > LOST and abs(modulus[worst]) > _LEAST:
+    if error[worst] > LOST and abs(modulus[worst]) > SOLVING.least:
         warn(
             f"G* at omega = {omega[worst]:g} may be wrong by {100 * error[worst]:.2g} % through rounding, see "
             "error_bound: use method='direct', a beta nearer to 1, or a lower frequency"
@@ -215,10 +227,11 @@ def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> N
 def check_frequencies(omega: ArrayLike) -> Array:
     """(m,) angular frequencies, refused where G* is at its limit for float64."""
     frequencies = finite_array("omega", np.atleast_1d(omega), (None,))
-    bad = frequencies[(frequencies < _SLOWEST) | (frequencies > _FASTEST)]
+    bad = frequencies[(frequencies < SOLVING.slowest) | (frequencies > SOLVING.fastest)]
     if len(bad) or not len(frequencies):
         raise InputError(
-            f"omega = {bad[0] if len(bad) else frequencies}: give frequencies from {_SLOWEST:g} to {_FASTEST:g}"
+            f"omega = {bad[0] if len(bad) else frequencies}: give frequencies from {SOLVING.slowest:g} to "
+            f"{SOLVING.fastest:g}"
             + ("; outside, G* equals g0 + i omega eta0 or i omega eta_inf" if len(bad) and bad[0] > 0 else "")
         )
     return frequencies
@@ -273,20 +286,20 @@ def _estimate_rounding(
     elements differs from the work done by that response; and from the direct solver, where drag is so uneven that the
     response itself may be wrong."""
     low, high = omega.min(), omega.max()
-    samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
+    samples = np.geomspace(low, high, 2 + int(SOLVING.checks_per_decade * np.log10(high / low)))
     if len(omega) <= len(samples):
         samples = np.unique(omega)
     q = limits.slow[:, None] + basis @ found.coefficients(samples)
     modulus = elements.modulus(samples)
     gap = modulus - variational_modulus(motion, q, samples)
     bound, least = rounding_error(motion, q, samples) + _by_parts(gap), _by_parts(modulus)
-    if motion.contrast and not _EVEN_CONTRAST[0] <= motion.contrast <= _EVEN_CONTRAST[1]:
+    if motion.contrast and not SOLVING.even_contrast[0] <= motion.contrast <= SOLVING.even_contrast[1]:
         direct, own = _solve_each(motion, limits, samples)
-        bound = bound + _BETWEEN_CHECKS * _by_parts(modulus - direct) + own
+        bound = bound + SOLVING.between_checks * _by_parts(modulus - direct) + own
         least = np.minimum(least.real, np.abs(direct.real)) + 1j * np.minimum(least.imag, np.abs(direct.imag))
     relative = relative_parts(bound, least)
-    right = np.minimum(np.searchsorted(samples, omega * (1 - _SAME)), len(samples) - 1)
-    left = np.where(samples[right] <= omega * (1 + _SAME), right, np.maximum(right - 1, 0))
+    right = np.minimum(np.searchsorted(samples, omega * (1 - SOLVING.same)), len(samples) - 1)
+    left = np.where(samples[right] <= omega * (1 + SOLVING.same), right, np.maximum(right - 1, 0))
     storage, loss = (np.maximum(part[left], part[right]) for part in (relative.real, relative.imag))
     return np.asarray(storage + 1j * loss)
 

@@ -17,16 +17,29 @@ from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpect
 from jamlab.rheology.rounding_error import larger_relative
 from jamlab.rheology.slow_and_fast_limits import Limits
 
-# they steer the cost; what the search misses shows in `ReducedModel.missing`
-STEPS = 12  # Krylov steps at a shift: with one the search may stop too early; a factorisation costs ten solves
-TOLERANCE = 1e-9  # relative error of G' and G'' at which the search ends; rounding near onset is 1e-10 to 1e-8
-QUIET = 2  # updates in a row below it that end the search: one alone may be a shift that happened to add nothing
-SAFETY = 10.0  # factor on what the next update may change, its residual times the most that any has changed for its own
-MOST_SHIFTS = 60  # two to six are used over ten decades
-PER_DECADE = 6  # candidates for the next shift
-MARGIN = 30.0  # candidates reach this factor beyond the frequencies: a Maxwell element is a decade wide
-SKETCH = 2048  # rows of the random projection by which residuals are compared; lengths err by sqrt(2/2048), 3 %
-DEPENDENT = 1e-12  # part of a new vector outside the space that is a direction, not the rounding of 10 000 products
+
+@dataclass(frozen=True)
+class Search:
+    """How shifts are chosen; they steer the cost, and what they miss shows in `ReducedModel.missing`."""
+
+    # Krylov steps at a shift: with one the search may stop too early; a factorisation costs ten solves
+    steps: int = 12
+    # relative error of G' and G'' at which the search ends; rounding near onset is 1e-10 to 1e-8
+    tolerance: float = 1e-9
+    # updates in a row below it that end the search: one alone may be a shift that happened to add nothing
+    quiet: int = 2
+    # factor on what the next update may change, its residual times the most that any has changed for its own
+    safety: float = 10.0
+    most_shifts: int = 60  # two to six are used over ten decades
+    per_decade: int = 6  # candidates for the next shift
+    margin: float = 30.0  # candidates reach this factor beyond the frequencies: a Maxwell element is a decade wide
+    # rows of the random projection by which residuals are compared; lengths err by sqrt(2/2048), 3 %
+    sketch: int = 2048
+    # part of a new vector outside the space that is a direction, not the rounding of 10 000 products
+    dependent: float = 1e-12
+
+
+SEARCH = Search()
 
 
 @dataclass(frozen=True)
@@ -50,10 +63,10 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
     model, found = space.model()
     before = model.modulus(omega)
     residual = space.residual(candidates, model, found)
-    while missing > TOLERANCE and len(candidates):
-        if len(changes) == MOST_SHIFTS:
+    while missing > SEARCH.tolerance and len(candidates):
+        if len(changes) == SEARCH.most_shifts:
             raise ConvergenceError(
-                f"G*(omega) still changes by {changes[-1]:.2g} after {MOST_SHIFTS} shifts: use method='direct'"
+                f"G*(omega) still changes by {changes[-1]:.2g} after {SEARCH.most_shifts} shifts: use method='direct'"
             )
         # real shifts do not make the residual vanish at i omega: never choose one twice
         worst = int(np.argmax(residual))
@@ -62,7 +75,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         solver.factorise(shift)
         vector = start
         chain = []
-        for _ in range(STEPS):
+        for _ in range(SEARCH.steps):
             vector = solver.solve(vector)
             chain.append(vector)
             vector = _without_torques(motion, motion.b_qq @ vector)
@@ -73,10 +86,10 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         before = after
         residual = space.residual(candidates, model, found)
         gain = max(gain, changes[-1] / largest if largest else 0.0)
-        if len(changes) >= QUIET:
-            missing = max(changes[-QUIET:])
-        if len(changes) > QUIET:
-            missing = min(missing, SAFETY * gain * float(residual.max(initial=0.0)))
+        if len(changes) >= SEARCH.quiet:
+            missing = max(changes[-SEARCH.quiet :])
+        if len(changes) > SEARCH.quiet:
+            missing = min(missing, SEARCH.safety * gain * float(residual.max(initial=0.0)))
     solver.forget()
     return ReducedModel(model, found, space.basis, missing)
 
@@ -89,8 +102,8 @@ def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
 
 
 def _place_candidates(omega: Array) -> Array:
-    low, high = omega.min() / MARGIN, omega.max() * MARGIN
-    return np.geomspace(low, high, 1 + int(np.ceil(PER_DECADE * np.log10(high / low))))
+    low, high = omega.min() / SEARCH.margin, omega.max() * SEARCH.margin
+    return np.geomspace(low, high, 1 + int(np.ceil(SEARCH.per_decade * np.log10(high / low))))
 
 
 class _Space:
@@ -103,13 +116,13 @@ class _Space:
         # a random projection keeps the lengths of forces to some per cent and is much shorter than they are
         rng = np.random.default_rng(0)
         signs = rng.choice([-1.0, 1.0], motion.moving)
-        places = (rng.integers(SKETCH, size=motion.moving), np.arange(motion.moving))
-        self._sketch = sparse.coo_array((signs, places), shape=(SKETCH, motion.moving)).tocsr()
+        places = (rng.integers(SEARCH.sketch, size=motion.moving), np.arange(motion.moving))
+        self._sketch = sparse.coo_array((signs, places), shape=(SEARCH.sketch, motion.moving)).tocsr()
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
         drag = (motion.b_qq @ limits.slow + motion.b_qg)[: motion.moving, None]
         self._forces = self._sketch @ drag
         # room for all; the system gives memory to what is written
-        self._columns = np.empty((motion.size, 1 + STEPS * MOST_SHIFTS), order="F")
+        self._columns = np.empty((motion.size, 1 + SEARCH.steps * SEARCH.most_shifts), order="F")
         self._size = 0
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
@@ -125,7 +138,7 @@ class _Space:
             new = self._columns[:, before : self._size]
             rest = vector - new @ (new.T @ vector)
             left = float(np.linalg.norm(rest))
-            if left > DEPENDENT * length:
+            if left > SEARCH.dependent * length:
                 rest = rest / left
                 for basis in (old, new):
                     rest -= basis @ (basis.T @ rest)

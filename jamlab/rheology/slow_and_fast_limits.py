@@ -72,12 +72,19 @@ def _spread_values(matrix: sparse.csc_array, keys: NDArray[np.int64]) -> Array:
     return values
 
 
-# Of proximal steps to the fast limit, over the rate at which dissipation outweighs elasticity. A step divides the
-# imbalance by about this number; the elastic energy of what B leaves free must stay above the rounding of s B, 1e-16
-# times this.
-_SHIFT = 1e6
-_MOST_STEPS = 30  # a guard; two to five reach rounding
-_LEAST_GAIN = 0.5  # a step must be shorter than this part of the last one, else it is rounding
+@dataclass(frozen=True)
+class Steps:
+    """How a limit of G* is approached."""
+
+    # Of proximal steps to the fast limit, over the rate at which dissipation outweighs elasticity. A step
+    # divides the imbalance by about this number; the elastic energy of what B leaves free must stay above the
+    # rounding of s B, 1e-16 times this.
+    shift: float = 1e6
+    most_steps: int = 30  # a guard; two to five reach rounding
+    least_gain: float = 0.5  # a step must be shorter than this part of the last one, else it is rounding
+
+
+STEPS = Steps()
 
 
 @dataclass(frozen=True)
@@ -157,14 +164,14 @@ def _solve_fast(motion: EquationOfMotion, solver: ShiftedSolver) -> Array:
     response at s, so what B leaves free takes least energy; every further step keeps that and divides the imbalance of
     B by about 1 + s over the fastest rate."""
     moving = motion.moving
-    shift = _SHIFT * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
+    shift = STEPS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
     solver.factorise(shift)
     q = -solver.solve(motion.k_qg + shift * motion.b_qg)
     last = np.inf
-    for _ in range(_MOST_STEPS):
+    for _ in range(STEPS.most_steps):
         step = solver.solve(shift * (motion.b_qq @ q + motion.b_qg))
         size = float(np.abs(step).max())
-        if not size < _LEAST_GAIN * last:
+        if not size < STEPS.least_gain * last:
             break
         q = q - step
         last = size

@@ -142,10 +142,21 @@ def _stretch(packings: int, level: float) -> float:
 
 
 FEWEST_BLOCKS = 8
-_LEAST_INDEPENDENT = 2.0
-_PASSES = 4  # of the correction of autocorrelations by their own sum
-_SMOOTH = 0.7  # correlation above which values twice as far apart are looked at
-_CAUTION = 0.5  # standard errors added to the correlation of neighbours: series look less correlated than they are
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """How the error of the mean of a series is found."""
+
+    least_independent: float = 2.0  # values: with one there is no error
+    passes: int = 4  # of the correction of autocorrelations by their own sum
+    smooth: float = 0.7  # correlation above which values twice as far apart are looked at
+    # standard errors added to the correlation of neighbours: series look less correlated than they are
+    caution: float = 0.5
+
+
+BLOCKS = Blocks()
+
 LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 
@@ -201,7 +212,7 @@ def _error_of_mean(series: Array) -> tuple[float, float]:
     if variance <= rounding**2:
         return 0.0, float(size)
     independent = size / _correlation_time(series)
-    count = max(independent, _LEAST_INDEPENDENT)
+    count = max(independent, BLOCKS.least_independent)
     error = _with_t(np.sqrt(variance / (count - 1)), count)
     length = 1
     while size >= FEWEST_BLOCKS * length:
@@ -224,7 +235,7 @@ def _correlation_time(series: Array) -> float:
     found = np.fft.irfft(power, 2 * size)[:size]
     found = found / found[0]
     total, lags = 1.0, 1 - np.arange(size) / size
-    for _ in range(_PASSES):
+    for _ in range(BLOCKS.passes):
         raised = found + total / size * lags  # the mean takes total/size away
         pairs = (raised / raised[0])[: size // 2 * 2].reshape(-1, 2).sum(axis=1)
         pairs = np.minimum.accumulate(pairs)
@@ -239,9 +250,9 @@ def _autoregressive_time(found: Array) -> float:
     while True:
         size = len(found) / lag
         alike = (size * float(found[lag]) + 1) / (size - 4)
-        if alike < _SMOOTH or size <= 2 * FEWEST_BLOCKS:
+        if alike < BLOCKS.smooth or size <= 2 * FEWEST_BLOCKS:
             break
         lag *= 2
-    alike += _CAUTION * np.sqrt(max(1 - alike**2, 1 / size) / size)
+    alike += BLOCKS.caution * np.sqrt(max(1 - alike**2, 1 / size) / size)
     alike = min(max(alike, 0.0), 1 - 1 / size)
     return float(lag * (1 + alike) / (1 - alike))

@@ -12,11 +12,19 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
 
-_STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset bear in float64
-_PASSES = 3  # of weights: a fourth moves coefficients by less than 1 % of their errors
-_ALONE = 1e-9  # 1 - leverage of a point that decides a coefficient by itself
-_STEPS = 100  # of Newton
-_LARGEST_POWER = 700.0  # of e in float64
+
+@dataclass(frozen=True)
+class Fit:
+    """How a power law is fitted."""
+
+    steepest: float = 100.0  # exponent that powers of sizes and of distances from onset bear in float64
+    passes: int = 3  # of weights: a fourth moves coefficients by less than 1 % of their errors
+    alone: float = 1e-9  # 1 - leverage of a point that decides a coefficient by itself
+    steps: int = 100  # of Newton
+    largest_power: float = 700.0  # of e in float64
+
+
+FIT = Fit()
 
 
 @dataclass(frozen=True)
@@ -79,8 +87,8 @@ def fit_power_law(
         array([0.509])
     """
     powers = None if exponents is None else finite_array("exponents", exponents, (None,))
-    if powers is not None and not (len(powers) and np.abs(powers).max() <= _STEEPEST):
-        raise InputError(f"exponents = {exponents!r}: give one or more, within {_STEEPEST:g} of 0, or None")
+    if powers is not None and not (len(powers) and np.abs(powers).max() <= FIT.steepest):
+        raise InputError(f"exponents = {exponents!r}: give one or more, within {FIT.steepest:g} of 0, or None")
     a, b = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape:
         raise InputError(f"x and y have shapes {a.shape} and {b.shape}: need two rows of the same length")
@@ -98,7 +106,7 @@ def _given(x: Array, y: Array, powers: Array) -> FittedPowerLaw:
     middle = float(np.exp(np.log(x).mean()))  # makes terms alike in size
     terms = (x / middle)[:, None] ** powers
     height = (x / middle) ** powers.mean()
-    for _ in range(_PASSES):
+    for _ in range(FIT.passes):
         design = terms / height[:, None]
         found, _, rank, _ = np.linalg.lstsq(design, y / height, rcond=None)
         if rank < len(powers):
@@ -122,7 +130,7 @@ def _free(x: Array, y: Array) -> FittedPowerLaw:
     height = float(np.mean(y * factor))
     residual = y * factor / height - 1
     covariance = _covariance(np.column_stack([np.ones(len(x)), along]), residual)
-    if abs(exponent * middle) > _LARGEST_POWER:
+    if abs(exponent * middle) > FIT.largest_power:
         raise InputError(f"the fitted exponent is {exponent:.3g}: its coefficient overflows, give x in another unit")
     coefficient = height * np.exp(-exponent * middle)
     errors = np.sqrt([[1, -middle] @ covariance @ [1, -middle], covariance[1, 1]])
@@ -138,16 +146,16 @@ def _flattest(along: Array, y: Array) -> float:
     the exponent; Newton steps lead from there to that of y."""
     scaled = y / np.abs(y).max()
     magnitude = np.abs(scaled)
-    ends = (_slope(-_STEEPEST, along, magnitude)[0], _slope(_STEEPEST, along, magnitude)[0])
+    ends = (_slope(-FIT.steepest, along, magnitude)[0], _slope(FIT.steepest, along, magnitude)[0])
     if not ends[0] > 0 > ends[1]:
         raise InputError(
-            f"no exponent within {_STEEPEST:g} of 0 fits {len(y)} points, {np.count_nonzero(y)} of them not 0: give "
+            f"no exponent within {FIT.steepest:g} of 0 fits {len(y)} points, {np.count_nonzero(y)} of them not 0: give "
             "points farther apart in x"
         )
-    exponent = float(brentq(lambda e: _slope(e, along, magnitude)[0], -_STEEPEST, _STEEPEST, xtol=1e-13))
+    exponent = float(brentq(lambda e: _slope(e, along, magnitude)[0], -FIT.steepest, FIT.steepest, xtol=1e-13))
     if (y >= 0).all():
         return exponent
-    for _ in range(_STEPS):
+    for _ in range(FIT.steps):
         mean, bend = _slope(exponent, along, scaled)
         if not bend > 0:
             break
@@ -176,7 +184,7 @@ def _covariance(design: Array, residual: Array) -> Array:
     points, fitted = design.shape
     inverse = np.linalg.inv(design.T @ design)
     free = 1 - np.einsum("mi,ij,mj->m", design, inverse, design)
-    if points <= fitted or free.min() < _ALONE:
+    if points <= fitted or free.min() < FIT.alone:
         return np.full_like(inverse, np.nan)
     pull = inverse @ (design * (residual / free)[:, None]).T
     return np.asarray(pull @ pull.T)

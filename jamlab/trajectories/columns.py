@@ -9,6 +9,7 @@ import re
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tokenize import TokenError
 from typing import Any, TypeVar
@@ -26,13 +27,23 @@ from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
 T = TypeVar("T")
 
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
-FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
-_CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
-_SAMPLE = 500  # numbers that are looked at
+
+
+@dataclass(frozen=True)
+class Digits:
+    """What digits of columns say of how they were written."""
+
+    full: int = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
+    chosen: int = 4  # sizes and boxes of no more are taken for numbers that somebody chose
+    sample: int = 500  # numbers that are looked at
+    same_size: float = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
+    few_rows: int = 100  # whose last numbers are compared with that of a last row that has no end
+    many: int = 6  # of numbers that a program wrote
+
+
+DIGITS = Digits()
+
 DISK_AREA = "area of the disk"  # column of a table, from which the radius follows where there is no other size
-_SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
-_FEW_ROWS = 100  # whose last numbers are compared with that of a last row that has no end
-_MANY_DIGITS = 6  # of numbers that a program wrote
 _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d+$)")  # 1.0D+00
 # what Python, numpy, h5py, gsd and the packers of text raise on files that are not what they should be, beside errors
 # of the system
@@ -104,8 +115,8 @@ def check_last_row(rows: Sequence[Sequence[str]], width: int, ended: bool, own: 
     """Refuse rows of a file that was cut off within the last one: it has fewer words than `width`, or its last number
     fewer digits than those above. `ended`: whether its line has an end, as programs write it. `own`: whether jamlab
     wrote the file, whose lines all have an end."""
-    last, above = rows[-1], [row[-1] for row in rows[-_FEW_ROWS:-1] if row]
-    lost = bool(above) and bool(last) and len(last[-1]) < min(map(len, above)) >= _MANY_DIGITS
+    last, above = rows[-1], [row[-1] for row in rows[-DIGITS.few_rows : -1] if row]
+    lost = bool(above) and bool(last) and len(last[-1]) < min(map(len, above)) >= DIGITS.many
     if not ended and (own or len(last) < width or lost):
         raise CutOffError(f"its last row is {' '.join(last)!r:.60}; if that is all of it, end it with a new line")
 
@@ -126,12 +137,12 @@ def rounding(words: Sequence[str], values: Array, *, chosen: bool = False, state
     """How far numbers may be off because they were written with few digits, seen from some words; 0 for the digits of
     float64. Sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded. `stated`: the source says itself
     how far its numbers are off, which holds if all of them are as jamlab writes numbers, so that 0.5 is exact."""
-    sample = words[:_SAMPLE]
+    sample = words[: DIGITS.sample]
     if stated and all(word == f"{number(word):.17g}" for word in sample):
         return 0.0
     digits = max(len(re.split("[ed]", word.lower())[0].lstrip("+-0.").replace(".", "")) for word in sample)
     largest = float(np.abs(values).max())
-    if digits >= FULL_DIGITS or not largest or (chosen and digits <= _CHOSEN_DIGITS):
+    if digits >= DIGITS.full or not largest or (chosen and digits <= DIGITS.chosen):
         return 0.0
     return float(0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - max(digits, 1)))
 
@@ -205,7 +216,7 @@ class Columns:
         values, first = self.points(*names), self._columns[names[0]]
         if isinstance(first, np.ndarray):
             return rounding_of(first.dtype, values)
-        words = zip(*(self._columns[name][:_SAMPLE] for name in names), strict=True)
+        words = zip(*(self._columns[name][: DIGITS.sample] for name in names), strict=True)
         return rounding([word for row in words for word in row], values, chosen=chosen, stated=self._stated)
 
     def taken(self, rows: Indices | NDArray[np.bool_]) -> Columns:
@@ -255,7 +266,7 @@ class Columns:
             error = self.error(DISK_AREA, chosen=True) / (2 * np.pi * float(found[DISK_AREA].mean()))
         first = next(iter(found), "")
         for other in [*found][1:]:
-            wrong = np.flatnonzero(np.abs(found[other] - found[first]) > _SAME_SIZE * np.abs(found[first]))
+            wrong = np.flatnonzero(np.abs(found[other] - found[first]) > DIGITS.same_size * np.abs(found[first]))
             if len(wrong):
                 said = " and ".join(f"{name} {self.numbers(name)[wrong[0]]:g}" for name in (first, other))
                 raise InputError(f"disk {wrong[0]} has {said}: give one of them")

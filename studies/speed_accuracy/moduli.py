@@ -95,7 +95,7 @@ _SPECTRUM_SIZES = (64, 256)
 _SPECTRUM_PRESSURE = 1e-3
 _OMEGA = np.geomspace(1e-8, 1e2, 31)
 _SHIFT_TOLERANCES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-_KRYLOV_STEPS = sorted({1, 2, 5, 10, reduced_model.STEPS})
+_KRYLOV_STEPS = sorted({1, 2, 5, 10, reduced_model.SEARCH.steps})
 _REFINEMENTS = 5
 
 
@@ -126,7 +126,7 @@ def measure_spectrum(name: str, packing: Packing, damping: DragLaw) -> Iterator[
         ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", {"TOLERANCE": tolerance, "QUIET": 1}))
     for steps in _KRYLOV_STEPS:
         ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", {"STEPS": steps}))
-    usual = ("", f"{reduced_model.STEPS} steps")
+    usual = ("", f"{reduced_model.SEARCH.steps} steps")
     for method, way, setting, numbers in ways:
         run = partial(_modulus_with, numbers, packing, damping, method)
         yield panel.trial(way, setting, run, method == chosen and setting in usual)

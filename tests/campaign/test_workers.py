@@ -54,7 +54,7 @@ def test_nobody_can_connect_to_workers_on_this_machine(campaign):
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
-    monkeypatch.setattr(workers, "_EARLY_DEATHS", 2)
+    monkeypatch.setattr(workers, "DEATHS", workers.Deaths(early=2))
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(EngineError) as caught:
         campaign.run(2)

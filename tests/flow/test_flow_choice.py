@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.estimates.choice import Why
 from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, FlowCondition, shipped_errors
+from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies.flow_errors import STEADY
 
@@ -117,7 +117,7 @@ def test_steady_flow(packing):
     fast, slow = (jamlab.choose_flow(packing, rate=1e-2, tolerance=t) for t in (0.2, 0.02))
     wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
     for choice, n in ((fast, 64), (slow, 64), (wide, 128)):
-        noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow * np.sqrt(SIZE / n / (choice.strain - 1))
+        noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow * np.sqrt(CONDITIONS.size / n / (choice.strain - 1))
         assert bound(choice) == pytest.approx(np.hypot(RUN_ERROR, noise))
     assert 0.99 * 0.2 < bound(fast) <= 0.2 and 0.99 * 0.02 < bound(slow) <= 0.02 and 0.99 * 0.02 < bound(wide) <= 0.02
 
@@ -142,7 +142,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
 def test_steady_flow_runs_as_its_errors_were_measured(packing):
     film = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.4)
     curve = film.run(packing)
-    assert curve.background == STEADY["background_drag"] == BACKGROUND
+    assert curve.background == STEADY["background_drag"] == CONDITIONS.background
     assert curve.strain + curve.discard == pytest.approx(film.strain)
 
 
