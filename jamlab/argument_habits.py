@@ -91,7 +91,8 @@ ARGUMENTS = (
     Concept("target_pressure p_target", "pressure"),
     Concept("dphi drho n_steps dgamma increment delta_phi stepsize step_size", "step"),
     Concept("potential alpha law hertz force_law pair_style interaction", "law exponent", "",
-            dict.fromkeys(("pack", "jam"), "`exponent`, such as exponent=2.5 for Hertzian disks")),
+            dict.fromkeys(("pack", "jam"), "`exponent`, such as exponent=2.5 for Hertzian disks, or `law`, the name of "
+            "another law")),
     Concept("k kn stiffness spring_constant eps epsilon", "", "", dict.fromkeys(("pack", "jam"),
             "other units: the strength of contacts and the mean diameter are always 1")),
     Concept("theta direction_angle phi_angle", "angle direction"),

@@ -129,28 +129,28 @@ def test_imports_form_no_circle():
 @pytest.mark.parametrize(
     "text",
     [
-        "from jamlab.models.models import MODELS",
-        "from jamlab.models import models",
-        "from ..models import models",
-        "def f():\n    from jamlab.models.models import MODELS",
-        "def f():\n    import jamlab.models.models as m",
-        "import_module('jamlab.models.models')",
-        "PLACE = 'jamlab.models.models:MODELS'",
-        "if TYPE_CHECKING:\n    import os\nelse:\n    import jamlab.models.models",
-        "sys.modules['jamlab.models.models'].MODELS",
+        "from jamlab.models.disks import DISKS",
+        "from jamlab.models import disks",
+        "from ..models import disks",
+        "def f():\n    from jamlab.models.disks import DISKS",
+        "def f():\n    import jamlab.models.disks as m",
+        "import_module('jamlab.models.disks')",
+        "PLACE = 'jamlab.models.disks:DISKS'",
+        "if TYPE_CHECKING:\n    import os\nelse:\n    import jamlab.models.disks",
+        "sys.modules['jamlab.models.disks'].DISKS",
     ],
 )
 def test_every_way_to_import_is_seen(text):
-    assert imports(text, "jamlab.packing.packing") == {"jamlab.models.models"}
-    assert runs_up("jamlab.packing.packing", "jamlab.models.models")
+    assert imports(text, "jamlab.packing.packing") == {"jamlab.models.disks"}
+    assert runs_up("jamlab.packing.packing", "jamlab.models.disks")
 
 
 def test_what_imports_nothing_is_none():
-    text = '"""jamlab.models.models"""\nif TYPE_CHECKING:\n    from jamlab.models.models import MODELS\nimport numpy'
+    text = '"""jamlab.models.disks"""\nif TYPE_CHECKING:\n    from jamlab.models.disks import DISKS\nimport numpy'
     assert not imports(text, "jamlab.packing.packing")
     assert imports("def f():\n    import jamlab", "jamlab.packing.packing") == {FACE}
     assert runs_up("jamlab.figures.save_picture", FACE) and not runs_up("jamlab.cli.jam", FACE)
     assert runs_up("jamlab.rheology.damping", "jamlab.engine.session")  # by a contract of its own
-    for hidden in ("import_module(f'jamlab.{name}')", "import_module('.models', 'jamlab.models')"):
+    for hidden in ("import_module(f'jamlab.{name}')", "import_module('.disks', 'jamlab.models')"):
         with pytest.raises(AssertionError, match="hides"):
             imports(hidden, "jamlab.packing.packing")

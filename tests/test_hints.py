@@ -4,7 +4,8 @@ import inspect
 import logging
 import re
 import types
-from typing import Any
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,20 +14,21 @@ from one_of_each import STATES, objects
 
 import jamlab
 from jamlab.argument_habits import ARGUMENTS
-from jamlab.checks import checked
 from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
 from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
 from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
+from jamlab.laws.laws import LAWS
+from jamlab.laws.parameter import Parameter
+from jamlab.laws.power import PowerLaw
 from jamlab.packing.quantities import MEASURED
-from jamlab.protocols import law_arguments as laws
-from jamlab.protocols.law_arguments import check_law_arguments, law_arguments
+from jamlab.protocols.law_arguments import law_arguments
 
 WORDS = sorted({word for concept in (*FIELD, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
 PUBLIC = [*jamlab.__all__, "__version__"]
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
-LAW = {"pack": law_arguments("sp"), "jam": law_arguments("dp") + law_arguments("sp")}
+LAW = {"pack": law_arguments("sp", {}), "jam": law_arguments("dp", {}) + law_arguments("sp", {})}
 CODE = re.compile("`([^`]*)`")
 
 
@@ -227,7 +229,8 @@ def test_only_the_law_may_add_arguments():
         "track_droplets([p, p], search_range=3)": "half the spacing",
         "flow_curve(p, [1.0], trajectory_error=True)": "another `tolerance`",
         "BoxStrains([[0.0, 1.0], [0.0, 0.0]])": "shape (any, 2, 2)",
-        "pack(32, 1e-3, law='hertz')": "pack has no argument 'law': use `exponent`, such as exponent=2.5",
+        "pack(32, 1e-3, potential='hertz')": "use `exponent`, such as exponent=2.5 for Hertzian disks, or `law`",
+        "pack(32, 1e-3, law='hertz')": "unknown force law 'hertz': known are power, sticky",
         "pack(32, 1e-3, k=2.0)": "are always 1",
         "pack(32, 1e-3, gamma=0.1)": "of model dp",
         "pack(N=32, pressure=1e-3)": "pack has no argument 'N': use `n`",
@@ -244,21 +247,35 @@ def test_only_the_law_may_add_arguments():
     assert jamlab.pack(8, 1e-2, exponent=2.5).params["exponent"] == 2.5
 
 
-def test_a_hint_never_takes_the_place_of_an_argument(monkeypatch):
-    """What a law declares is its own, whatever the word means elsewhere; no hint names what is not there."""
+@dataclass(frozen=True)
+class HintedLaw(PowerLaw):
+    """Springs with parameters whose names mean something else where no law declares them."""
 
-    @checked
-    def make(n: int, **parameters: Any) -> dict[str, Any]:
-        check_law_arguments(make, "sp", parameters)
-        return parameters
-
-    monkeypatch.setattr(laws, "law_arguments", lambda model: [*WORDS, "exponent"])
-    given = dict.fromkeys(WORDS, 1.0)
-    assert make(4, **{name: value for name, value in given.items() if name not in ("n", "progress")}) == {
-        name: value for name, value in given.items() if name not in ("n", "progress")
+    name: ClassVar[str] = "hinted"
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "potential": Parameter(choices=("soft", "hard"), default="soft"),
+        **dict.fromkeys(("alpha", "p", "friction", "timeout", "N"), Parameter(default=1.0)),
     }
-    monkeypatch.setattr(laws, "law_arguments", lambda model: ["potential"])
-    with pytest.raises(jamlab.ArgumentError, match="'Potential': use `potential`"):
-        make(4, Potential="wca")
-    assert "exponent" not in argument_hint("hertz", "jam", ["n", "potential"])
+
+    potential: str = "soft"
+    alpha: float = 1.0
+    p: float = 1.0
+    friction: float = 1.0
+    timeout: float = 1.0
+    N: float = 1.0
+
+
+def test_a_hint_never_takes_the_place_of_what_a_law_declares(monkeypatch):
+    given = {"potential": "hard", "alpha": 2.5, "p": 0.1, "friction": 0.3, "timeout": 3.0, "N": 5.0}
+    with pytest.raises(jamlab.ArgumentError, match="'potential'"):
+        jamlab.jam(8, potential="hard")
+    monkeypatch.setitem(LAWS._entries, "hinted", HintedLaw)
+    onset = jamlab.jam(8, law="hinted", **given)
+    assert {name: onset.params[name] for name in given} == given and onset.params["law"] == "hinted"
+    for typed, own in (("Potential", "potential"), ("frictions", "friction"), ("time_out", "timeout")):
+        with pytest.raises(jamlab.ArgumentError, match=f"{typed!r}: (use|did you mean) `{own}`"):
+            jamlab.jam(8, law="hinted", **{typed: 1.0})
+    with pytest.raises(jamlab.ArgumentError) as refused:
+        jamlab.jam(8, law="hinted", hertz=1.0)
+    assert "exponent" not in str(refused.value)  # which this law does not have
     assert "use `exponent`" in argument_hint("hertz", "jam", ["n", "exponent"])
