@@ -10,6 +10,7 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,9 +27,6 @@ from jamlab.measure import numbers_of
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children
 from jamlab.storage.atomic_file import check_target
-
-_MOST_DEATHS = 5  # workers that may be killed during one task before it counts as the cause
-_EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: they cannot start at all
 
 
 def count_workers(wanted: int | None, ranks: int) -> int:
@@ -48,7 +46,18 @@ def _carry(arguments: tuple[Any, ...], report: Callable[..., None]) -> "Outcome"
 
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
-_PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for the driver
+
+
+@dataclass(frozen=True)
+class Deaths:
+    """How many deaths of workers a campaign bears."""
+
+    most: int = 5  # workers that may be killed during one task before it counts as the cause
+    early: int = 12  # in a row and per worker, before they have begun anything: they cannot start at all
+    per_worker: int = 2  # one that runs and one that waits, so that no worker waits for the driver
+
+
+DEATHS = Deaths()
 
 
 class Outcome(NamedTuple):
@@ -122,7 +131,7 @@ def _make_file(
     return states.missing
 
 
-class _Deaths:
+class _Dead:
     """Workers that died: of each task, and in a row before they had begun anything."""
 
     def __init__(self, most_early: int) -> None:
@@ -144,7 +153,7 @@ class _Deaths:
             return True
         self._begun.discard(name)
         self.of[name] += 1
-        return code < 0 and self.of[name] <= _MOST_DEATHS
+        return code < 0 and self.of[name] <= DEATHS.most
 
 
 def _how(code: int, times: int) -> str:
@@ -166,11 +175,11 @@ def drive(
     names share. A worker that dies is replaced, and its task runs again."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
-    deaths = _Deaths(_EARLY_DEATHS * count)
+    deaths = _Dead(DEATHS.early * count)
     with Children(_carry, count) as children:
 
         def fill() -> None:
-            for task in itertools.islice(tasks, max(0, _PER_WORKER * count - len(under_way))):
+            for task in itertools.islice(tasks, max(0, DEATHS.per_worker * count - len(under_way))):
                 under_way[task.name] = task
                 children.submit(task.name, (place, task, stored.get(states_name(task.name), ()), modules))
 
