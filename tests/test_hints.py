@@ -23,12 +23,12 @@ from jamlab.laws.laws import LAWS
 from jamlab.laws.parameter import Parameter
 from jamlab.laws.power import PowerLaw
 from jamlab.packing.quantities import MEASURED
-from jamlab.protocols.law_arguments import law_arguments
+from jamlab.protocols.makings import making_of
 
 WORDS = sorted({word for concept in (*FIELD, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
 PUBLIC = [*jamlab.__all__, "__version__"]
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
-LAW = {"pack": law_arguments("sp", {}), "jam": law_arguments("dp", {}) + law_arguments("sp", {})}
+LAW = {"pack": making_of("sp").arguments({}), "jam": making_of("dp").arguments({}) + making_of("sp").arguments({})}
 CODE = re.compile("`([^`]*)`")
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import jamlab
 import jamlab.registry as registry
+from jamlab.laws.parameter import STRENGTHS
 from jamlab.models.model import Model
 from jamlab.packing.kinds import MODELS
 from jamlab.registry import Registry
@@ -77,8 +78,8 @@ class Points(Model):
     name = "points"
     particles = "points"
 
-    def parameters(self, units):
-        return {"eps": MODELS.get("sp").parameters("eps")["eps"]}
+    def parameters(self, units, params):
+        return {"eps": STRENGTHS["eps"]}
 
     def free_area(self, packing):
         return 0.1

@@ -28,9 +28,10 @@ from jamlab.geometry import contact_network, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
 from jamlab.mechanics.elasticity import MODULI_DEFINITION
 from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
-from jamlab.packing.kinds import MODELS, optional_parameters
+from jamlab.packing.kinds import optional_parameters
 from jamlab.packing.quantities import COLUMNS
-from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
+from jamlab.protocols import relaxation, size_distributions, target_pressure
+from jamlab.protocols.makings import making_of
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
@@ -41,11 +42,11 @@ from jamlab.storage.verified_file import SCHEMA_VERSION
 
 def protocol_versions(model: str) -> str:
     """Versions of the protocols that make packings of a model, such as "onset=5; compression=4; ..."."""
-    particles = MODELS.get(model).particles
+    making = making_of(model)
     versions = {
-        "onset": onset.ONSET_PROTOCOL[particles],
-        "stiffening": onset.ONSET_PROTOCOL["stiffening"],
-        "compression": compression.COMPRESSION_PROTOCOL[particles],
+        "onset": making.version,
+        "stiffening": making.stiffening_version,
+        "compression": making.compression_version,
         "pressure": target_pressure.PRESSURE_PROTOCOL,
         "quench": relaxation.QUENCH_PROTOCOL,
         "sizes": size_distributions.SIZES_PROTOCOL,

@@ -5,14 +5,16 @@ import os
 import numpy as np
 
 from jamlab.errors import InputError
+from jamlab.models.model import Model
 
 _FEW = 8  # ranks that any machine may run, if slowly
 
 
-def check_ranks(ranks: int, one: bool = False) -> None:
-    """Refuse what is no number of threads or MPI ranks; `one`: more than one, for droplets, which have one."""
+def check_ranks(ranks: int, kind: Model | None = None) -> None:
+    """Refuse what is no number of threads or MPI ranks; `kind`: more than one, for particles that compiled
+    code does not know."""
     most = max(os.cpu_count() or 1, _FEW)
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
         raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
-    if ranks > 1 and one:
-        raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
+    if ranks > 1 and kind is not None and not kind.compiled_fire:
+        raise InputError(f"ranks = {ranks}: {kind.particles} are minimised on one rank")

@@ -93,7 +93,7 @@ class Session(Hinted):
 
     @checked
     def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
-        check_ranks(ranks, not packing.kind.may_use_ranks)
+        check_ranks(ranks, packing.kind)
         if ranks > 1 and not packing.frame.all_free:
             raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
@@ -133,6 +133,12 @@ class Session(Hinted):
     def law(self) -> PairLaw:
         """Law of its contacts."""
         return self._packing.law
+
+    @property
+    def has_kernel(self) -> bool:
+        """Whether FIRE in compiled code knows the particles and their law, and none of them is fixed."""
+        known = self.kind.compiled_fire and self.law.kernel_arguments() is not None
+        return known and self._packing.frame.all_free
 
     @property
     def size(self) -> int:
@@ -238,7 +244,7 @@ class Session(Hinted):
             InputError: `box_strains` or `fire` where they would not be used: another style, or a law or a box that the
                 kernel does not take.
         """
-        by_kernel = style == "fire" and self._packing.frame.all_free and self._kernel_serves()
+        by_kernel = style == "fire" and self.has_kernel and self._kernel_serves()
         if (box_strains is not None or fire is not None) and not by_kernel:
             raise InputError(
                 f"box_strains, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
@@ -357,15 +363,15 @@ class Session(Hinted):
         settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
-            if not packing.law.sizes_by_disk:
+            if not (kind.sizes_by_disk and packing.law.sizes_by_disk):
                 raise EngineError(
-                    f"{packing.law}: more than {MOST_TYPES} sizes of disks, but its pair style of LAMMPS takes a size "
-                    "from its type; use fewer sizes"
+                    f"{packing.law}: more than {MOST_TYPES} sizes of {kind.particles}, but its pair style of LAMMPS "
+                    "takes a size from its type; use fewer sizes"
                 )
             settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
             settings["section"] = f"fix {section} NULL {section}"
         if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
-            self._edge_limit = max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * longest)
+            self._edge_limit = max(float(defaults(kind.name).get("longest_edge", 0.0)), _EDGE_ROOM * longest)
             settings["longest_edge"] = self._edge_limit
 
         self._run("clear")
@@ -423,8 +429,6 @@ class Session(Hinted):
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""
-        if self.law.kernel_arguments() is None:
-            return False
         if self._own_forces:
             return kernel_has(self._state(), self.evaluate().forces)
         compare_kernel(self._state())

@@ -162,8 +162,8 @@ def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
     """(n, j) motion along floppy modes (n, k) that makes displacements (n, j) as short as can be, less their mean."""
 
     def apart(u: Array) -> Array:
-        u = u.reshape(-1, 2, u.shape[1])
-        return np.asarray(u - packing.frame.drift(u)).reshape(-1, u.shape[2])
+        u = u.reshape(len(u) // 2, 2, u.shape[1])  # of no mode as well
+        return np.asarray(u - packing.frame.drift(u)).reshape(2 * len(u), u.shape[2])
 
     relative = apart(modes)
     return least_along(modes, relative.T @ relative, relative.T @ apart(solution), _TURNED)

@@ -40,7 +40,8 @@ class Disks(Model):
         "k": UnitNames("d", "k d", "k"),
     }
     motions = 2  # of a rigid particle: no contact holds a disk from turning
-    may_use_ranks = True
+    compiled_fire = True
+    sizes_by_disk = True
     least_force = 2e-14
     points = staticmethod(touching_disks)
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {

@@ -271,6 +271,11 @@ class Droplets(Model):
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
         return {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
 
+    def bonds(self, packing: Packing) -> Indices:
+        i = np.arange(len(packing.positions))
+        ring = np.column_stack([i, packing.successor])
+        return np.asarray(ring[packing.successor != i])  # a flat wall is one site
+
     def longest_edge(self, packing: Packing) -> float:
         return float(np.hypot(*packing.edges.T).max())
 

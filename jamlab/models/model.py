@@ -73,6 +73,12 @@ class State(Part):
         """Area of all undeformed particles, overlaps of two counted twice."""
         self.lacks("free_area")
 
+    def shape(self, diameters: Array, params: Mapping[str, Any]) -> Array:
+        """(n, sites, 2) positions of free particles from their centres, not turned."""
+        if self.sites != 1:
+            self.lacks("shape")
+        return np.zeros((len(diameters), 1, 2))
+
     def checked(self, packing: Packing) -> dict[str, Any]:
         """Attributes of a packing as kept; refuses what is no state. By default: one diameter a particle, and as many
         positions of each as `sites`."""
@@ -202,8 +208,11 @@ class Lammps(Part):
 
     atom_style: ClassVar[str] = "atomic"  # molecular ones have bonds
     size_column: ClassVar[str] = "diameter"  # name of the property of atoms that holds the size
+    bonds_by_size: ClassVar[bool] = False  # whether a bond has the type of its particle; else all have type 1
     sizes_by_atom: ClassVar[bool] = False  # whether data files always hold it
-    may_use_ranks: ClassVar[bool] = False  # whether FIRE in compiled code, on several threads, knows the particles
+    sizes_by_disk: ClassVar[bool] = False  # whether the part takes more sizes than there may be types, by `own_sizes`
+    # whether FIRE in compiled code, on several threads and with strains of the box, knows the particles
+    compiled_fire: ClassVar[bool] = False
 
     @property
     def part(self) -> Path:
@@ -227,9 +236,17 @@ class Lammps(Part):
         """Columns of dumps of which each particle has its own value."""
         return {"radius": 0.5 * packing.kind.sizes(packing)}
 
+    def bonds(self, packing: Packing) -> Indices:
+        """(m, 2) positions that are bonded, by number; by default each to the next of its particle."""
+        if self.atom_style != "molecular":
+            return np.zeros((0, 2), dtype=np.int64)
+        i = np.flatnonzero(np.diff(packing.particle) == 0)
+        return np.column_stack([i, i + 1])
+
     def longest_edge(self, packing: Packing) -> float:
         """Length of the longest bond; 0 without bonds."""
-        return 0.0
+        bonds = packing.kind.bonds(packing)
+        return float(np.hypot(*np.diff(packing.positions[bonds], axis=1)[:, 0].T).max(initial=0.0))
 
 
 class Model(State, Contacts, Shape, Flow, Lammps):

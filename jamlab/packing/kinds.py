@@ -33,6 +33,14 @@ def _check(name: str, model: Model) -> None:
 MODELS: Registry[Model] = Registry("jamlab.models", "model", _check)
 
 
+def model_named(word: str) -> str:
+    """The name of the model that a user's word means, such as "sp" for "disks"; any other word as it is."""
+    known, small = MODELS.names(), word.lower()
+    if small in known:
+        return small
+    return next((name for name in known if small in MODELS.get(name).words), word)
+
+
 def optional_parameters(model: str, params: Mapping[str, Any] | None = None) -> dict[str, Parameter]:
     """Parameters with a default of the force law of a model that some parameters name, by name: `jam`, `pack` and
     campaigns take these."""

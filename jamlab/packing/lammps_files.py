@@ -146,7 +146,7 @@ def described(lines: Iterable[str]) -> dict[str, Any]:
 
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     bonded, count = packing.kind.atom_style == "molecular", len(packing.positions)
-    bonds = [(i, j + 1) for i, j in enumerate(packing.successor, start=1) if i != j + 1] if bonded else []
+    bonds = packing.kind.bonds(packing)
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
     yield ""
     yield f"{count} atoms"
@@ -154,7 +154,7 @@ def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
         yield f"{len(bonds)} bonds"
     yield f"{table.ntypes} atom types"
     if bonded:
-        yield "1 bond types"
+        yield f"{table.ntypes if packing.kind.bonds_by_size else 1} bond types"
     yield f"\n0 {lx:.17g} xlo xhi\n0 {ly:.17g} ylo yhi\n-0.5 0.5 zlo zhi\n{xy:.17g} 0 0 xy xz yz"
 
     yield "\nMasses\n"
@@ -168,7 +168,9 @@ def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     yield from (f"{i}{molecule[i - 1]} {t} {x:.17g} {y:.17g} 0 {ix} {iy} 0" for i, (t, (x, y), (ix, iy)) in rows)
     if bonded:
         yield "\nBonds\n"
-        yield from (f"{k} 1 {i} {j}" for k, (i, j) in enumerate(bonds, start=1))
+        of_bonds = table.types[particle[bonds[:, 0]]] if packing.kind.bonds_by_size else np.ones(len(bonds), np.int64)
+        rows_of_bonds = enumerate(zip(of_bonds, bonds + 1, strict=True), start=1)
+        yield from (f"{k} {kind} {i} {j}" for k, (kind, (i, j)) in rows_of_bonds)
     if section := section_of_sizes(packing, table):
         yield f"\n{section}\n"
         sizes = packing.kind.type_sizes(packing)[particle]

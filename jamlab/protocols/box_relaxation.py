@@ -28,9 +28,10 @@ from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient
+from jamlab.protocols.descent import USUAL, Effort, load, quench
 from jamlab.protocols.newton import REACH
 from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
-from jamlab.protocols.relaxation import USUAL, Effort, Relaxed, force_tolerance, load, quench, relax, settle
+from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax, settle
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
 _NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
@@ -96,8 +97,8 @@ class Ensemble:
         if not self.may_shear:
             return relax(session, force, near=near, effort=effort)
         box_strains = BoxStrains(SHEARS)
-        if session.kind.has_outlines:
-            return _shear_droplets(session, box_strains, force, near, max(least_pressure, 0.0), effort)
+        if not session.kind.compiled_fire:
+            return _shear_box(session, box_strains, force, near, max(least_pressure, 0.0), effort)
         return relax_disks_and_box(session, box_strains, force, near=near, least_pressure=least_pressure)
 
 
@@ -108,7 +109,7 @@ def minimizer(ensemble: str) -> Ensemble:
     return Ensemble(may_shear=ensemble != "fixed-box")
 
 
-def _shear_droplets(
+def _shear_box(
     session: Session, box_strains: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
 ) -> Relaxed:
     size = mean_size(session.packing())
@@ -209,7 +210,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
     Returns:
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load, or to rounding.
     """
-    quick = session.law.kernel_arguments() is not None and session.packing().frame.all_free
+    quick = session.has_kernel
     pushes = pressure > 0 and not session.law.range
     for attempt in range(_RETURNS + 1):
         if quick:

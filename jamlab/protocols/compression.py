@@ -26,12 +26,10 @@ from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, descent_of, force_tolerance
+from jamlab.protocols.makings import making_of
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
 
-# versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
-# several modes at a time and ends droplets by other steps
-COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
 _HALVINGS = 4  # of a step that does not end in a minimum, at most
 _SECANT_STEPS = 15  # at most, to a true packing fraction
 _MET = 0.01  # distance from a state's packing fraction over that to the state before
@@ -146,7 +144,7 @@ def go_on(
         if first_step is None:
             raise InputError(f"per_decade = {per_decade}: it spaces the states after first_step; give first_step too")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_ranks(ranks, not start.kind.may_use_ranks)
+    check_ranks(ranks, start.kind)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
     targets = grid(fraction_by(start, by), to, step, first_step, per_decade)
@@ -187,6 +185,7 @@ def _sweep(
     progress: Progress | None,
     repeatable: bool,
 ) -> Iterator[Packing]:
+    making = making_of(packing.model)
     start, before = fraction_by(first, by), fraction_by(packing, by)
     with Session(packing, ranks=ranks) as session:
         slope = packing.provenance.get(_SLOPE, 1.0) if done else 1.0
@@ -205,9 +204,9 @@ def _sweep(
                 packing,
                 found,
                 by=by,
-                compression_version=COMPRESSION_PROTOCOL[packing.kind.particles],
+                compression_version=making.compression_version,
                 target=float(target),
-                minimizer=descent_of(session).name(session),
+                minimizer=making.descent.name(session),
                 wall_time=time.perf_counter() - began,
                 **({} if error is None else {"step_error": step_error}),
                 **{_SLOPE: sweep.slope},

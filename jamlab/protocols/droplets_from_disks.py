@@ -23,6 +23,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
@@ -72,7 +73,7 @@ def droplets_from_disks(
         >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
         True
     """
-    check_law_arguments(droplets_from_disks, "dp", parameters)
+    check_law_arguments(droplets_from_disks, DROPLETS.name, parameters)
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if packing.frame.is_flat:
@@ -148,7 +149,7 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     offsets = np.concatenate([[0], np.cumsum(nv)])
     origin = {**packing.provenance, "handed_over": True}
     vertices = np.concatenate(shapes)
-    droplets = Packing("dp", box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
+    droplets = Packing(DROPLETS.name, box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
     return droplets.with_state(fixed=packing.fixed, walls=packing.walls)
 
 

@@ -6,13 +6,10 @@ from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
 from typing import Any
 
-from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.hints import unknown_argument
 from jamlab.packing.kinds import MODELS
-
-# of the deck beside the law: the strength of contacts where units leave it open, and outlines
-_OF_DECK = {"sp": (), "dp": ("eps", "nv_small", "nv_large", "vertices")}
+from jamlab.protocols.makings import making_of
 
 
 def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping[str, Any]) -> None:
@@ -22,7 +19,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         ArgumentError: no such argument.
         InputError: a parameter that units fix, or that another model has.
     """
-    law = law_arguments(model, given)
+    law = making_of(model).arguments(given)
     for name, value in given.items():
         if name in law:
             continue
@@ -30,16 +27,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
         for other in set(MODELS.names()) - {model}:
-            if name in law_arguments(other, given):
+            if name in making_of(other).arguments(given):
                 raise InputError(f"{where}: it is a parameter of model {other}, and this packing has model {model}")
         own = [each.name for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
         raise unknown_argument(function.__name__, name, [*own, *law])
-
-
-def law_arguments(model: str, given: Mapping[str, Any]) -> list[str]:
-    """Names of the parameters that a packing of a model may be made with, of the force law that some of them name."""
-    kind = MODELS.get(model)
-    declared = kind.parameters(None, given)
-    known = [name for name in defaults(model) if name in declared and name not in kind.unit_names]
-    own = [name for name, each in declared.items() if not each.each and name not in kind.unit_names]
-    return list(dict.fromkeys([*known, *own, *_OF_DECK[model]]))

@@ -26,8 +26,8 @@ from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
+from jamlab.protocols.descent import load
 from jamlab.protocols.newton import GOOD, GROW, POOR, SHRINK, factorise
-from jamlab.protocols.relaxation import load
 
 STEPS = 40  # at most: near a minimum 4 to 20 do; first-order steps come nearer for less
 _REACH = 0.1  # longest move of a coordinate in one step, mean particle size

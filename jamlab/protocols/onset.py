@@ -15,31 +15,24 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
-from jamlab.model_words import MODEL_NAMES
 from jamlab.packing.ensembles import ENSEMBLES
-from jamlab.packing.kinds import MODELS
+from jamlab.packing.kinds import MODELS, model_named
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
 from jamlab.protocols.law_arguments import check_law_arguments
+from jamlab.protocols.makings import making_of
 from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.particle_numbers import check_bidisperse
-from jamlab.protocols.random_start import place_loose
-from jamlab.protocols.relaxation import check_tolerance, descent_of, force_tolerance
-from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance
 from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "incremental")
 STARTS = ("from-disks", "direct")
-# versions, see jamlab.campaign.tasks; droplets: 5 slides along several modes at a time,
-# 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
-# ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside the contact forces
-ONSET_PROTOCOL = {"disks": 1, "droplets": 5, "stiffening": 2}
-_ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
@@ -107,27 +100,27 @@ def jam(
         (0.4, 'outline')
     """
     protocol = numbers("onset")
-    model = MODEL_NAMES.get(model.lower(), model)
+    model = model_named(model)
     _check(model, search, ensemble, start, size_ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
         check_bidisperse(n, seed, protocol["phi_start"], fraction_large)
     began = time.perf_counter()
-    highest = protocol["phi_carried" if start == "from-disks" else "phi_start"]
-    placed = place_loose(model, n, seed, protocol, highest, parameters, size_ratio, fraction_large, sizes)
+    making = making_of(model)
+    placed = making.start(n, seed, start=start, ratio=size_ratio, large=fraction_large, sizes=sizes, law=parameters)
     if placed.law.range:
         raise InputError("sticky disks have no onset at zero contact energy: use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
-        "protocol_version": ONSET_PROTOCOL[placed.kind.particles if placed.law.springs else "stiffening"],
+        "protocol_version": making.version_of(placed.law),
         "search": search,
         "start": start,
         "seed": seed,
         "step": first_step,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(model, progress))
+    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(making, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
@@ -144,22 +137,18 @@ def _onset_above(
     work: OnsetWork,
 ) -> Packing:
     """The onset that a loose packing is compressed to."""
-    protocol = numbers("onset")
+    protocol, making = numbers("onset"), making_of(placed.model)
     loose = _without_last_digits(placed)
     # of disks as small beside their contact forces as that of springs
     usual = force_tolerance(loose.model) * loose.law.beside_springs(protocol["u_contact"])
     force = usual if tolerance is None else tolerance
-    check_stiffness(loose.params, force)
+    making.check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work)
-        rigid = not by_paper and may_be_rigid(loose)
         if by_paper:
-            onset = searched.by_paper(loose, first_step)
-        elif rigid:
-            onset = RigidSearch(searched, protocol).run(loose, first_step)
+            onset, method = searched.by_paper(loose, first_step), making.descent.name(session)
         else:
-            onset = searched.by_bisection(loose, first_step)
-        method = "rigid" if rigid else descent_of(session).name(session)
+            onset, method = making.find_onset(searched, loose, first_step)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     return record(session, packing, onset.found, minimizer=method)
 
@@ -175,29 +164,15 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
             f"ensemble = {ensemble!r}: the incremental search has a fixed box, use "
             + typed("search='bisection'", "--search bisection")
         )
-    if model == "sp" and start != "from-disks":
-        raise InputError(f"start = {start!r}: start applies to droplets only; leave it out")
-    if model == "dp" and ratio is not None:
-        raise InputError(
-            f"size_ratio = {ratio!r}: the size ratio of droplets follows from their vertices; give nv_small and "
-            f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
-        )
+    making_of(model).check_start(start, ratio)
 
 
 def _without_last_digits(packing: Packing) -> Packing:
     """The packing with strengths to 14 digits: the same in whichever units they were given."""
-    names = {"eps", "gamma", "ka"} & packing.params.keys()
+    names = {
+        name for name, each in packing.parameters.items() if each.energy and not each.each and name in packing.params
+    }
     return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
-
-
-def check_stiffness(law: dict[str, Any], tolerance: float | None) -> None:
-    """Refuse droplets so stiff beside their contacts that rounding of their own forces exceeds those of contacts."""
-    force = force_tolerance("dp") if tolerance is None else tolerance
-    if (left := _ROUNDING * law.get("ka", 0.0) / law["eps"]) > force:
-        raise InputError(
-            f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance {force:g}: "
-            f"use ka up to {force / _ROUNDING:.1g} eps"
-        )
 
 
 def _first_step(step: float | None, search: str, protocol: Mapping[str, float]) -> float:

@@ -16,15 +16,11 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
 from jamlab.protocols.box_relaxation import Ensemble
+from jamlab.protocols.makings import Making, making_of
 from jamlab.protocols.relaxation import Relaxed, relax, settle
 from jamlab.protocols.saddles import leave_saddles
 
-_SEARCH_TOLERANCE = 1e-6  # on the largest force of droplets: tells a state jammed by step_fine from a loose one
-# the same for droplets near onset: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
-_LOOSE_TOLERANCE = 5e-8
 _LOOSE_ENERGY = 0.01  # contact energy over u_contact that forces left in loose disks may hold
-# packing fractions, and the share of the time to onset spent below them: minimisation slows down as contacts form
-_WAY = {"sp": ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9)), "dp": ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))}
 
 
 @dataclass(frozen=True)
@@ -56,11 +52,11 @@ class SearchState:
 
 class OnsetWork:
     """Reports how far a search for jamming onset is. The share of the work that is done is known on the way up, and
-    rises; near onset nobody knows it, and the try is told instead. `model`: "sp" or "dp";
+    rises; near onset nobody knows it, and the try is told instead. `making`: of its particles;
     `progress`: where to report to."""
 
-    def __init__(self, model: str, progress: Progress | None) -> None:
-        self._model, self._tell = model, progress or no_progress
+    def __init__(self, making: Making, progress: Progress | None) -> None:
+        self._way, self._tell = making.way, progress or no_progress
         self._highest, self._near = 0.0, False
         self.attempt = 1  # to come down to onset
 
@@ -71,7 +67,7 @@ class OnsetWork:
         if self._near:
             self._tell(float("nan"), f"near onset, {phi:.4f}, try {self.attempt}")
         else:
-            self._tell(float(np.interp(phi, *_WAY[self._model])), f"onset {phi:.4f}")
+            self._tell(float(np.interp(phi, *self._way)), f"onset {phi:.4f}")
 
 
 @dataclass(frozen=True)
@@ -83,6 +79,10 @@ class OnsetSearch(Approach[SearchState]):
     relax_state: Ensemble
     tolerance: float
     work: OnsetWork
+
+    @property
+    def _making(self) -> Making:
+        return making_of(self.session.kind.name)
 
     def by_paper(self, packing: Packing, increment: float) -> SearchState:
         """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
@@ -141,7 +141,7 @@ class OnsetSearch(Approach[SearchState]):
     def settle(self, start: SearchState, phi: float) -> SearchState:
         """A bounded effort at another packing fraction."""
         self.session.load(at_phi(start.packing, phi))
-        tolerance = max(self.tolerance, _SEARCH_TOLERANCE) if self.session.kind.has_outlines else self.tolerance
+        tolerance = max(self.tolerance, self._making.settled)
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
             loose = self.session.law.force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
             tolerance = max(tolerance, loose)
@@ -151,16 +151,16 @@ class OnsetSearch(Approach[SearchState]):
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
-        if self.session.kind.has_outlines and not self.relax_state.may_shear:
-            found = settle(self.session, _LOOSE_TOLERANCE)
+        if (loose := self._making.loose) is not None and not self.relax_state.may_shear:
+            found = settle(self.session, loose)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
-                return self.measure(Relaxed(found, _LOOSE_TOLERANCE, False))
+                return self.measure(Relaxed(found, loose, False))
         return self.measure(self._relax(near=True))
 
     def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
-        sheared = start.kind.has_outlines and self.relax_state.may_shear
+        sheared = self.relax_state.may_shear and not start.kind.compiled_fire
         least = self.tolerance / (BEARING * mean_size(start)) if sheared else -np.inf
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least)
 

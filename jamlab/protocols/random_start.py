@@ -10,19 +10,16 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import InputError
 from jamlab.laws.laws import law_class
 from jamlab.laws.parameter import UNITS, check_params
-from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
-from jamlab.packing.deformation import at_phi
-from jamlab.packing.kinds import MODELS
-from jamlab.packing.natural_units import in_natural_units, natural_scales
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS, free_area, free_polygon_area, regular_polygon
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import relax
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
 _APART, _APART_STEPS = 1e-3, 2000  # largest force of springs that leave random disks apart, and steps of FIRE at most
-_TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
 
 
 def push_apart(packing: Packing) -> Packing:
@@ -35,53 +32,6 @@ def push_apart(packing: Packing) -> Packing:
         session.minimize(_APART, style="fire", steps=_APART_STEPS)
         moved = natural_scales(springs).from_natural(session.packing())
     return packing.with_state(positions=moved.positions)
-
-
-def place_loose(
-    model: str,
-    n: int,
-    seed: int,
-    protocol: Mapping[str, float],
-    highest: float,
-    parameters: dict[str, Any],
-    ratio: float | None = None,
-    large: float = 0.5,
-    sizes: Sizes | None = None,
-) -> Packing:
-    """Place random particles without contacts: disks at phi_start, droplets at `highest` or where their disks jam.
-
-    Polygons on random places would start with crossed outlines, which no contact form can undo. So disks that just hold
-    the droplets are pushed apart and compressed first; as long as they do not jam, the droplets in them cannot touch.
-    """
-    phi = protocol["phi_start"]
-    if model == "sp":
-        return push_apart(random_disks(n, seed, phi=phi, ratio=ratio, large=large, sizes=sizes, **parameters))
-    drawn = None if sizes is None else disk_diameters(n, seed, large=large, sizes=sizes)
-    nv, params = droplet_params(n, large, drawn, **parameters)
-    side = droplet_cell(nv, params, phi)
-    disks = random_disks(n, seed, phi=phi, large=large, sizes=drawn)
-    scale = side / disks.box[0, 0]
-    holders = disks.with_state(
-        box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
-    )
-    steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
-    loose = _compressed(holders, np.linspace(phi, max(phi, highest), steps + 1))
-    if loose is None:
-        raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
-    return place_droplets(loose.positions, loose.box, nv, params, seed)
-
-
-@in_natural_units()
-def _compressed(holders: Packing, fractions: Array) -> Packing | None:
-    """Disks pushed apart at one packing fraction after the other until they jam; None if they do so at the first."""
-    loose: Packing | None = None
-    with Session(holders) as session:
-        for reached in fractions:
-            session.load(at_phi(loose or holders, holders.phi * reached / fractions[0]))
-            if relax(session).evaluation.energy > _TOUCHING * holders.n:
-                break
-            loose = session.packing()
-    return loose
 
 
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
@@ -117,7 +67,7 @@ def random_disks(
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
-    return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
+    return Packing(DISKS.name, np.diag([side, side]), positions, params, units, diameters)
 
 
 def disk_params(units: str, **changes: Any) -> dict[str, Any]:
@@ -127,15 +77,15 @@ def disk_params(units: str, **changes: Any) -> dict[str, Any]:
         units: "eps" or "k".
         changes: `law`, its name, and parameters of the law; its strength is that of `lammps_inputs/parts/sp`.
     """
-    declared = MODELS.get("sp").parameters(None, changes)
+    declared = DISKS.parameters(None, changes)
     own = [name for name in declared if name not in UNITS]
     unknown = sorted(changes.keys() - set(own))
     if unknown:
         known = f"use {', '.join(own)}; " if own else ""
         whose = f"law {changes['law']!r}" if "law" in changes else "model sp"
         raise InputError(f"{whose} has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are always 1")
-    params = {units: float(defaults("sp")[units]), **changes}
-    check_params("sp", units, MODELS.get("sp").parameters(units, changes), params)
+    params = {units: float(defaults(DISKS.name)[units]), **changes}
+    check_params(DISKS.name, units, DISKS.parameters(units, changes), params)
     for name in changes:
         declared[name].check(name, changes[name], made=True)
     return params
@@ -145,16 +95,6 @@ def usual_units(parameters: Mapping[str, Any], usual: str) -> str:
     """Units of packings of disks with these parameters: the usual ones, or those that their law has instead."""
     strengths = law_class(parameters).strengths
     return usual if usual in strengths else next(iter(strengths))
-
-
-def check_force_law(model: str, parameters: dict[str, Any]) -> None:
-    """Refuse parameters that no packing can have."""
-    if model == "sp":
-        disk_params(usual_units(parameters, "eps"), **parameters)
-    elif "vertices" in parameters:
-        raise InputError("vertices fit one n only: give nv_small and nv_large instead")
-    elif parameters:
-        droplet_params(2, **parameters)
 
 
 def droplet_params(
@@ -173,7 +113,7 @@ def droplet_params(
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
     """
-    values = {name: value for name, value in defaults("dp").items() if name != "longest_edge"}
+    values = {name: value for name, value in defaults(DROPLETS.name).items() if name != "longest_edge"}
     unknown = set(changes) - set(values)
     if unknown:
         raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
@@ -189,8 +129,8 @@ def droplet_params(
             raise InputError(f"vertices hold {len(given)} numbers for n = {n} droplets: give one for all, or one each")
         nv = np.broadcast_to(_whole_counts("vertices", given), n)
     params: dict[str, Any] = {**values, "a0": own**2}
-    declared = MODELS.get("dp").parameters("eps", params)
-    check_params("dp", "eps", declared, params)
+    declared = DROPLETS.parameters("eps", params)
+    check_params(DROPLETS.name, "eps", declared, params)
     for name, parameter in declared.items():
         parameter.check(name, params[name], made=True)
     free_polygon_area(nv, params)  # refuses a line tension that leaves no droplet
@@ -229,7 +169,7 @@ def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: di
         for centre, count, area, turn in zip(centres, nv, areas, angles, strict=True)
     ]
     offsets = np.concatenate([[0], np.cumsum(nv)])
-    return Packing("dp", box, np.concatenate(shapes), params, offsets=offsets)
+    return Packing(DROPLETS.name, box, np.concatenate(shapes), params, offsets=offsets)
 
 
 def droplet_cell(nv: NDArray[np.int64], params: dict[str, Any], phi: float) -> float:

@@ -19,10 +19,12 @@ from jamlab.mechanics.predicted_motion import follow, unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
+from jamlab.protocols.descent import Effort
+from jamlab.protocols.descent_of_droplets import MANY_DROPLETS, descend_droplets
 from jamlab.protocols.newton import ACCEPTED, DEFINITE, GOOD, GROW, POOR, REACH, SHRINK
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.preconditioned_lbfgs import NEAR
-from jamlab.protocols.relaxation import MANY_DROPLETS, Effort, Relaxed, descend_droplets
+from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.saddles import FINEST, leave_saddles
 
 # Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.

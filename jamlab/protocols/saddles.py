@@ -18,7 +18,8 @@ from jamlab.mechanics.predicted_motion import unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import Ensemble, minimizer
-from jamlab.protocols.relaxation import Relaxed, load
+from jamlab.protocols.descent import load
+from jamlab.protocols.relaxation import Relaxed
 
 FEW_FACTORS = 3  # of one state; more, and the log says why
 _log = logging.getLogger(__name__)

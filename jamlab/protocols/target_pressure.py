@@ -16,6 +16,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
+from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.ensembles import ENSEMBLES
@@ -24,17 +25,10 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
+from jamlab.protocols.descent import load, quench
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
-from jamlab.protocols.relaxation import (
-    QUENCH_PROTOCOL,
-    Relaxed,
-    check_tolerance,
-    force_tolerance,
-    load,
-    quench,
-    relax,
-)
+from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, force_tolerance, relax
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.storage.verified_file import versions
@@ -114,7 +108,7 @@ def pack(
         0.01
     """
     check_choice("ensemble", ensemble, ENSEMBLES)
-    check_law_arguments(pack, "sp", parameters)
+    check_law_arguments(pack, DISKS.name, parameters)
     search = numbers("pressure")
     diameters = disk_diameters(n, seed, ratio=size_ratio, large=fraction_large, sizes=sizes)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}
@@ -154,7 +148,7 @@ def pack(
 def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict[str, Any]) -> Packing:
     """The minimum next to random disks at their packing fraction, jammed or not."""
     check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
-    check_ranks(ranks, not given.kind.may_use_ranks)
+    check_ranks(ranks, given.kind)
     began = time.perf_counter()
     with Session(given, ranks=ranks) as session:
         found = relax_off_saddles(session, tolerance)
@@ -218,7 +212,7 @@ def decompress(
         >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
         (True, 'decompress', 0.01)
     """
-    check_ranks(ranks, not packing.kind.may_use_ranks)
+    check_ranks(ranks, packing.kind)
     _check_repulsive(packing)
     began, force = time.perf_counter(), _check_force(pressure, tolerance, packing.law, natural_scales(packing).stress)
     found, reached, start = _decompressed(packing, pressure, force, ranks, progress)
@@ -235,7 +229,7 @@ def _decompressed(
     """The packing at the lower pressure, the pressure met, and that where it came from."""
     start, search = _check_start(packing, pressure), numbers("pressure")
     steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
-    may_strain = packing.frame.all_free or minimizer(packing.ensemble).may_shear
+    may_strain = packing.kind.compiled_fire and (packing.frame.all_free or minimizer(packing.ensemble).may_shear)
     with Session(packing, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
@@ -314,7 +308,7 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) ->
                 "beyond, disks pass through each other"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
-        return force_tolerance("sp") if tolerance is None else tolerance, law
+        return force_tolerance(DISKS.name) if tolerance is None else tolerance, law
     force = _check_force(pressure, tolerance, law, natural_stress(law))
     if pressure > highest:
         raise InputError(
@@ -326,7 +320,7 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) ->
 def _check_force(pressure: float, tolerance: float | None, law: PairLaw, unit: float) -> float:
     """Give the force tolerance, small beside the pressure; `unit`: of the pressure where the law is one of springs."""
     check_number("pressure", pressure, max(HIGHEST_PRESSURE * unit, law.pressures[1]))
-    force = force_tolerance("sp") if tolerance is None else tolerance
+    force = force_tolerance(DISKS.name) if tolerance is None else tolerance
     check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
     if force * unit > LEAST_NOISE * pressure:
         raise InputError(

@@ -14,15 +14,15 @@ from kept_results import kept_rows
 from scipy.stats import ks_2samp
 
 import jamlab
-from jamlab.protocols import relaxation
+from jamlab.protocols import descent
 
-MANY_DISKS = relaxation.MANY_DISKS
+MANY_DISKS = descent.MANY_DISKS
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
 
 
 def onset(model, n, seed, option, value):
     """rho_J and CPU seconds, or the error."""
-    relaxation.MANY_DISKS = 10**9 if value == "cg" else MANY_DISKS
+    descent.MANY_DISKS = 10**9 if value == "cg" else MANY_DISKS
     how = {} if option == "minimiser" else {option: value}
     began = time.process_time()
     try:

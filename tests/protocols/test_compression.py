@@ -1,11 +1,13 @@
 """Sweeps: which packing fractions they visit, how they follow a basin, what is refused."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 import jamlab
 from jamlab.errors import ConvergenceError
-from jamlab.protocols import relaxation
+from jamlab.protocols import descent, relaxation
 from jamlab.protocols.compression import grid
 
 
@@ -98,9 +100,9 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
 
 def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start, monkeypatch):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
-    monkeypatch.setattr(relaxation, "_CG_STEPS", 1)
-    for stopped in ("descend_by_newton", "descend_by_lbfgs"):
-        monkeypatch.setattr(relaxation, stopped, lambda session, *_: session.evaluate())
+    monkeypatch.setattr(descent, "_CG_STEPS", 1)
+    for module, stopped in product((relaxation, descent), ("descend_by_newton", "descend_by_lbfgs")):
+        monkeypatch.setattr(module, stopped, lambda session, *_: session.evaluate(), raising=False)
     sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi")
     flagged = next(sweep)
     assert flagged.converged is False

@@ -8,10 +8,12 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.protocols import newton, newton_with_box, relaxation
+from jamlab.protocols import descent as steps
+from jamlab.protocols import descent_of_droplets, newton, newton_with_box, relaxation
+from jamlab.protocols.descent_of_droplets import LOOSE_FORCE, undo_if_folded
 from jamlab.protocols.newton import DEFINITE
 from jamlab.protocols.preconditioned_lbfgs import FAR
-from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
+from jamlab.protocols.relaxation import force_tolerance, relax, settle
 from jamlab.protocols.saddles import FEW_FACTORS
 
 
@@ -69,7 +71,8 @@ def test_outlines_that_cross_end_a_descent():
 @pytest.mark.parametrize("change", [0.01, -0.005])
 def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change, monkeypatch):
     """From an affine step, without a single Newton step; the force on the same positions in numpy agrees."""
-    monkeypatch.setattr(relaxation, "descend_by_newton", idle)
+    for module in (relaxation, descent_of_droplets):
+        monkeypatch.setattr(module, "descend_by_newton", idle)
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
         assert relax(session).converged
         assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
@@ -144,22 +147,23 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatc
     with Session(start) as session:
         for along_valley in (False, True):
             if along_valley:
-                monkeypatch.setattr(relaxation, "_CG_STEPS", 1)
-                monkeypatch.setattr(relaxation, "descend_by_newton", idle)
+                monkeypatch.setattr(steps, "_CG_STEPS", 1)
+                for module in (relaxation, steps):
+                    monkeypatch.setattr(module, "descend_by_newton", idle)
             session.load(start)
             found = relax(session)
             assert found.converged and found.evaluation.energy == pytest.approx(
                 jamlab.evaluate(sp_jammed).energy, rel=1e-9
             )
     monkeypatch.undo()
-    monkeypatch.setattr(relaxation, "_SETTLE_STEPS", 1)
+    monkeypatch.setattr(descent_of_droplets, "_SETTLE_STEPS", 1)
     with Session(at_phi(dp_dense, dp_dense.phi + 1e-4)) as session:
         assert settle(session, 1e-10).max_force <= 1e-10
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
 def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method, monkeypatch):
-    monkeypatch.setattr(relaxation, "MANY_DISKS", many)
+    monkeypatch.setattr(steps, "MANY_DISKS", many)
     onset = jamlab.jam(n=32, seed=3)
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
     (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi")

@@ -1,0 +1,156 @@
+"""How packings of a model are made: its random start, its descent to a minimum, its search for onset, versions.
+
+A model needs no making of its own: `Making` is that of particles with given sites in a given shape, which LAMMPS
+minimises by conjugate gradients. Disks and droplets have theirs in `of_disks.py` and `of_droplets.py`; another package
+derives a class from `Making` and declares an object of it in the group `jamlab.makings`, under the name of its model.
+Makings are apart from models, since analysis needs no LAMMPS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.checks import check_number
+from jamlab.engine.deck_defaults import defaults, numbers
+from jamlab.errors import InputError
+from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.parameter import check_params
+from jamlab.packing.kinds import MODELS
+from jamlab.packing.packing import Packing
+from jamlab.protocols.descent import Descent, DescentOfDisks
+from jamlab.protocols.size_distributions import Sizes, disk_diameters
+from jamlab.registry import Registry
+
+if TYPE_CHECKING:
+    from jamlab.protocols.onset_search import OnsetSearch, SearchState
+
+
+class Making:
+    """How packings of one model are made.
+
+    Attributes:
+        name: of the model.
+        descent: first-order steps, and those to the end.
+        version: of onsets, see `jamlab.campaign.tasks`; a change that gives other packings raises it.
+        stiffening_version: the same for laws whose force does not grow in proportion to the overlap.
+        compression_version: of states of `compress`.
+        starts: of `jam(start=...)`; none: there is nothing to choose.
+        outlines: arguments of `jam` beside those of the law, which the start takes.
+        way: packing fractions, and the share of the time to onset spent below them: minimisation slows down as
+            contacts form.
+        settled: largest force that tells a jammed state of the search from a loose one, if that is more than the
+            tolerance.
+        loose: largest force with which a state near onset, followed by linear response, is judged first; None: it is
+            relaxed to the end at once.
+    """
+
+    name: str
+    descent: Descent = DescentOfDisks()
+    version: ClassVar[int] = 1
+    stiffening_version: ClassVar[int] = 1
+    compression_version: ClassVar[int] = 1
+    starts: ClassVar[tuple[str, ...]] = ()
+    outlines: ClassVar[tuple[str, ...]] = ()
+    way: ClassVar[tuple[tuple[float, ...], tuple[float, ...]]] = ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9))
+    settled: ClassVar[float] = 0.0
+    loose: ClassVar[float | None] = None
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name or self.name
+
+    # law ------------------------------------------------------------------------------------------------------------
+
+    def arguments(self, given: Mapping[str, Any]) -> list[str]:
+        """Names of the parameters that a packing may be made with, of the force law that some of them name."""
+        kind = MODELS.get(self.name)
+        declared = kind.parameters(None, given)
+        known = [name for name in defaults(self.name) if name in declared and name not in kind.unit_names]
+        own = [name for name, each in declared.items() if not each.each and name not in kind.unit_names]
+        return list(dict.fromkeys([*known, *own, *self.outlines]))
+
+    def params(self, units: str, /, **changes: Any) -> dict[str, Any]:
+        """`Packing.params`: defaults of the deck part where the law has none, and changes."""
+        declared, usual = MODELS.get(self.name).parameters(units, changes), defaults(self.name)
+        if unknown := sorted(changes.keys() - declared.keys()):
+            known = ", ".join(self.arguments(changes))
+            raise InputError(f"model {self.name} has no parameter {unknown[0]!r}: use {known}")
+        given = {name: usual[name] for name, each in declared.items() if each.default is None and name in usual}
+        check_params(self.name, units, declared, params := {**given, **changes})
+        for name in changes:
+            declared[name].check(name, changes[name], made=True)
+        return params
+
+    def check_law(self, parameters: Mapping[str, Any]) -> None:
+        """Refuse parameters that no packing can have."""
+        self.params("eps", **parameters)
+
+    def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
+        """Refuse particles so stiff that rounding of their own forces exceeds a force; by default none."""
+
+    # start ----------------------------------------------------------------------------------------------------------
+
+    def check_start(self, start: str, ratio: float | None) -> None:
+        """Refuse `start` and `size_ratio` of `jam` that these particles do not take."""
+        if not self.starts and start != "from-disks":
+            raise InputError(f"start = {start!r}: start applies to droplets only; leave it out")
+
+    def start(
+        self,
+        n: int,
+        seed: int,
+        *,
+        start: str = "from-disks",
+        ratio: float | None = None,
+        large: float = 0.5,
+        sizes: Sizes | None = None,
+        law: Mapping[str, Any],
+    ) -> Packing:
+        """A loose random packing in units "eps", from which a search for onset starts; arguments as of `jam`."""
+        phi = numbers("onset")["phi_start"]
+        return self.place(n, seed, phi, disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes), law)
+
+    def place(self, n: int, seed: int, phi: float, sizes: Array, law: Mapping[str, Any]) -> Packing:
+        """Place particles at random, turned at random; they may overlap, since minimising pushes them apart.
+
+        Args:
+            n: number of particles.
+            seed: of numpy's default generator.
+            phi: nominal packing fraction.
+            sizes: (n,) diameters.
+            law: parameters that replace defaults.
+        """
+        check_number("phi", phi, 2.0)
+        params, random = self.params("eps", **law), np.random.default_rng(seed)
+        centres, turns = random.random((n, 2)), 2 * np.pi * random.random(n)
+        z = MODELS.get(self.name).shape(sizes, params) @ [1, 1j] * np.exp(1j * turns)[:, None]
+        shapes = np.stack([z.real, z.imag], axis=-1)
+
+        def placed(side: float) -> Packing:
+            positions = (side * centres[:, None] + shapes).reshape(-1, 2)
+            return Packing(self.name, np.diag([side, side]), positions, params, "eps", sizes)
+
+        wide = placed(float(np.sqrt(np.sum(sizes**2) / phi)))
+        return placed(float(np.sqrt(wide.phi * wide.area / phi)))
+
+    # search ---------------------------------------------------------------------------------------------------------
+
+    def version_of(self, law: PairLaw) -> int:
+        """Version of onsets with a law."""
+        return self.version if law.springs else self.stiffening_version
+
+    def find_onset(self, search: OnsetSearch, loose: Packing, step: float) -> tuple[SearchState, str]:
+        """Onset above a loose packing by steps of phi that begin with `step`, and the method."""
+        return search.by_bisection(loose, step), self.descent.name(search.session)
+
+
+MAKINGS: Registry[Making] = Registry("jamlab.makings", "making of the model")
+
+
+def making_of(model: str) -> Making:
+    """How packings of a model are made: as it is registered, else as `Making` says."""
+    MODELS.get(model)  # refuses one that is unknown
+    return MAKINGS.get(model) if model in MAKINGS.names() else Making(model)

@@ -1,0 +1,29 @@
+"""How packings of soft disks are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from jamlab.arrays import Array
+from jamlab.models.disks import DISKS
+from jamlab.packing.packing import Packing
+from jamlab.protocols.makings import Making
+from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
+
+
+class MakingOfDisks(Making):
+    """See `Making`; without droplets, "direct" starts do not exist."""
+
+    name = DISKS.name
+    stiffening_version = 2  # 1 left forces beside the contact forces
+    compression_version = 2  # leaves saddles
+
+    def check_law(self, parameters: Mapping[str, Any]) -> None:
+        disk_params(usual_units(parameters, "eps"), **parameters)
+
+    def place(self, n: int, seed: int, phi: float, sizes: Array, law: Mapping[str, Any]) -> Packing:
+        return push_apart(random_disks(n, seed, phi=phi, sizes=sizes, **law))
+
+
+MAKING = MakingOfDisks()  # as entry points name it

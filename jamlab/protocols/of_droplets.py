@@ -1,0 +1,128 @@
+"""How packings of deformable droplets are made.
+
+Polygons on random places would start with crossed outlines, which no contact form can undo. So disks that just hold the
+droplets are pushed apart and compressed first; as long as they do not jam, the droplets in them cannot touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.checks import check_choice
+from jamlab.engine.deck_defaults import numbers
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.laws.pair_law import PairLaw
+from jamlab.models.droplets import DROPLETS
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.natural_units import in_natural_units
+from jamlab.packing.packing import Packing
+from jamlab.protocols.descent_of_droplets import DescentOfDroplets
+from jamlab.protocols.makings import Making
+from jamlab.protocols.onset_search import OnsetSearch, SearchState
+from jamlab.protocols.random_start import (
+    droplet_cell,
+    droplet_params,
+    free_diameters,
+    place_droplets,
+    random_disks,
+)
+from jamlab.protocols.relaxation import relax
+from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
+from jamlab.protocols.size_distributions import Sizes, disk_diameters
+
+_TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
+_ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
+
+
+class MakingOfDroplets(Making):
+    """See `Making`."""
+
+    name = DROPLETS.name
+    descent = DescentOfDroplets()
+    # 5 slides along several modes at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid
+    # bodies, 2 ends at a minimum, 1 ended at some saddles
+    version = 5
+    stiffening_version = 2  # files of campaigns hold it
+    compression_version = 4  # 3 and 4 as 4 and 5 above, 2 leaves saddles
+    starts = ("from-disks", "direct")
+    outlines = ("eps", "nv_small", "nv_large", "vertices")
+    way = ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))
+    settled = 1e-6  # tells a state jammed by step_fine from a loose one
+    loose = 5e-8  # forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
+
+    def check_law(self, parameters: Mapping[str, Any]) -> None:
+        if "vertices" in parameters:
+            raise InputError("vertices fit one n only: give nv_small and nv_large instead")
+        if parameters:
+            droplet_params(2, **parameters)
+
+    def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
+        if (left := _ROUNDING * law.get("ka", 0.0) / law["eps"]) > tolerance:
+            raise InputError(
+                f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance "
+                f"{tolerance:g}: use ka up to {tolerance / _ROUNDING:.1g} eps"
+            )
+
+    def check_start(self, start: str, ratio: float | None) -> None:
+        check_choice("start", start, self.starts)
+        if ratio is not None:
+            raise InputError(
+                f"size_ratio = {ratio!r}: the size ratio of droplets follows from their vertices; give nv_small and "
+                f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
+            )
+
+    def start(
+        self,
+        n: int,
+        seed: int,
+        *,
+        start: str = "from-disks",
+        ratio: float | None = None,
+        large: float = 0.5,
+        sizes: Sizes | None = None,
+        law: Mapping[str, Any],
+    ) -> Packing:
+        protocol = numbers("onset")
+        phi, highest = protocol["phi_start"], protocol["phi_carried" if start == "from-disks" else "phi_start"]
+        drawn = None if sizes is None else disk_diameters(n, seed, large=large, sizes=sizes)
+        nv, params = droplet_params(n, large, drawn, **law)
+        side = droplet_cell(nv, params, phi)
+        disks = random_disks(n, seed, phi=phi, large=large, sizes=drawn)
+        scale = side / disks.box[0, 0]
+        holders = disks.with_state(
+            box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
+        )
+        steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
+        loose = _compressed(holders, np.linspace(phi, max(phi, highest), steps + 1))
+        if loose is None:
+            raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
+        return place_droplets(loose.positions, loose.box, nv, params, seed)
+
+    def version_of(self, law: PairLaw) -> int:
+        return self.version
+
+    def find_onset(self, search: OnsetSearch, loose: Packing, step: float) -> tuple[SearchState, str]:
+        if not may_be_rigid(loose):
+            return super().find_onset(search, loose, step)
+        return RigidSearch(search, search.protocol).run(loose, step), "rigid"
+
+
+@in_natural_units()
+def _compressed(holders: Packing, fractions: Array) -> Packing | None:
+    """Disks pushed apart at one packing fraction after the other until they jam; None if they do so at the first."""
+    loose: Packing | None = None
+    with Session(holders) as session:
+        for reached in fractions:
+            session.load(at_phi(loose or holders, holders.phi * reached / fractions[0]))
+            if relax(session).evaluation.energy > _TOUCHING * holders.n:
+                break
+            loose = session.packing()
+    return loose
+
+
+MAKING = MakingOfDroplets()  # as entry points name it

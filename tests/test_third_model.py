@@ -1,0 +1,105 @@
+"""A model that jamlab does not know, registered from outside: what it gives without a line in jamlab."""
+
+import pickle
+
+import dimers
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.engine.deck_defaults import numbers
+from jamlab.mechanics.stiffness import energy_terms, forces, stress
+
+
+@pytest.fixture(scope="module")
+def onset():
+    return jamlab.jam(16, "dimer", 1)
+
+
+@pytest.fixture(scope="module")
+def dense(onset):
+    return list(jamlab.compress(onset, to=0.93, step=0.04))[-1]
+
+
+def shaken(packing, size):
+    push = size * np.random.default_rng(1).normal(size=packing.positions.shape)
+    return packing.with_state(positions=packing.positions + push)
+
+
+def test_lammps_and_the_terms_in_numpy_are_one_law(dense):
+    packing = shaken(dense, 0.02)
+    found = jamlab.evaluate(packing)
+    energies = {term.name: term.energy.sum() for term in energy_terms(packing)}
+    assert min(energies.values()) > 0 and found.energy == pytest.approx(sum(energies.values()), rel=1e-12)
+    assert found.contact_energy == pytest.approx(energies["contact"], rel=1e-12)
+    assert np.abs(found.forces - forces(packing)).max() < 1e-12
+    assert np.abs(found.stress - stress(packing)).max() < 1e-12
+
+
+def test_forces_are_the_slope_of_the_energy(dense):
+    packing, way = shaken(dense, 0.02), np.random.default_rng(2).normal(size=dense.positions.shape)
+    energy = [
+        sum(term.energy.sum() for term in energy_terms(packing.with_state(positions=packing.positions + step * way)))
+        for step in (-1e-5, 1e-5)
+    ]
+    assert -(energy[1] - energy[0]) / 2e-5 == pytest.approx(np.vdot(forces(packing), way), rel=1e-7)
+
+
+def test_jam_makes_what_is_asked_for(onset):
+    """Both disks of a dimer are where their spring holds them, and nothing is loose; by its word, too."""
+    assert onset.model == "dimer" and onset.n == 16 and len(onset.positions) == 32
+    assert onset.converged and onset.onset == onset.phi and 0.8 < onset.phi < 0.92
+    assert 0 < jamlab.evaluate(onset).contact_energy < 32 * numbers("onset")["u_jammed"]
+    lengths = np.hypot(*np.diff(onset.positions.reshape(-1, 2, 2), axis=1)[:, 0].T)
+    assert np.allclose(lengths, 0.5 * onset.diameters, rtol=1e-5)
+    count = jamlab.maxwell_count(onset)
+    assert count.self_stress_states == 1 and count.floppy_modes == 0
+    assert onset.provenance["protocol_version"] == 1 and jamlab.jam(16, "Dimers", 1) == onset
+    with pytest.raises(jamlab.InputError, match=r"gamma = 0\.4: it is a parameter of model dp"):
+        jamlab.jam(16, "dimer", gamma=0.4)
+    with pytest.raises(jamlab.InputError, match="ranks = 2: dimers"):
+        jamlab.compress(onset, to=0.95, ranks=2)
+
+
+def test_a_compressed_packing_has_the_moduli_that_it_shows(dense):
+    assert dense.converged and jamlab.packing_fraction(dense) == pytest.approx(0.93, abs=1e-6)
+    linear, strained = (jamlab.shear_modulus(dense, method) for method in ("linear-response", "finite-strain"))
+    assert linear == pytest.approx(strained, rel=1e-6) and linear < jamlab.shear_modulus(dense, "affine")
+    bulk = [jamlab.bulk_modulus(dense, method) for method in ("linear-response", "finite-strain")]
+    assert bulk[0] == pytest.approx(bulk[1], rel=1e-6)
+    slow = jamlab.complex_modulus(dense, [1e-6], jamlab.StokesDrag())
+    assert slow.storage[0] == pytest.approx(linear, rel=1e-6)
+
+
+def test_the_true_packing_fraction_counts_what_overlaps_once(dense):
+    """Against points: the share of a fine grid that lies in a disk."""
+    grid = np.stack(np.meshgrid(*2 * [np.linspace(0, dense.box[0, 0], 400, endpoint=False)]), axis=-1).reshape(-1, 1, 2)
+    inside = np.zeros(len(grid), dtype=bool)
+    for site, radius in zip(dense.positions, 0.5 * np.repeat(dense.diameters, 2), strict=True):
+        r = grid[:, 0] - site
+        inside |= np.hypot(*(r - np.round(r / dense.box[0, 0]) * dense.box[0, 0]).T) < radius
+    assert inside.mean() == pytest.approx(jamlab.packing_fraction(dense), abs=2e-3)
+    assert jamlab.packing_fraction(dense) < dense.phi
+
+
+def test_files_and_pictures_hold_it(onset, dense, tmp_path):
+    jamlab.write(tmp_path / "d.h5", dense)
+    assert jamlab.read(tmp_path / "d.h5") == dense == pickle.loads(pickle.dumps(dense))
+    axes = dense.plot()
+    assert len(axes.collections[0].get_paths()) >= dense.n
+    assert set(jamlab.measure(dense, ["z", "pressure", "g"])) == {"z", "pressure", "g"}
+
+
+def test_what_it_leaves_out_is_refused_by_name(dense):
+    asked = {
+        "Shape.boundary": lambda: jamlab.voids(dense),
+        "Shape.power_points": lambda: jamlab.tessellation(dense),
+        "Flow.jacobian": lambda: jamlab.complex_modulus(dense, [1.0]),
+    }
+    for method, ask in asked.items():
+        with pytest.raises(jamlab.InputError, match=rf"model dimer does not say `{method}`.*class Dimers"):
+            ask()
+
+
+def test_its_deck_part_lies_in_its_own_folder():
+    assert dimers.DIMERS.part.parent.name == "support" and dimers.DIMERS.part.is_file()
