@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.evaluation import Evaluation
 from jamlab.errors import EngineError, InputError
 from jamlab.laws.pair_law import HELP
+from jamlab.packing.derived import per_packing
 from jamlab.packing.facts import law_of
 from jamlab.packing.packing import Packing
 
@@ -29,6 +29,8 @@ _HARMLESS = frozenset(
     "compute uncompute compute_modify run timestep reset_timestep log info neighbor neigh_modify velocity group "
     "min_style min_modify minimize".split()
 )
+
+_STRONGER = 4.0  # contact energy over that of a state that could not tell, from which on the next is looked at
 
 _agreed: set[Hashable] = set()
 
@@ -46,9 +48,47 @@ def key(carrier: str, packing: Packing, way: str = "") -> Hashable:
     return (carrier, way, packing.model, packing.units, type(packing.law), packing.law, *law_of(packing).items())
 
 
-def agreed(compared: Hashable) -> bool:
-    """Whether a carrier has been compared."""
-    return compared in _agreed
+class _Own(NamedTuple):
+    """What the analysis finds of a packing, and how far rounding may move it."""
+
+    forces: Array
+    energy: float
+    stress: Array
+    strongest: float  # force of a contact, or where there are flat walls of one with them
+    noise: float  # of a force
+    of_energy: float
+    of_stress: float
+
+
+@per_packing
+def _analysed(packing: Packing) -> _Own | None:
+    """By the energy terms; None where analysis does not say, as outlines cross or centres coincide."""
+    try:
+        terms = packing.kind.terms(packing, True)
+    except InputError:
+        return None
+    flat, of_shape = packing.frame.flat_sites, {term.name for term in packing.kind.shape_terms(packing)}
+    moved, reach = _DIGITS * float(np.abs(packing.box).sum() + np.ptp(packing.positions)), float(packing.box.sum())
+    steepest = max((float(np.abs(term.hessian).max(initial=0.0)) for term in terms), default=0.0)
+    pushes = sum(float(np.abs(term.gradient).sum()) for term in terms)
+    contacts = [term.gradient for term in terms if term.name not in of_shape]
+    if flat.any():
+        contacts = [term.gradient[flat[term.sites].any(axis=1)] for term in terms if term.name not in of_shape]
+    strongest = max((float(np.abs(each).max(initial=0.0)) for each in contacts), default=0.0)
+    noise, size = moved * steepest + _DIGITS * strongest, len(packing.positions)
+    sites = np.concatenate([term.sites.ravel() for term in terms])
+    slopes = np.concatenate([term.gradient.reshape(-1, 2) for term in terms])
+    own = np.column_stack([-np.bincount(sites, each, size) for each in slopes.T])
+    stress = -sum(np.tensordot(term.gradient, term.local, ((0, 1), (0, 1))) for term in terms) / packing.area
+    return _Own(
+        forces=packing.frame.hold(own),
+        energy=sum(float(term.energy.sum()) for term in terms),
+        stress=stress,
+        strongest=strongest,
+        noise=noise,
+        of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms) + moved * (pushes + noise * size),
+        of_stress=(SAME * pushes + noise * size) * reach / packing.area,
+    )
 
 
 def compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
@@ -62,67 +102,59 @@ def compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
     Raises:
         EngineError: the carrier evaluates another law.
     """
-    try:
-        terms = packing.kind.terms(packing, True)
-    except InputError:  # outlines cross, or centres coincide: analysis does not say
+    if (own := _analysed(packing)) is None:
         return False
-    size, moved = len(packing.positions), _DIGITS * float(np.abs(packing.box).sum() + np.ptp(packing.positions))
-    of_shape = {term.name for term in packing.kind.shape_terms(packing)}
-    own, energy, sizes, pushes = np.zeros((size, 2)), 0.0, 0.0, 0.0
-    stress, steepest, strongest = np.zeros((2, 2)), 0.0, 0.0
-    flat, on_flat = packing.frame.flat_sites, 0.0
-    for term in terms:
-        np.add.at(own, term.sites, -term.gradient)
-        energy, sizes = energy + float(term.energy.sum()), sizes + float(np.abs(term.energy).sum())
-        pushes += float(np.abs(term.gradient).sum())
-        stress -= np.einsum("kai,kal->il", term.gradient, term.local) / packing.area
-        steepest = max(steepest, float(np.abs(term.hessian).max(initial=0.0)))
-        if term.name not in of_shape:
-            strongest = max(strongest, float(np.abs(term.gradient).max(initial=0.0)))
-            on_flat = max(on_flat, float(np.abs(term.gradient[flat[term.sites].any(axis=1)]).max(initial=0.0)))
-    own = packing.frame.hold(own)
-    noise = moved * steepest + _DIGITS * strongest
-    largest = max(strongest, float(np.abs(own).max()))
-    wrong = float(np.abs(found.forces - own).max()) > SAME * largest + noise
+    allowed = SAME * max(own.strongest, float(np.abs(own.forces).max())) + own.noise
+    wrong = float(np.abs(found.forces - own.forces).max()) > allowed
     if found.energy is not None:
-        wrong |= abs(found.energy - energy) > SAME * sizes + moved * (pushes + moved * steepest * size)
+        wrong |= abs(found.energy - own.energy) > own.of_energy
     if found.stress is not None and packing.frame.all_free:
-        reach = float(np.abs(packing.box).sum())
-        wrong |= float(np.abs(found.stress - stress).max()) > (SAME * pushes + noise * size) * reach / packing.area
+        wrong |= float(np.abs(found.stress - own.stress).max()) > own.of_stress
     if wrong:
-        raise EngineError(_difference(compared, packing, found, Carried(own, energy, stress)))
-    if tells := min(strongest, on_flat if flat.any() else strongest) > _TELLS * noise:
+        raise EngineError(_difference(compared, packing, found, own))
+    # balanced forces alone are those of any law that is as large everywhere
+    tell = own.strongest if found.energy is not None else min(own.strongest, float(np.abs(own.forces).max()))
+    if tells := tell > _TELLS * own.noise:
         _agreed.add(compared)
     return tells
 
 
 class Comparison:
-    """The deck of a session, until a state has told that it agrees.
+    """A carrier in a session, until a state has told that it agrees.
 
     Args:
-        compared: `key` of the deck.
+        compared: `key` of the carrier.
     """
 
     def __init__(self, compared: Hashable) -> None:
         self._compared, self._seen, self._open = compared, 0, True
+        self._weak = 0.0  # contact energy of states that could not tell
 
     def end(self) -> None:
         """Compare no longer: LAMMPS has forces of the user's own."""
         self._open = False
 
-    def see(self, found: Evaluation, state: Callable[[], Packing]) -> None:
-        """Compare a state; one in which LAMMPS finds no contact, less and less often.
+    def see(self, contact_energy: float, carried: Callable[[], tuple[Packing, Carried] | None]) -> None:
+        """Compare a state, unless its contacts are hardly stronger than those that could not tell; one in which LAMMPS
+        finds no contact, less and less often.
+
+        Args:
+            contact_energy: of the state, by LAMMPS.
+            carried: gives the state and what the carrier evaluates of it; None where it cannot.
 
         Raises:
-            EngineError: the deck evaluates another law.
+            EngineError: the carrier evaluates another law.
         """
+        if self._open and self._compared in _agreed:
+            self._open = False
         if not self._open:
             return
         self._seen += 1
-        if agreed(self._compared):
-            self._open = False
-        elif (found.contact_energy or self._seen & (self._seen - 1) == 0) and np.isfinite(found.energy):
-            self._open = not compare(self._compared, state(), Carried(found.forces, found.energy, found.stress))
+        energy = abs(contact_energy)
+        wanted = energy > _STRONGER * self._weak if energy else self._seen & (self._seen - 1) == 0
+        if wanted and np.isfinite(energy) and (given := carried()) is not None:
+            self._open = not compare(self._compared, *given)
+            self._weak = max(self._weak, energy)
 
 
 def changes_forces(line: str) -> bool:
@@ -131,12 +163,12 @@ def changes_forces(line: str) -> bool:
     return bool(words) and words[0] not in _HARMLESS
 
 
-def _difference(compared: Hashable, packing: Packing, found: Carried, own: Carried) -> str:
+def _difference(compared: Hashable, packing: Packing, found: Carried, own: _Own) -> str:
     carrier, way = compared[:2]  # type: ignore[index]
     figures = [("largest force", np.hypot(*found.forces.T).max(), np.hypot(*own.forces.T).max())]
-    if found.energy is not None and own.energy is not None:
+    if found.energy is not None:
         figures.append(("energy", found.energy, own.energy))
-    if found.stress is not None and own.stress is not None:
+    if found.stress is not None:
         figures.append(("pressure", 0.5 * np.trace(found.stress), 0.5 * np.trace(own.stress)))
     if found.forces.size and np.isclose(figures[0][1], figures[0][2], rtol=1e-6):
         figures.append(("largest difference of forces", np.abs(found.forces - own.forces).max(), 0.0))

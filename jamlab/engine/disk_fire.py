@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.agreement import SAME, Carried, agreed, compare, key
+from jamlab.engine.agreement import SAME
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
@@ -104,16 +104,6 @@ def fire_forces(packing: Packing) -> Array | None:
         return None
     heavy = packing.disk_diameters / (_HEAVY * packing.disk_diameters.mean())
     return np.asarray((found[0].positions - packing.positions) * np.maximum(heavy, 1.0)[:, None])
-
-
-def compare_kernel(packing: Packing) -> None:
-    """Compare the kernel with the analysis, once a process and law.
-
-    Raises:
-        EngineError: the kernel evaluates another law.
-    """
-    if not agreed(compared := key("kernel", packing)) and (forces := fire_forces(packing)) is not None:
-        compare(compared, packing, Carried(forces))
 
 
 def kernel_has(packing: Packing, forces: Array) -> bool:

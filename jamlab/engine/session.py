@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -22,13 +21,14 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.engine.agreement import Comparison, changes_forces, key
+from jamlab.engine.agreement import Carried, Comparison, changes_forces, key
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.disk_fire import compare_kernel, fire_disks, kernel_has
+from jamlab.engine.disk_fire import fire_disks, fire_forces, kernel_has
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
+from jamlab.engine.lammps_words import plain_name, text
 from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
@@ -184,7 +184,7 @@ class Session(Hinted):
         self._run(line)
         if changes_forces(line):
             self._own_forces = True
-            self._comparison.end()
+            self._deck.end()
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
         with DecimalPoint():
@@ -197,7 +197,7 @@ class Session(Hinted):
         """Give LAMMPS variables for the parts of decks, numbers with all their digits; known names get new values."""
         for name, value in settings.items():
             self._run(f"variable {name} delete")
-            self._run(f'variable {name} index "{_text(value)}"')
+            self._run(f'variable {name} index "{text(value)}"')
 
     @checked
     def use_minimizer(self, style: str) -> None:
@@ -256,7 +256,6 @@ class Session(Hinted):
             found = fire_disks(self._state(), force, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
                 packing, taken, _ = found
-                compare_kernel(packing)
                 self._compiled_steps += taken
                 if box_strains is None:
                     self._packing = packing
@@ -271,7 +270,7 @@ class Session(Hinted):
         self.use_minimizer(style)
         self._run("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
-            self._run(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
+            self._run(f"minimize 0.0 {text(component)} {stretch} {10 * stretch}")
             if self._lmp.get_thermo("fmax") <= component:
                 break
         self._run("thermo 1")
@@ -294,7 +293,7 @@ class Session(Hinted):
         if self._stale:
             self._run("run 0 post no")
             self._stale = False
-        self._run(f"jamlab/descend {' '.join(map(_text, numbers))}")
+        self._run(f"jamlab/descend {' '.join(map(text, numbers))}")
         with DecimalPoint():
             self.last_descent = DescentCounts(*map(float, self._lmp.extract_variable("descent").split()))
         return self.last_descent
@@ -368,7 +367,7 @@ class Session(Hinted):
                     f"{packing.law}: more than {MOST_TYPES} sizes of {kind.particles}, but its pair style of LAMMPS "
                     "takes a size from its type; use fewer sizes"
                 )
-            settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
+            settings["own_sizes"] = f"sizes {section} power {text(packing.law.power_of_contact)}"
             settings["section"] = f"fix {section} NULL {section}"
         if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
             self._edge_limit = max(float(defaults(kind.name).get("longest_edge", 0.0)), _EDGE_ROOM * longest)
@@ -381,7 +380,7 @@ class Session(Hinted):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing, described=False)
-            with _plain_name(file) as name, _plain_name(kind.part) as part:
+            with plain_name(file) as name, plain_name(kind.part) as part:
                 self.set_variables(settings | {"data": name})
                 self._run(f"include {part}")
         if not packing.frame.all_free:
@@ -393,7 +392,8 @@ class Session(Hinted):
         self._run("thermo 1")  # so that energy and virial are summed at every step
         deck_way = "sizes by disk" if "own_sizes" in settings else "sizes by type"
         walls = "flat walls" if packing.flat_walls.any() else "" if packing.frame.all_free else "held particles"
-        self._comparison = Comparison(key("deck", packing, ", ".join(filter(None, [deck_way, walls]))))
+        self._deck = Comparison(key("deck", packing, ", ".join(filter(None, [deck_way, walls]))))
+        self._kernel, self._contact_energy = Comparison(key("kernel", packing)), 0.0  # at the last evaluation
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
 
@@ -402,7 +402,7 @@ class Session(Hinted):
         self._atoms.place(*wrap(self._packing))
 
     def _set_box(self, box: Array) -> None:
-        lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))
+        lx, xy, ly = (text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))
         self._run(f"change_box all x final 0.0 {lx} y final 0.0 {ly} xy final {xy}")
 
     # reading ----------------------------------------------------------------------------------------------------------
@@ -424,15 +424,20 @@ class Session(Hinted):
             pressure=compression(self._packing).pressure(stress),
             max_force=float(np.hypot(*forces.T).max()),
         )
-        self._comparison.see(found, self._state)
+        self._contact_energy = found.contact_energy
+        self._deck.see(found.contact_energy, lambda: (self._state(), Carried(found.forces, found.energy, found.stress)))
         return found
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""
         if self._own_forces:
             return kernel_has(self._state(), self.evaluate().forces)
-        compare_kernel(self._state())
+        self._kernel.see(self._contact_energy, self._kernel_says)
         return True
+
+    def _kernel_says(self) -> tuple[Packing, Carried] | None:
+        packing = self._state()
+        return None if (forces := fire_forces(packing)) is None else (packing, Carried(forces))
 
     def _forces_on_fixed(self) -> Array:
         """(len(positions), 2) forces that hold fixed particles, before they are set to 0."""
@@ -476,21 +481,6 @@ def _evaluation_by_terms(packing: Packing) -> Evaluation:
     found, total = forces(packing), stress(packing)
     largest = float(np.hypot(*found.T).max())
     return Evaluation(energy, of_contacts, found, total, compression(packing).pressure(total), largest)
-
-
-def _text(value: object) -> str:
-    # numpy scalars print as np.float64(...), which LAMMPS cannot read; 17 digits give the same double back
-    return f"{float(value):.17g}" if isinstance(value, float | np.floating) else str(value)
-
-
-@contextmanager
-def _plain_name(file: Path) -> Iterator[str]:
-    """Name a file by what LAMMPS takes for one word, whatever letters the folders of TMPDIR or of jamlab have."""
-    if str(file).isascii() and not set("\"'$&#\\ \t\n") & set(str(file)):
-        yield str(file)
-        return
-    with open(file, "rb") as opened:
-        yield f"/dev/fd/{opened.fileno()}"
 
 
 def _check_fits(packing: Packing) -> None:

@@ -254,7 +254,7 @@ def _decompressed(
 def _check_repulsive(packing: Packing) -> None:
     """Refuse droplets and disks that attract, whose pressure says nothing of how far they are from onset."""
     if packing.diameters is None or packing.law.range:
-        what = f"law {packing.law.name!r} attracts" if packing.law.range else f"model {packing.model}"
+        what = f"{packing.law}: they attract" if packing.law.range else f"model {packing.model}"
         remedy = "pack(n, pressure=...), pack(n, phi=...), or " if packing.law.range else ""
         raise InputError(
             f"{what}: decompress needs disks that only repel; use {remedy}compress(packing, to) with a lower rho or phi"
