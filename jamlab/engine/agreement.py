@@ -30,6 +30,7 @@ _HARMLESS = frozenset(
     "min_style min_modify minimize".split()
 )
 
+_NOTHING = 1e-22  # contact energy in natural units that is rounding
 _STRONGER = 4.0  # contact energy over that of a state that could not tell, from which on the next is looked at
 
 _agreed: set[Hashable] = set()
@@ -151,7 +152,10 @@ class Comparison:
             return
         self._seen += 1
         energy = abs(contact_energy)
-        wanted = energy > _STRONGER * self._weak if energy else self._seen & (self._seen - 1) == 0
+        if energy > _NOTHING:
+            wanted = energy > _STRONGER * self._weak
+        else:  # at the first, second, fourth ... state
+            wanted = self._seen & (self._seen - 1) == 0
         if wanted and np.isfinite(energy) and (given := carried()) is not None:
             self._open = not compare(self._compared, *given)
             self._weak = max(self._weak, energy)
