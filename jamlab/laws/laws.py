@@ -68,6 +68,8 @@ def _named(params: Mapping[str, Any]) -> str | None:
 @cache
 def _declared(name: str | None, units: str | None) -> Mapping[str, Parameter]:
     laws = [LAWS.get(each) for each in ([name] if name is not None else UNNAMED)]
+    if units is not None and units not in laws[0].strengths:
+        raise InputError(f"law {laws[0].name!r} has no units {units!r}: use {' or '.join(laws[0].strengths)}")
     found = {strength: each for strength, each in laws[0].strengths.items() if units in (None, strength)}
     if name is not None:
         found["law"] = Parameter(choices=(name,))

@@ -203,11 +203,11 @@ class PairLaw(ABC):
 
     def stiffness_at(self, pressure: float) -> float:
         """Typical stiffness of contacts at a pressure, over `stiffness` times the strength."""
-        return self._at(self.linear_in_phi(pressure))[2] / (self.stiffness * self.strength)
+        return self._at(self._overlap(lambda found: -found[1], pressure))[2] / (self.stiffness * self.strength)
 
     def force_at(self, energy: float) -> float:
         """Typical contact force at a contact energy per disk."""
-        return -self._at(self.root_energy(energy))[1]
+        return -self._at(self._overlap(lambda found: found[0], energy))[1]
 
     def beside_springs(self, energy: float) -> float:
         """Typical contact force over the force of springs, at a contact energy per disk in units of the stiffness."""

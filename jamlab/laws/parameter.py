@@ -67,8 +67,7 @@ def check_params(model: str, units: str, declared: Mapping[str, Parameter], para
     """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range."""
     whose = f"law {params['law']!r} of model {model}" if "law" in params else f"the force law of model {model}"
     if units not in declared:
-        known = ", ".join(name for name in UNITS if name in declared)
-        raise InputError(f"{whose} has no units {units!r}" + (f": use {known}" if known else ""))
+        raise InputError(f"{whose} has no units {units!r}")
     if unknown := params.keys() - declared.keys():
         raise InputError(
             f"params[{min(unknown)!r}]: {whose} in units {units} has no such parameter: use {', '.join(declared)}"
