@@ -151,7 +151,7 @@ FIELD = (
             {"Micrograph": "`labels`, the segmented picture"}),
     Concept("eccentricities roundness aspect_ratio solidity elongation orientation feret", "", "`jamlab.micrograph("
             "picture).labels`, of which skimage.measure.regionprops has it", {"Micrograph": "`labels`, of which "
-            "skimage.measure.regionprops has it", "Packing": "`outlines()`, of which it follows"}),
+            "skimage.measure.regionprops has it", "Packing": "`polygons.shapes()`, of which it follows"}),
     Concept("rattler_mask is_rattler", "rattlers"),
     Concept("boundary_mask edge_mask cut_mask border touching_border", "", "", {"Micrograph": "`cut`"}),
     Concept("threshold_value otsu_threshold level", "", "", {"Micrograph": "`contrast`"}),

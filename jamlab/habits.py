@@ -274,10 +274,11 @@ CONCEPTS = (
             {"Contacts": "`r`: the fabric is the mean of its directions", "Packing": "`jamlab.shape_factors({p})`, "
              "`jamlab.evaluate({p}).stress`, or `jamlab.contacts({p}).r` for the fabric"}),
     Concept("area areas cell_areas polygon_area particle_area", "areas area", "`jamlab.particle_areas({p})`",
-            {"Packing": "`polygon_areas`, or `jamlab.particle_areas({p})`",
+            {"Packing": "`polygons.areas`, or `jamlab.particle_areas({p})`",
              "FlowRun": "`jamlab.particle_areas(packing)`"}),
     Concept("perimeter perimeters", "perimeters perimeter", "`jamlab.shape_factors({p})`",
-            {"Micrograph": "`shape`, perimeter squared over 4 pi area"}),
+            {"Packing": "`polygons.perimeters`, or `jamlab.shape_factors({p})`",
+             "Micrograph": "`shape`, perimeter squared over 4 pi area"}),
     Concept("packing_fraction area_fraction phi density rho volume_fraction solid_fraction liquid_fraction "
             "packing_density",
             "phi rho packing_fraction to", "`jamlab.packing_fraction({p})`",
@@ -319,7 +320,7 @@ CONCEPTS = (
             "centres positions centroids centroid"),
     Concept("coords pos x wrap arrays", "positions"),
     Concept("polygons vertices contours boundaries outlines edges_of_particles", "outlines", "",
-            {"Packing": "`outlines()`", "pack": "`jamlab.jam(n, 'dp', vertices=16)`, of droplets"}),
+            {"Packing": "`polygons.shapes()`", "pack": "`jamlab.jam(n, 'dp', vertices=16)`, of droplets"}),
     Concept("N num num_particles n_particles natoms n_atoms particles number num_droplets droplet_count droplets "
             "n_droplets npart count "
             "num_contacts n nc",
@@ -461,7 +462,7 @@ CONCEPTS = (
             "subtract_background normalize invert clean dilate erode opening closing skeleton threshold", "", "",
             {"Micrograph": "`picture`, an array: change it before `jamlab.micrograph(picture)`",
              MODULE: "scikit-image for it, before `jamlab.micrograph(picture)`"}),
-    Concept("edges edge boundary", "outlines"),
+    Concept("edges edge boundary", "outlines", "", {"Packing": "`polygons.edges`"}),
     Concept("scale_bar scalebar", "pixel"),
     Concept("as_packing to_packing make_packing to_model", "packing"),
     Concept("droplet_forces forces_from_shape infer_forces forces_from_image contact_forces", "",

@@ -270,7 +270,7 @@ def _edges(packing: Packing) -> dict[str, float]:
         return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
     length = contact_lengths(packing).length
     mean = float(length.mean()) if len(length) else float("nan")
-    shortest = float(np.hypot(*packing.edges.T).min())
+    shortest = float(np.hypot(*packing.polygons.edges.T).min())
     return {"shortest_edge": shortest, "longest_edge": longest, "contact_length": mean}
 
 

@@ -71,7 +71,7 @@ def test_every_quantity_is_that_of_its_function(sweep):
         found = jamlab.measure(packing, MODULE.QUANTITIES)
         e, v, network = jamlab.evaluate(packing), jamlab.voids(packing), jamlab.contacts(packing)
         order, closed, droplets = jamlab.hexatic_order(packing), v.percolating == 0, packing.model == "dp"
-        edges = np.hypot(*packing.edges.T) if droplets else np.full(1, np.nan)
+        edges = np.hypot(*packing.polygons.edges.T) if droplets else np.full(1, np.nan)
         wanted = {
             "rho": jamlab.packing_fraction(packing),
             "phi": packing.phi,

@@ -342,7 +342,7 @@ class Session(Hinted):
 
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
-        return self_crossings(self.positions(), self._packing.polygon_offsets)
+        return self_crossings(self.positions(), self._packing.polygons.offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""

@@ -37,7 +37,7 @@ class EdgeRings:
 @per_packing
 def edge_rings(packing: Packing) -> EdgeRings:
     """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
-    x, low, high = packing.positions, packing.polygon_offsets[:-1], packing.polygon_offsets[1:]
+    x, low, high = packing.positions, packing.polygons.offsets[:-1], packing.polygons.offsets[1:]
     after = np.arange(1, len(x) + 1)
     after[high - 1] = low
     length = np.hypot(*(x[after] - x).T)

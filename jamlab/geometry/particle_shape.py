@@ -102,7 +102,7 @@ class ContactLengths(Result):
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
-        >>> bool(jamlab.contact_lengths(dense).length.mean() < dense.perimeters.mean() / 4)
+        >>> bool(jamlab.contact_lengths(dense).length.mean() < dense.polygons.perimeters.mean() / 4)
         True
     """
 

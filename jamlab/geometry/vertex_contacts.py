@@ -128,7 +128,7 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
 def _closest_of_edges(packing: Packing, found: VertexContacts) -> Indices:
     """(k,) row of the closest meeting of each pair of edges. A meeting belongs to both edges that end in its vertex."""
     refuse_crossings(packing)
-    before, image = np.argsort(packing.successor), _images(packing, found)
+    before, image = np.argsort(packing.polygons.successor), _images(packing, found)
     own = np.concatenate([found.vertex, before[found.vertex]])
     _, pair, _ = named_pairs(own, np.tile(found.tail, 2), np.tile(image, (2, 1)))
     order = np.lexsort([np.tile(found.tail, 2), np.tile(found.distance, 2), pair])
@@ -139,8 +139,8 @@ def _check_apart(packing: Packing) -> None:
     """Refuse outlines that cross farther than delta from every vertex, and polygons in the middle of others. The search
     for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds another and a
     strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski)."""
-    delta, areas = packing.params["delta"], packing.polygon_areas[~packing.flat_walls]
-    long_edges = bool(np.hypot(*packing.edges.T).max() > 2 * delta)
+    delta, areas = packing.params["delta"], packing.polygons.areas[~packing.flat_walls]
+    long_edges = bool(np.hypot(*packing.polygons.edges.T).max() > 2 * delta)
     if long_edges or areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2:
         refuse_crossings(packing, within=not long_edges)
 
@@ -150,7 +150,7 @@ def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
     there. `within`: look only at those that may lie in the middle of others."""
     import shapely
 
-    starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
+    starts, shapes = np.asarray(packing.offsets)[:-1], packing.polygons.shapes()
     low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
     middle, size = 0.5 * (low + high), high - low
     near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))

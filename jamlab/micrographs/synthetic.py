@@ -76,7 +76,7 @@ def synthetic_micrograph(
 def _scene(packing: Packing, pixels: int, film: float) -> tuple[Mask, Array, Array]:
     """At fine samples: whether a rim of a droplet or an image of it covers each, and how far the nearest two polygons
     are; inf where none is near."""
-    outlines, home = packing.outlines(), moves_home(packing.centroids, packing.box)
+    outlines, home = packing.polygons.shapes(), moves_home(packing.centroids, packing.box)
     size = packing.box[0, 0] / (FINER * pixels)
     shape = FINER * round(packing.box[1, 1] / (FINER * size)), FINER * pixels
     y, x = ((np.arange(count) + 0.5) * size for count in shape)

@@ -103,11 +103,11 @@ class Droplets(Model):
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
 
     def centroids(self, packing: Packing) -> Array:
-        first = packing.positions[packing.polygon_offsets[:-1]]
+        first = packing.positions[packing.polygons.offsets[:-1]]
         r = packing.positions - first[packing.particle]
-        s = r[packing.successor]
-        moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygon_offsets[:-1])
-        return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygon_areas)[:, None])
+        s = r[packing.polygons.successor]
+        moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygons.offsets[:-1])
+        return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygons.areas)[:, None])
 
     def law(self, packing: Packing) -> RimLaw:
         return RimLaw("eps", float(packing.params["eps"]), float(packing.params["delta"]))
@@ -171,7 +171,7 @@ class Droplets(Model):
         distance, t = found.distance, found.place
         if not np.all(distance > 0):
             raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
-        sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
+        sites = np.column_stack([found.vertex, found.tail, packing.polygons.successor[found.tail]])
         half = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
         return ContactJacobian(
             normal=found.separation / distance[:, None],
@@ -209,7 +209,7 @@ class Droplets(Model):
         return shared_areas(packing)
 
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
-        area, perimeter, w = packing.polygon_areas, packing.perimeters, 0.5 * packing.params["delta"]
+        area, perimeter, w = packing.polygons.areas, packing.polygons.perimeters, 0.5 * packing.params["delta"]
         if not rim:
             return area, perimeter
         area, perimeter = area + w * perimeter + np.pi * w**2, perimeter + 2 * np.pi * w  # Steiner, of convex polygons
@@ -220,7 +220,7 @@ class Droplets(Model):
         return area, perimeter
 
     def relative_areas(self, packing: Packing) -> Array:
-        return np.asarray(packing.polygon_areas / packing.params["a0"])
+        return np.asarray(packing.polygons.areas / packing.params["a0"])
 
     def boundary(self, packing: Packing) -> Boundary:
         return trace_polygons(packing)
@@ -234,7 +234,7 @@ class Droplets(Model):
 
         from jamlab.packing.packing_plot import QUARTER_ARC
 
-        shapes = packing.outlines()
+        shapes = packing.polygons.shapes()
         grown = shapely.buffer(shapes, 0.5 * packing.params["delta"], quad_segs=QUARTER_ARC)
         fills, edges = (
             [shapely.get_coordinates(shapely.get_exterior_ring(shape)) for shape in part] for part in (grown, shapes)
@@ -254,10 +254,10 @@ class Droplets(Model):
                 "contact form 'segment' has no minima, since its forces jump where edges are parallel: `evaluate` "
                 "takes it; give contact='outline' to all else"
             )
-        edges = packing.edges
+        edges = packing.polygons.edges
         if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
             raise EngineError(
-                f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
+                f"the edge between vertices {wrong[0]} and {packing.polygons.successor[wrong[0]]} is "
                 f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
                 "another image of its end: use a larger box, such as two copies of it, or more vertices per polygon"
             )
@@ -277,7 +277,7 @@ class Droplets(Model):
         return np.asarray(ring[packing.successor != i])  # a flat wall is one site
 
     def longest_edge(self, packing: Packing) -> float:
-        return float(np.hypot(*packing.edges.T).max())
+        return float(np.hypot(*packing.polygons.edges.T).max())
 
 
 DROPLETS = Droplets()  # as entry points name it
@@ -285,7 +285,7 @@ DROPLETS = Droplets()  # as entry points name it
 
 def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
     """Sample the polygons at the middle of equal parts of every edge."""
-    edges = packing.edges
+    edges = packing.polygons.edges
     parts = np.maximum(np.ceil(np.hypot(*edges.T) / spacing), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(edges)), parts)
     place = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts) + 0.5) / parts[edge]
@@ -294,7 +294,7 @@ def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
 
 def vertex_counts(packing: Packing) -> Indices:
     """(n,) vertices of each droplet."""
-    return np.diff(packing.polygon_offsets)
+    return np.diff(packing.polygons.offsets)
 
 
 # a free droplet -------------------------------------------------------------------------------------------------------
@@ -340,11 +340,11 @@ def regular_polygon(nv: int, area: float, angle: float = 0.0) -> Array:
 def _tension(packing: Packing) -> Terms:
     """gamma sqrt(l^2 + eta^2) for every edge, Boromand et al. eq 7, first term."""
     gamma, eta = packing.params["gamma"], packing.params["eta"]
-    edge = packing.edges
+    edge = packing.polygons.edges
     length = np.sqrt(np.einsum("ij,ij->i", edge, edge) + eta**2)
     inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
     unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
-    pairs = np.column_stack([np.arange(len(edge)), packing.successor])
+    pairs = np.column_stack([np.arange(len(edge)), packing.polygons.successor])
     bound = ~packing.frame.flat_sites
     unit, inverse, length = unit[bound], inverse[bound], length[bound]
     block = central_block(unit, np.zeros_like(inverse), inverse)
@@ -360,7 +360,7 @@ def _areas(packing: Packing) -> list[Terms]:
         sites = starts[members][:, None] + np.arange(nv)
         local = packing.positions[sites] - packing.positions[sites[:, :1]]
         after, before = np.roll(local, -1, axis=1), np.roll(local, 1, axis=1)
-        excess = packing.polygon_areas[members] - a0[members]
+        excess = packing.polygons.areas[members] - a0[members]
         slope = 0.5 * (after - before) @ _TURN.T  # da/dx
         curvature = np.zeros((nv, 2, nv, 2))  # d2a/dx dx, the same for all
         ring = np.arange(nv)
@@ -389,7 +389,7 @@ def _contacts(packing: Packing) -> list[Terms]:
     normal = separation / distance[:, None]
 
     ends = (place == 0.0) | (place == 1.0)
-    corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
+    corner = np.where(place == 1.0, packing.polygons.successor[tail], tail)[ends]
     n, flat = normal[ends], packing.frame.flat_sites[tail[ends]]
     block = central_block(n, stiffness[ends], np.where(flat, 0.0, slope[ends] / distance[ends]))  # as of disks
     pairs = np.column_stack([corner, vertex[ends]])
@@ -397,7 +397,7 @@ def _contacts(packing: Packing) -> list[Terms]:
 
     inner = ~ends
     n, t, d = normal[inner], place[inner], distance[inner]
-    edge = packing.edges[tail[inner]]
+    edge = packing.polygons.edges[tail[inner]]
     length = np.hypot(*edge.T)
     tangent = edge / length[:, None]
     c = np.column_stack([np.ones_like(t), t - 1.0, -t])
@@ -410,7 +410,7 @@ def _contacts(packing: Packing) -> list[Terms]:
     bend += (d / length)[:, None, None, None, None] * np.einsum("kai,kbj->kaibj", wn, wn)
     hessian = stiffness[inner, None, None, None, None] * np.einsum("kai,kbj->kaibj", cn, cn)
     hessian -= (slope[inner] / length)[:, None, None, None, None] * bend
-    sites = np.column_stack([vertex[inner], tail[inner], packing.successor[tail[inner]]])
+    sites = np.column_stack([vertex[inner], tail[inner], packing.polygons.successor[tail[inner]]])
     x_vertex = packing.positions[vertex[inner]]
     x_tail = packing.positions[tail[inner]] + shift[inner]
     local = np.stack([np.zeros_like(x_vertex), x_tail - x_vertex, x_tail + edge - x_vertex], axis=1)
@@ -424,7 +424,7 @@ def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
     edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
     from scipy import sparse
 
-    edges, head = packing.edges, packing.successor
+    edges, head = packing.polygons.edges, packing.polygons.successor
     tail, size = np.arange(len(head), dtype=np.int32), 2 * len(head) + 1
     square = np.einsum("ij,ij->i", edges, edges)
     around = square.copy()  # of both edges at a vertex

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
@@ -26,7 +25,7 @@ from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.frame import Frame, checked_fixed, frame_of
 from jamlab.packing.kinds import MODELS, UnitNames
 from jamlab.packing.magnitudes import check_box
-from jamlab.packing.outlines import outlines, polygon_areas
+from jamlab.packing.polygons import Polygons
 from jamlab.packing.quantities import MEASURED
 from jamlab.plotting.drawable import CELL, drawn
 
@@ -231,31 +230,9 @@ class Packing(Hinted):
         return np.asarray(self.kind.sizes(self) == 0)
 
     @property
-    @per_packing
-    def successor(self) -> Indices:
-        """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
-        offsets = self.polygon_offsets
-        following = np.arange(1, offsets[-1] + 1)
-        following[offsets[1:] - 1] = offsets[:-1]
-        return following
-
-    @property
-    @per_packing
-    def edges(self) -> Array:
-        """DP (n_vertices, 2): vector from each vertex to the next."""
-        return np.asarray(self.positions[self.successor] - self.positions)
-
-    @property
-    @per_packing
-    def polygon_areas(self) -> Array:
-        """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
-        return polygon_areas(self.positions, self.polygon_offsets)
-
-    @property
-    @per_packing
-    def perimeters(self) -> Array:
-        """DP (n,): perimeter of each polygon without its rim."""
-        return np.add.reduceat(np.hypot(*self.edges.T), self.polygon_offsets[:-1])
+    def polygons(self) -> Polygons:
+        """DP: what is of polygons alone, such as `areas`, `perimeters` and `edges`, without rims; disks have none."""
+        return Polygons(self)
 
     @property
     @per_packing
@@ -276,10 +253,6 @@ class Packing(Hinted):
         """What files keep of `KNOWN`: the values that are not those of a packing that nobody minimised."""
         known = {name: value for name, usual in KNOWN.items() if (value := getattr(self, name)) is not usual}
         return {name: value for name, value in known.items() if name == "fixed" or value != KNOWN[name]}
-
-    def outlines(self) -> NDArray[np.object_]:
-        """DP (n,): the polygons without rim as shapely geometries."""
-        return outlines(self.positions, self.polygon_offsets)
 
     @checked
     def with_state(self, *, provenance: Mapping[str, Any] | None = None, **changes: Any) -> Packing:
@@ -365,10 +338,3 @@ class Packing(Hinted):
         if self.diameters is None:
             raise InputError("a packing of droplets (model dp) has no diameters: use one of disks")
         return self.diameters
-
-    @property
-    def polygon_offsets(self) -> Indices:
-        """DP (n + 1,): offsets, for what is of polygons alone."""
-        if self.offsets is None:
-            raise InputError("a packing of disks (model sp) has no polygons: use one of droplets")
-        return self.offsets

@@ -92,7 +92,7 @@ def mode_character(packing: Packing, damping: DragLaw | None = None) -> ModeChar
         >>> slow < 0.2 < 0.6 < fast  # shapes relax fast
         True
     """
-    damping, _ = damping or ContactDamping(), packing.polygon_offsets  # disks only translate and rotate
+    damping, _ = damping or ContactDamping(), packing.polygons.offsets  # disks only translate and rotate
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, damping)
@@ -120,8 +120,8 @@ def _displacements(packing: Packing, motion: EquationOfMotion, vectors: Array) -
 
 def _mean_over_vertices(packing: Packing, values: Array) -> Array:
     """(n, ...) mean of (sites, ...) over the vertices of each droplet."""
-    count = np.diff(packing.polygon_offsets).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray(np.add.reduceat(values, packing.polygon_offsets[:-1], axis=0) / count)
+    count = np.diff(packing.polygons.offsets).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.add.reduceat(values, packing.polygons.offsets[:-1], axis=0) / count)
 
 
 def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Array]:
@@ -135,9 +135,9 @@ def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Arra
     rest = u - centre[of]
     turning = _mean_over_vertices(packing, np.einsum("ia,iam->im", turned, rest)) / inertia[:, None]
     rest = rest - turned[:, :, None] * turning[of][:, None, :]
-    before = np.empty_like(packing.successor)
-    before[packing.successor] = np.arange(len(before))
-    tangent = packing.positions[packing.successor] - packing.positions[before]
+    before = np.empty_like(packing.polygons.successor)
+    before[packing.polygons.successor] = np.arange(len(before))
+    tangent = packing.positions[packing.polygons.successor] - packing.positions[before]
     tangent /= np.hypot(*tangent.T)[:, None]
     along = np.einsum("ia,iam->im", tangent, rest)
     squares = (

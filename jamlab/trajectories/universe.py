@@ -113,12 +113,12 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     columns = first.kind.dump_columns(first)
     made.add_TopologyAttr("radii", columns["radius"][first.particle])
     if "a0" in columns:
-        bonds = np.column_stack([np.arange(len(first.positions)), first.successor])
+        bonds = np.column_stack([np.arange(len(first.positions)), first.polygons.successor])
         made.add_TopologyAttr("bonds", bonds[bonds[:, 0] != bonds[:, 1]])  # flat walls have none
         made.add_TopologyAttr(RestAreas(columns["a0"]))
-        if any(shortest_images((1 + _AT_HALF) * p.edges, p.box).any() for p in frames):
+        if any(shortest_images((1 + _AT_HALF) * p.polygons.edges, p.box).any() for p in frames):
             each = np.empty(first.n, dtype=object)
-            each[:] = list(zip(*(p.perimeters.tolist() for p in frames), strict=True))
+            each[:] = list(zip(*(p.polygons.perimeters.tolist() for p in frames), strict=True))
             made.add_TopologyAttr(Perimeters(each))
     positions = np.zeros((len(frames), len(first.positions), 3), dtype=np.float32)
     positions[:, :, :2] = [packing.positions for packing in frames]

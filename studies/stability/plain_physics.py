@@ -156,7 +156,7 @@ class _Feet:
 
 def droplet_contacts(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
     """Energy and forces of contacts between droplets, also with their own images."""
-    offsets, count, owner, after = packing.offsets, packing.n, packing.particle, packing.successor
+    offsets, count, owner, after = packing.offsets, packing.n, packing.particle, packing.polygons.successor
     assert offsets is not None
     forces = np.zeros_like(positions)
     energy: Any = 0.0
@@ -233,7 +233,7 @@ def _push(packing: Packing, here: _Feet, v: Array, e: Array, forces: Array) -> A
     force = (eps / delta * (1 - distance / delta) / distance)[:, None] * here.r[v, e]
     np.add.at(forces, v, force)
     np.subtract.at(forces, e, (1 - t) * force)
-    np.subtract.at(forces, packing.successor[e], t * force)
+    np.subtract.at(forces, packing.polygons.successor[e], t * force)
     return 0.5 * eps * np.sum((1 - distance / delta) ** 2)
 
 
@@ -243,7 +243,7 @@ def _nearest_of_four(packing: Packing, both: tuple[_Feet, _Feet], pair: tuple[in
     here, back = both
     one, two = (np.arange(packing.offsets[m], packing.offsets[m + 1]) for m in pair)
     e, f = (grid.ravel() for grid in np.meshgrid(one, two, indexing="ij"))
-    after = packing.successor
+    after = packing.polygons.successor
     ends = [(here, e, f), (here, after[e], f), (back, f, e), (back, after[f], e)]
     least = np.argmin([feet.distance[v, edge].real for feet, v, edge in ends], axis=0)
     energy: Any = 0.0

@@ -107,8 +107,8 @@ def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
         assert np.abs(forces - e.forces).max() < 1e-10 * e.max_force, name
         if p.model == "dp":
             areas, perimeters = columns(tmp_path / f"{name}.shape", 4).T
-            assert areas == pytest.approx(p.polygon_areas, rel=1e-12), name
-            assert perimeters == pytest.approx(p.perimeters, rel=1e-12), name
+            assert areas == pytest.approx(p.polygons.areas, rel=1e-12), name
+            assert perimeters == pytest.approx(p.polygons.perimeters, rel=1e-12), name
 
 
 GROW = """

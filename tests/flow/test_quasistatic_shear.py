@@ -24,7 +24,7 @@ def meetings(packing):
     if packing.model == "sp":
         return set(map(tuple, jamlab.contacts(packing).pairs))
     found = vertex_contacts(packing)
-    corner = np.where(found.place == 1, packing.successor[found.tail], found.tail)
+    corner = np.where(found.place == 1, packing.polygons.successor[found.tail], found.tail)
     inside = (found.place > 0) & (found.place < 1)
     return set(zip(found.vertex, np.where(inside, found.tail, -1 - corner), strict=True))
 

@@ -55,7 +55,7 @@ def test_vectors_lead_to_the_image_that_is_touched(make, random_disks, random_po
         for a, b, r in zip(i, j, network.r, strict=True):
             x, y = (packing.positions[packing.particle == m] - packing.centroids[m] for m in (a, b))
             apart = np.hypot(*(y[None] + r - x[:, None]).transpose(2, 0, 1)).min()
-            assert apart < packing.params["delta"] + np.hypot(*packing.edges.T).max()
+            assert apart < packing.params["delta"] + np.hypot(*packing.polygons.edges.T).max()
 
 
 def test_rattlers_are_pruned_one_after_the_other():
@@ -129,7 +129,7 @@ def test_forces_on_a_particle_add_up_to_the_gradient_of_its_contact_energy(packi
 @given(polygons())
 def test_gap_of_droplets_is_the_distance_of_their_outlines_less_delta(packing):
     network = contacts(packing)
-    outlines, (i, j) = packing.outlines(), network.pairs.T
+    outlines, (i, j) = packing.polygons.shapes(), network.pairs.T
     images = [
         shapely.transform(outlines[k], lambda x, s=s: x + s @ packing.box)
         for k, s in zip(j, network.shift, strict=True)

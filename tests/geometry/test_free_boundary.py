@@ -21,7 +21,7 @@ def distances(packing, points):
     up = int(np.ceil(reach[1] / packing.box[1, 1]))
     across = int(np.ceil((reach[0] + up * abs(packing.box[1, 0])) / packing.box[0, 0]))
     moves = np.array([(a, b) for a in range(-across, across + 1) for b in range(-up, up + 1)]) @ packing.box
-    outlines = packing.outlines()
+    outlines = packing.polygons.shapes()
     tree = shapely.STRtree(np.concatenate([shapely.transform(outlines, lambda x, m=m: x + m) for m in moves]))
     return tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)[1]
 

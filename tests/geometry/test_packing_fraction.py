@@ -61,7 +61,7 @@ def test_compressed_packing_has_the_values_of_boromand_figure_1(sp_jammed):
 
 def test_separate_droplets_count_their_rims_and_nominally_those_of_free_ones():
     packing = polygons([[0.0, 0.0], [2.0, 2.0]])
-    covered = packing.polygon_areas + 0.1 * packing.perimeters + 0.01 * np.pi
+    covered = packing.polygons.areas + 0.1 * packing.polygons.perimeters + 0.01 * np.pi
     np.testing.assert_allclose(packing_fraction(packing), covered.sum() / 16, rtol=1e-13)
     expected = free_area(np.array([12, 12]), packing.params).sum() / 16
     np.testing.assert_allclose(packing_fraction(packing, "nominal"), expected, rtol=1e-13)

@@ -47,7 +47,7 @@ def test_regular_polygon(nv, factor):
 
 def test_rim_rounds_the_shape():
     packing = droplets([regular_polygon(4, 1.0), regular_polygon(12, 1.3) + 5], 0.2)
-    a, p = packing.polygon_areas, packing.perimeters
+    a, p = packing.polygons.areas, packing.polygons.perimeters
     area = a + 0.1 * p + 0.01 * np.pi
     np.testing.assert_allclose(particle_areas(packing), area, rtol=1e-13)
     factor = (p + 0.2 * np.pi) ** 2 / (4 * np.pi * area)

@@ -146,7 +146,7 @@ def test_set_voronoi_cells_follow_outlines_not_centres():
     for spacing, error in ((0.1, 2e-3), (0.02, 1e-4)):
         cells = tessellation(packing, spacing)
         np.testing.assert_allclose(cells.area, [1.2 * 1.2, 3.2 * 1.2], rtol=error)
-    covered = packing.polygon_areas + 0.05 * packing.perimeters + np.pi * 0.0025
+    covered = packing.polygons.areas + 0.05 * packing.polygons.perimeters + np.pi * 0.0025
     np.testing.assert_allclose(local_packing_fraction(packing), covered / cells.area, rtol=2e-3)
 
 

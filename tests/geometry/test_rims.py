@@ -38,7 +38,7 @@ WAYS = pytest.mark.parametrize("measure", [by_rims, by_voids])
 @pytest.mark.parametrize("w", [1e-6, 0.05, 0.5, 4.0])
 def test_convex_outlines_obey_steiner(measure, ring, w):
     packing = polygons([ring + 8], 2 * w)
-    a, p = packing.polygon_areas[0], packing.perimeters[0]
+    a, p = packing.polygons.areas[0], packing.polygons.perimeters[0]
     np.testing.assert_allclose(measure(packing), [a + p * w + np.pi * w**2, p + 2 * np.pi * w], rtol=1e-11)
 
 

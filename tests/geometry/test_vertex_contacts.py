@@ -24,12 +24,12 @@ def images_within(packing):
 
 def loop(packing):
     """(vertex, tail, image of the edge) -> distance of all that are nearer than delta."""
-    x, after, particle = packing.positions, packing.successor, packing.particle
+    x, after, particle = packing.positions, packing.polygons.successor, packing.particle
     found = {}
     for image in images_within(packing):
         tail = x + np.array(image) @ packing.box
         for v in range(len(x)):
-            r, e = x[v] - tail, packing.edges
+            r, e = x[v] - tail, packing.polygons.edges
             t = np.clip(np.divide(np.sum(r * e, 1), np.sum(e * e, 1), out=np.zeros(len(x)), where=e.any(1)), 0, 1)
             distance = np.hypot(*(r - t[:, None] * e).T)
             near = (distance < packing.params["delta"]) & ((particle != particle[v]) | any(image))
@@ -77,7 +77,7 @@ def test_meetings_are_those_of_a_loop(packing):
         keys = list(zip(found.vertex.tolist(), other.tolist(), *image.T.tolist(), strict=True))
         assert keys == sorted(wanted)
         np.testing.assert_allclose(found.distance, [wanted[key] for key in keys], atol=1e-14)
-    onto = packing.positions[found.tail] + found.shift + found.place[:, None] * packing.edges[found.tail]
+    onto = packing.positions[found.tail] + found.shift + found.place[:, None] * packing.polygons.edges[found.tail]
     np.testing.assert_allclose(packing.positions[found.vertex] - onto, found.separation, atol=1e-13)
 
 

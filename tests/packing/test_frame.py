@@ -190,7 +190,7 @@ def test_rims_of_droplets_lie_before_flat_walls():
         walls=True,
     )
     assert np.allclose(flat.frame.planes, (0.55, 5.45)) and len(flat.frame.images.offsets) == 9
-    assert np.allclose(flat.frame.images.polygon_areas, 0.25)  # counter-clockwise, images as well
+    assert np.allclose(flat.frame.images.polygons.areas, 0.25)  # counter-clockwise, images as well
 
 
 BAD = {

@@ -192,8 +192,9 @@ def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
 
 @pytest.mark.parametrize("name", ["a.txt", "a.png"])
 def test_packings_do_not_go_into_a_file_of_another_kind(tmp_path, name):
-    with pytest.raises(InputError):
-        write(tmp_path / name, [disks()])
+    for packings in (disks(), [disks()]):
+        with pytest.raises(InputError):
+            write(tmp_path / name, packings)
     assert not list(tmp_path.iterdir())
 
 

@@ -74,7 +74,7 @@ def test_lammps_holds_what_was_written(tmp_path, lmp, make, tilt):
             assert (state["molecule"] == packing.particle + 1).all()
             assert (state["d_a0"] == packing.params["a0"][packing.particle]).all()
             bonds = {(kind, *sorted(pair)) for kind, *pair in state["bonds"].tolist()}
-            assert bonds == {(1, *sorted((i + 1, j + 1))) for i, j in enumerate(packing.successor.tolist())}
+            assert bonds == {(1, *sorted((i + 1, j + 1))) for i, j in enumerate(packing.polygons.successor.tolist())}
 
 
 def test_lammps_holds_every_bit_where_its_own_arithmetic_is_exact(tmp_path, lmp):

@@ -86,10 +86,10 @@ def test_edges_of_zero_length_are_accepted():
     """Edges shrink to nothing at Plateau borders: exactly, or to rounding size that makes a tiny loop."""
     square = np.insert(SQUARE, 2, SQUARE[1], axis=0)
     p = polygons(square, L_SHAPE)
-    assert p.polygon_areas[0] == pytest.approx(4.0)
-    assert np.hypot(*p.edges.T)[1] == 0
+    assert p.polygons.areas[0] == pytest.approx(4.0)
+    assert np.hypot(*p.polygons.edges.T)[1] == 0
     nearly = np.insert(SQUARE, [2, 2], [[2.0 + 1e-15, 1e-15], [2.0, -1e-15]], axis=0)
-    assert polygons(nearly, L_SHAPE).polygon_areas[0] == pytest.approx(4.0)
+    assert polygons(nearly, L_SHAPE).polygons.areas[0] == pytest.approx(4.0)
 
 
 def test_phi_of_one_disk():
@@ -115,8 +115,8 @@ def test_areas_perimeters_and_centroids_of_known_polygons():
     """A square, an L and a regular heptagon, away from the origin."""
     heptagon = regular_polygon(7, 2.5, 0.3) + np.array([50.0, -20.0])
     p = polygons(SQUARE + 100.0, L_SHAPE, heptagon)
-    assert p.polygon_areas == pytest.approx([4.0, 4.0, 2.5], rel=1e-13)
-    assert p.perimeters == pytest.approx([8.0, 10.0, np.sqrt(4 * 7 * np.tan(np.pi / 7) * 2.5)], rel=1e-13)
+    assert p.polygons.areas == pytest.approx([4.0, 4.0, 2.5], rel=1e-13)
+    assert p.polygons.perimeters == pytest.approx([8.0, 10.0, np.sqrt(4 * 7 * np.tan(np.pi / 7) * 2.5)], rel=1e-13)
     l_centre = [(2 * 1.0 + 2 * 0.5) / 4 + 3, (2 * 0.5 + 2 * 2.0) / 4 + 2]
     assert p.centroids == pytest.approx(np.array([[101.0, 101.0], l_centre, [50.0, -20.0]]), rel=1e-13)
 
@@ -125,9 +125,9 @@ def test_particle_and_successor_close_every_outline():
     """Edges of one polygon sum to zero."""
     p = polygons()
     assert p.particle.tolist() == [0] * 4 + [1] * 6
-    assert p.successor.tolist() == [1, 2, 3, 0, 5, 6, 7, 8, 9, 4]
-    assert np.abs(np.add.reduceat(p.edges, [0, 4])).max() == 0
-    assert p.edges[3].tolist() == [0.0, -2.0]
+    assert p.polygons.successor.tolist() == [1, 2, 3, 0, 5, 6, 7, 8, 9, 4]
+    assert np.abs(np.add.reduceat(p.polygons.edges, [0, 4])).max() == 0
+    assert p.polygons.edges[3].tolist() == [0.0, -2.0]
     assert disks().particle.tolist() == [0, 1]
     assert disks().centroids is not None and np.array_equal(disks().centroids, disks().positions)
 
@@ -220,7 +220,7 @@ def test_compressed_there_and_back(packing, factor):
     if packing.model == "sp":
         assert np.array_equal(there.diameters, packing.diameters)
     else:
-        np.testing.assert_allclose(there.polygon_areas, packing.polygon_areas, rtol=1e-11)
+        np.testing.assert_allclose(there.polygons.areas, packing.polygons.areas, rtol=1e-11)
 
 
 @given(random_packings.packings(), st.floats(0, np.pi), st.floats(-0.5, 0.5))

@@ -36,7 +36,7 @@ def test_inscribed_polygons_lie_inside_their_disks_and_touch_at_most(disks):
     reach = np.hypot(*(p.positions - (scale * disks.positions)[p.particle]).T)
     assert (reach <= (0.5 * scale * disks.diameters)[p.particle] - 0.5 * p.params["delta"] + 1e-12).all()
     assert (vertex_contacts(p).distance >= p.params["delta"] * (1 - 1e-9)).all()
-    assert (p.polygon_areas > 0).all()
+    assert (p.polygons.areas > 0).all()
 
 
 def test_handover_is_continuous(disks, droplets):

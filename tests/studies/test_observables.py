@@ -67,7 +67,7 @@ def test_what_two_droplets_share_is_the_area_common_to_their_outlines():
     shared = first.intersection(second).area / 16
     assert shared > 1e-4 and shared_fraction(packing) == pytest.approx(shared, rel=1e-4)
     stretched = packing.with_state(positions=packing.positions * [1.1, 1 / 1.1])
-    own = packing.polygon_areas.sum() + 0.1 * stretched.perimeters.sum() + 2 * 0.01 * np.pi
+    own = packing.polygons.areas.sum() + 0.1 * stretched.polygons.perimeters.sum() + 2 * 0.01 * np.pi
     assert shared_fraction(stretched) == pytest.approx(own / 16 - packing_fraction(stretched), abs=1e-12)
     assert shared_fraction(stretched) > stretched.phi - packing_fraction(stretched)
 

@@ -9,7 +9,7 @@ from jamlab.geometry.vertex_contacts import vertex_contacts
 def outline_rotation(packing: jamlab.Packing, opening: np.ndarray) -> np.ndarray:
     """Angular velocity of the outline at each vertex, from relative velocities (n, 2) of the ends of edges: the least
     squares fit of a rotation to its two edges."""
-    edge, head = packing.edges, packing.successor
+    edge, head = packing.polygons.edges, packing.polygons.successor
     around = np.einsum("ij,ij->i", edge, edge)
     turn = edge[:, 0] * opening[:, 1] - edge[:, 1] * opening[:, 0]
     return (turn + turn[np.argsort(head)]) / (around + around[np.argsort(head)])
@@ -18,7 +18,7 @@ def outline_rotation(packing: jamlab.Packing, opening: np.ndarray) -> np.ndarray
 def drag_rates(packing: jamlab.Packing, u: np.ndarray, gradient: np.ndarray, beta: float) -> np.ndarray:
     """(2m,) approach and slip of every contact, times the root of their drag with tau_1 = 1, from velocities (n, 2)
     beside an affine flow."""
-    edge, head = packing.edges, packing.successor
+    edge, head = packing.polygons.edges, packing.polygons.successor
     found = vertex_contacts(packing)
     distance, t, apart = found.distance, found.place, found.separation
     normal = apart / distance[:, None]

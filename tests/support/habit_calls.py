@@ -25,9 +25,9 @@ NAMES = {
     "packing_fraction:ok voids:ok deformation:shape_factors anisotropy:shape_factors|elastic_tensor "
     "shape_factor:shape_factors circularity:shape_factors stress_from_image:micrograph|evaluate "
     "force_inference:contacts|micrograph|evaluate drift:- strain_field:-",
-    ("P1", "p"): "radii:diameters centers:positions|centroids shape:shape_factors areas:polygon_areas|particle_areas "
+    ("P1", "p"): "radii:diameters centers:positions|centroids shape:shape_factors areas:polygons|particle_areas "
     "neighbors:tessellation forces:evaluate|contacts contacts:contacts num_particles:n perimeter:perimeters "
-    "polygons:outlines vertices:positions|outlines coordination:contacts",
+    "polygons:ok vertices:positions|polygons coordination:contacts",
     # P3: rheology of soft solids
     ("P3", "jamlab"): "storage_modulus:complex_modulus loss_modulus:complex_modulus dynamic_modulus:complex_modulus "
     "relaxation_modulus:relax_stress stress_relaxation:relax_stress yield_stress:flow_curve "

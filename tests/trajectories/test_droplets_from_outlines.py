@@ -70,13 +70,13 @@ def test_a_droplet_that_nothing_touches_has_the_given_area(law):
         balance = p.params["gamma"] * np.sqrt(c / a) + p.params["ka"] * (a - p.params["a0"])
         np.testing.assert_allclose(balance, 0.0, atol=1e-10 * p.params["ka"])
     plain = jamlab.droplets_from_outlines(outlines, [20, 20], **law)  # whose free areas are those of the outlines
-    np.testing.assert_allclose(free_polygon_area(np.full(3, 4), plain.params), plain.polygon_areas, rtol=1e-11)
+    np.testing.assert_allclose(free_polygon_area(np.full(3, 4), plain.params), plain.polygons.areas, rtol=1e-11)
 
 
 def test_relaxed_it_has_it_too():
     p = jamlab.relax(jamlab.droplets_from_outlines([SQUARE * [3.0, 1.0]], [20, 20], vertices=20))
-    assert p.polygon_areas[0] * (20 / p.box[0, 0]) ** 2 == pytest.approx(12.0, rel=1e-9)
-    assert np.ptp(np.hypot(*p.edges.T)) < 1e-7
+    assert p.polygons.areas[0] * (20 / p.box[0, 0]) ** 2 == pytest.approx(12.0, rel=1e-9)
+    assert np.ptp(np.hypot(*p.polygons.edges.T)) < 1e-7
 
 
 def test_edges_become_equally_long_and_keep_the_area():
@@ -160,7 +160,7 @@ def test_the_shell_reads_tables_and_geojson(dense, tmp_path):
     cut = np.mod(dense.positions @ np.linalg.inv(dense.box), 1.0) @ dense.box
     table = pd.DataFrame(cut, columns=["X", "Y"]).assign(rest_area=dense.params["a0"][dense.particle])
     table.assign(Cell=[f"c{m}" for m in dense.particle]).to_csv(tmp_path / "d.csv", index=False)
-    geometries = [json.loads(shapely.to_geojson(shape)) for shape in dense.outlines()]
+    geometries = [json.loads(shapely.to_geojson(shape)) for shape in dense.polygons.shapes()]
     shapes = [{"type": "Feature", "properties": {}, "geometry": each} for each in geometries]
     (tmp_path / "d.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": shapes}))
     done = call(tmp_path, "droplets", "d.csv", "--box", box, "--wrapped", "--out", "d.h5")
@@ -172,8 +172,8 @@ def test_the_shell_reads_tables_and_geojson(dense, tmp_path):
     assert again.exit_code == 0, again.stderr
     other = jamlab.read(tmp_path / "g.h5")
     assert np.diff(other.offsets).tolist() == [14] * 8 and other.params["gamma"] == 0.1
-    share = dense.polygon_areas.sum() / dense.area
-    assert other.polygon_areas.sum() / other.area == pytest.approx(share, rel=1e-9)
+    share = dense.polygons.areas.sum() / dense.area
+    assert other.polygons.areas.sum() / other.area == pytest.approx(share, rel=1e-9)
 
 
 @pytest.mark.parametrize(

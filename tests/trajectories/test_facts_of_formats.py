@@ -235,13 +235,13 @@ def test_droplets_that_mdanalysis_wrapped_become_whole_again():
         for _ in u.trajectory:
             u.atoms.wrap()
         for got in jamlab.from_universe(u):
-            np.testing.assert_allclose(got.edges, packing.edges, atol=1e-5)
-            np.testing.assert_allclose(got.polygon_areas, packing.polygon_areas, atol=1e-5)
+            np.testing.assert_allclose(got.polygons.edges, packing.polygons.edges, atol=1e-5)
+            np.testing.assert_allclose(got.polygons.areas, packing.polygons.areas, atol=1e-5)
 
 
 def test_wrapped_droplets_with_edges_longer_than_half_the_box_are_refused_by_name():
     whole = squares(3.2, (0.2, 0.2), 6.0).select(np.array([True, False]))
-    assert jamlab.from_universe(jamlab.universe(whole))[0].polygon_areas == pytest.approx(3.2**2, rel=1e-5)
+    assert jamlab.from_universe(jamlab.universe(whole))[0].polygons.areas == pytest.approx(3.2**2, rel=1e-5)
     u = jamlab.universe(whole.with_state(positions=whole.positions + np.array([4.0, 0.0])))
     u.atoms.wrap()
     with pytest.raises(jamlab.InputError, match="longer than half the box"):

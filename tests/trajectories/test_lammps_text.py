@@ -177,7 +177,7 @@ def test_wrapped_droplets_become_whole(tmp_path, tilt):
     (tmp_path / "p.dump").write_text(text.format(**fields))
     read = jamlab.read(tmp_path / "p.dump", params=packing.params)
     assert read.difference(packing) is None
-    np.testing.assert_allclose(read.edges, packing.edges, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(read.polygons.edges, packing.polygons.edges, rtol=0, atol=1e-14)
     apart = (read.positions - packing.positions) @ np.linalg.inv(box)
     np.testing.assert_allclose(apart, np.rint(apart), rtol=0, atol=1e-13)
     with pytest.raises(InputError):
@@ -221,4 +221,4 @@ def test_bonds_that_close_no_ring_are_refused(tmp_path):
         jamlab.read(path, params={"a0": 0.1})
     path.write_text(path.read_text() + "3 1 3 1\n")
     read = jamlab.read(path, params={"a0": 0.1})
-    assert read.n == 1 and read.polygon_areas[0] > 0
+    assert read.n == 1 and read.polygons.areas[0] > 0

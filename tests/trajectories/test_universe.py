@@ -57,7 +57,7 @@ def test_what_a_universe_says(make, tilt):
     else:
         assert (u.atoms.radii == packing.params["delta"] / 2).all()
         bonds = {tuple(sorted(pair)) for pair in u.bonds.indices.tolist()}
-        assert bonds == {tuple(sorted(pair)) for pair in enumerate(packing.successor.tolist())}
+        assert bonds == {tuple(sorted(pair)) for pair in enumerate(packing.polygons.successor.tolist())}
         assert (u.residues.rest_areas == packing.params["a0"]).all()
     again = pickle.loads(pickle.dumps(u))
     assert_same(jamlab.from_universe(again)[1], packing, FLOAT32)
@@ -174,7 +174,7 @@ def write_gsd(path, packings):
                 frame.particles.diameter = packing.diameters
             else:
                 frame.bonds.N, frame.bonds.types, frame.bonds.typeid = count, ["edge"], [0] * count
-                frame.bonds.group = np.column_stack([np.arange(count), packing.successor])
+                frame.bonds.group = np.column_stack([np.arange(count), packing.polygons.successor])
             (lx, _), (xy, ly) = packing.box
             frame.configuration.box, frame.configuration.dimensions = [lx, ly, 1, xy / ly, 0, 0], 2
             file.append(frame)
@@ -193,7 +193,7 @@ def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
         if make is disks:
             np.testing.assert_allclose(back.diameters, packing.diameters, rtol=1e-7)
         else:
-            np.testing.assert_allclose(back.edges, packing.edges, atol=2e-6)
+            np.testing.assert_allclose(back.polygons.edges, packing.polygons.edges, atol=2e-6)
     assert jamlab.read(tmp_path / "p.gsd", 1, params=params).box.tolist() == read[1].box.tolist()
     with pytest.raises(StorageError):
         jamlab.read(tmp_path / "p.gsd", 4, params=params)

@@ -109,7 +109,7 @@ def test_whole_droplets_of_data_files_with_images_keep_their_long_edges(tmp_path
     each = [(k + 1, 1, 1, *map(word, x), 0, 0, 0, 0) for k, x in enumerate(ring)]
     bonds = "\nBonds\n\n1 1 1 2\n2 1 2 3\n3 1 3 4\n4 1 4 1\n"
     p = jamlab.read(data(tmp_path / "p.data", each, "Atoms # molecular", bonds, 1), params={"a0": 3.8})
-    assert p.polygon_areas == pytest.approx(3.8, rel=1e-14)
+    assert p.polygons.areas == pytest.approx(3.8, rel=1e-14)
     same_bonds = jamlab.read(tmp_path / "p.data", model="sp", radii=0.3)  # bonded disks
     assert (same_bonds.model, same_bonds.n) == ("sp", 4)
 
