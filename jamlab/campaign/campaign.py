@@ -203,9 +203,9 @@ class Campaign(Hinted):
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "flow" or
-                "oscillation"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has the
-                columns of your own observables.
+            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
+                "oscillation" or "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states"
+                also has the columns of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:

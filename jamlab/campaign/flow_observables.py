@@ -1,4 +1,4 @@
-"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation; a row a run.
+"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation, creep; a row a run.
 
 A run that has no answer, such as one whose drag is too weak to be resolved, has nan and is not converged.
 """
@@ -11,12 +11,14 @@ from pydantic import AfterValidator, Field
 
 from jamlab.campaign.observable import LAW, STATE, Driven, FileTable, Grid, Row
 from jamlab.errors import ConvergenceError
+from jamlab.flow.creep_and_relaxation import LARGEST_STRESS, LONGEST, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
 from jamlab.flow.oscillate import FASTEST, LARGEST_AMPLITUDE, MOST_CYCLES, SLOWEST, oscillate
 from jamlab.flow.overdamped_session import (
     LARGEST_BACKGROUND,
     LARGEST_TOLERANCE,
     LEAST_STRAIN,
+    LEAST_TIME,
     LEAST_TOLERANCE,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
@@ -67,6 +69,15 @@ class Oscillating(_Driving):
     omega: Grid[Annotated[float, Field(ge=SLOWEST, le=FASTEST)]]  # frequencies, 1/tau_1
     amplitudes: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_AMPLITUDE)]]  # of the strain
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
+
+
+class Creeping(_Driving):
+    """Arguments of `jamlab.creep`, for every state, damping law and stress."""
+
+    # beside the residual one, in natural units of the packing
+    stresses: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_STRESS)]]
+    duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # tau_1
+    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 10.0  # at which a run ends early
 
 
 class _Run(Driven):
@@ -199,3 +210,34 @@ class OscillationOfStates(_Run):
         except ConvergenceError:  # not jammed, or unstable in a fixed box
             return {}
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))
+
+
+class CreepOfStates(_Run):
+    """Strain under each stress beside the residual one: where it ends, and whether the packing rests or flows; it is
+    converged if it does either."""
+
+    name, needs = "creep", "a table with stresses and duration"
+    _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope", "rests", "flows")
+    columns = (*_Run._FLOW, "stress", *_OF_RUN, *_Run._ENDED)
+
+    creep: Creeping
+
+    def check_law(self, law: DragLaw) -> None:
+        super().check_law(law)
+        if not law.at_contacts and 0.0 in self.damping.stokes:
+            raise ValueError("creep under Stokes drag of eta_f = 0 has no bound: leave 0 out of damping.stokes")
+
+    def points(self) -> list[dict[str, float]]:
+        return [{"stress": stress} for stress in self.creep.stresses]
+
+    def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
+        how = self.creep
+        background = how.background if law.at_contacts else 0.0  # Stokes drag is itself one
+        accuracy: Any = {"tolerance": how.tolerance, "background_drag": background}
+        run = creep(packing, row["stress"], how.duration, law, largest_strain=how.largest_strain, **accuracy)
+        return {
+            **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
+            **{"final_time": float(run.time[-1]), "final_strain": float(run.strain[-1])},
+            **{"rests": float(run.state == "rests"), "flows": float(run.state == "flows")},
+            **{"unsettled": float(run.ambiguous_contacts), "converged": run.finished},
+        }

@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from jamlab.campaign.flow_observables import OscillationOfStates, SteadyFlow
+from jamlab.campaign.flow_observables import CreepOfStates, OscillationOfStates, SteadyFlow
 from jamlab.campaign.observable import LAW, STATE, Driven, Frequencies, Observable, Prestress, Row
-from jamlab.errors import BoundaryError
+from jamlab.errors import BoundaryError, InputError
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.packing import Packing
@@ -121,8 +122,32 @@ class VoidsOfStates(Observable):
         return [row | {"particle_area": (packing.area - found.area.sum()) / packing.n}] if closed.any() else []
 
 
+class OrderOfStates(Observable):
+    """Bond-orientational order of every state over Delaunay neighbours, and the shares of particles with 5, 6 and 7.
+
+    psi_6 is the mean of |psi_6| over particles, psi_6_overall |mean of psi_6|; both are 1 in a triangular crystal, of
+    which 1 - share_6 counts the disclinations.
+    """
+
+    name = "order"
+    refusal = InputError  # of particles that lie on each other
+    _NEIGHBOURS: ClassVar = (5, 6, 7)
+    columns = (*STATE, "rho", "psi_6", "psi_6_overall", *(f"share_{k}" for k in (5, 6, 7)))
+
+    def one(self, packing: Packing, **how: Any) -> list[Row]:
+        found = hexatic_order(packing)
+        shares = {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBOURS}
+        return [{"psi_6": found.mean_local, "psi_6_overall": found.global_order} | shares]
+
+    def refused(self) -> list[Row]:
+        return [{}]
+
+
 OBSERVABLES: dict[str, type[Observable]] = {
     o.name: o
-    for o in (SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, SteadyFlow, OscillationOfStates)
+    for o in (
+        *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
+        *(SteadyFlow, OscillationOfStates, CreepOfStates),
+    )
 }
 TABLES = ("states", "onset", *OBSERVABLES)

@@ -63,18 +63,56 @@ def test_oscillation(tmp_path):
     assert large["storage"] < 0.9 * small["storage"] and small["phi"] == pytest.approx(packing.phi)
 
 
+def test_creep(tmp_path):
+    """Under a small stress packings come to rest at the strain stress/G, under a large one they flow; loose ones have
+    no answer."""
+    creep = {"stresses": [2e-2, 1e-7], "duration": 300.0, "largest_strain": 1.0, "background": 1e-2}
+    changes = {"flow": None, "observables": ["creep"], "creep": creep, "seeds": 1, "pressures": None, "phi": [0.6, 0.9]}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    table = campaign.table("creep")
+    assert len(table) == 2 * 2 * 2 and not table.query("state == 0 and law == 'contact'")["converged"].any()
+    _, jammed = campaign.packings(campaign.finished()[0])
+    for law in ("contact", "stokes"):
+        small, large = table[(table["state"] == 1) & (table["law"] == law)].to_dict("records")
+        assert small["rests"] == 1 == large["flows"] and small["flows"] == 0 == large["rests"]
+        assert small["final_strain"] * jamlab.shear_modulus(jammed) == pytest.approx(1e-7, rel=1e-3)
+        assert large["final_strain"] > 1 and large["final_time"] < 300 and small["final_time"] == pytest.approx(300)
+        assert small["residual"] == large["residual"] and small["unsettled"] == 0
+    run = jamlab.creep(jammed, 2e-2, 300.0, largest_strain=1.0, background_drag=1e-2)
+    same = table.query("state == 1 and law == 'contact' and stress == 2e-2").iloc[0]
+    assert (same["final_rate"], same["slope"]) == (run.final_rate, run.slope)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"creep": None}, "creep"),
+        ({"damping": {"stokes": [0.0]}}, "eta_f = 0"),
+        ({"creep": {"stresses": [1e-3]}}, "duration"),
+        ({"creep": {"stresses": [0.0], "duration": 1.0}}, "stresses"),
+        ({"creep": {"stresses": [1e-3], "duration": 1.0, "alpha": 0.5}, "damping": {"stokes": [1.0]}}, "alpha"),
+    ],
+)
+def test_creep_that_cannot_be_is_refused(tmp_path, changes, words):
+    creep = {"observables": ["creep"], "flow": None, "creep": {"stresses": [1e-3], "duration": 1.0}}
+    with pytest.raises(jamlab.InputError, match=words):
+        jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | creep | changes))
+
+
 def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     """In every table of flow."""
-    for name in ("shear", "oscillate"):
+    for name in ("shear", "oscillate", "creep"):
         drive = getattr(jamlab, name)
         monkeypatch.setattr(
             flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), ambiguous_contacts=7)
         )
     oscillation = {"omega": [1.0], "amplitudes": [1e-3], "cycles": 2}
-    changes = {"observables": ["flow", "oscillation"], "oscillation": oscillation, "seeds": 1}
+    creep = {"stresses": [1e-4], "duration": 1.0}
+    changes = {"observables": ["flow", "oscillation", "creep"], "oscillation": oscillation, "creep": creep, "seeds": 1}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
-    for name in ("flow", "oscillation"):
+    for name in ("flow", "oscillation", "creep"):
         assert set(campaign.table(name)["unsettled"]) == {7.0}
     equivalent = campaign.table("oscillation").set_index("law")["equivalent_storage"]
     assert np.isfinite(equivalent["contact"]) and np.isnan(equivalent["stokes"])  # known of contact damping alone
