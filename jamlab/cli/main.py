@@ -9,6 +9,7 @@ from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.commands import Commands, Hinting, OwnCommand
 from jamlab.cli.console import warnings_as_lines
 from jamlab.cli.decks import deck, decks, doctor
+from jamlab.cli.estimate import estimate
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals
@@ -66,6 +67,7 @@ COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an e
     },
     "Measure and look": {
         analyze: "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+        estimate: "z --rho 0.9 --error 0.1 --dry-run",
         gstar: "--n 256 --pressure 1e-3 --out gstar.png",
         explore: "sweep.h5 --out page.html",
         convert: "sweep.h5 sweep.dump",

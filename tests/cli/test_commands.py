@@ -274,3 +274,24 @@ def test_words_from_habit(packed, tmp_path):
         )
     done = call(tmp_path, "relax", "p.xyz", "--units", "k", "-o", "again.h5")
     assert done.exit_code == 0 and jamlab.read(tmp_path / "again.h5").converged
+
+
+def test_estimate_says_what_python_says(tmp_path):
+    """The plan, and the mean with its interval; an error that was not met is said."""
+    done = call(tmp_path, "estimate", "rho-J", "--error", "0.03", "--dry-run", "--json")
+    plan, wanted = json.loads(done.stdout), jamlab.estimate_cost("rho-J", None, 0.03)
+    assert (plan["packings"], plan["error"], plan["way"]) == (wanted.packings, wanted.bound["rho-J"], str(wanted.way))
+    assert [row["why"] for row in plan["options"]] == list(wanted.options["why"])
+    table = call(tmp_path, "estimate", "rho-J", "--error", "0.03", "--dry-run").stdout
+    assert "taken" in table and f"{wanted.packings} packings of {wanted.way}" in table
+
+
+def test_estimate_prints_mean_and_interval(tmp_path, monkeypatch):
+    choice = jamlab.estimate_cost("z", 0.9, 0.1)
+    found = jamlab.results.Estimate(5.25, 0.3, False, 2, 1, 4.0, choice, np.array([5.0, 5.5]), np.arange(2))
+    monkeypatch.setattr("jamlab.estimates.estimate.estimate", lambda *_, **__: found)
+    line = ("estimate", "z", "--rho", "0.9", "--error", "0.1")
+    said = call(tmp_path, *line).stdout
+    assert "z = 5.25, within 0.3 (95 %)" in said and "NOT MET" in said and "1 left out" in said
+    printed = json.loads(call(tmp_path, *line, "--json").stdout)
+    assert (printed["value"], printed["met"], printed["values"]) == (5.25, False, [5.0, 5.5])

@@ -23,6 +23,7 @@ WAYS = {  # words of each way to run a command that computes
     "pack": ("--n 8 --pressure 1e-2", "--n 8 --phi 0.8", "--n 8 --pressure 1e-2 --sizes uniform:0.2"),
     "demo": ("--n 8",),
     "droplets": ("d.csv --box 9,9",),
+    "estimate": ("z --rho 0.9 --error 0.1", "rho-J --error 0.1", "z --rho 0.9 --error 0.1 --dry-run"),
     **{name: PLAIN for name in ("relax", "explore")},
     "convert": tuple(f"{file} q.dump" for file in PLAIN),
     "compress": tuple(f"{file} --to 0.9" for file in PLAIN),
@@ -56,6 +57,9 @@ VALUES = {  # of options: another than the default, and than in WAYS
     **{"strain": "2", "direction": "pure", "rows": "5", "frames": "0.1", "within": "1e9", "discard": "0.5"},
     **{"processes": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "duration": "2", "step_time": "0.1"},
     **{
+        "quantity": "g",
+        "rho": "0.88",
+        "dry_run": "",
         "vertices": "7",
         "rims": "",
         "wrapped": "",
@@ -66,6 +70,7 @@ VALUES = {  # of options: another than the default, and than in WAYS
     },
 }
 LIBRARY = (
+    *("estimates.estimate.estimate", "estimates.estimate.estimate_cost"),
     *(
         "protocols.compression.go_on",
         "protocols.relax.relax",
@@ -184,6 +189,8 @@ def test_an_option_is_used_or_refused(asked, name, way):
         ("relax p.h5 --box 9,9", "--box"),
         ("jam --model dp --ratio 1.2", "--ratio"),
         ("decks in.sp.jam --json", "--json"),
+        ("estimate rho-J --rho 0.9 --error 0.1", "--rho"),
+        ("estimate z --rho 0.9 --error 0.1 --dry-run --seed 2", "--seed"),
     ],
 )
 def test_what_is_given_and_not_used_is_refused_by_name(asked, line, flag):
@@ -215,7 +222,7 @@ def test_flags_and_options_of_several_values_may_be_repeated(asked):
         assert "twice" not in asked(*line.split())[0]
 
 
-READING = {name for name, command in COMMANDS.items() if name not in APART} - {"jam", "pack", "demo"}
+READING = {name for name, command in COMMANDS.items() if name not in APART} - {"jam", "pack", "demo", "estimate"}
 
 
 NAMES = {  # of what is read, as what is to be written

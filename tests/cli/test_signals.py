@@ -103,6 +103,7 @@ ALL_OR_NOTHING = {
     "pack",
     "relax",
     "droplets",
+    "estimate",
     "analyze",
     "gstar",
     "explore",
