@@ -3,13 +3,8 @@
 from pathlib import Path
 
 from jamlab.errors import StorageError
-from jamlab.installed_files import installed, installed_file
+from jamlab.installed_files import installed
 from jamlab.storage.atomic_file import atomic_file, make_folder
-
-
-def deck(name: str) -> Path:
-    """Path of an installed deck or part, e.g. `deck("parts/sp")`."""
-    return installed_file("lammps_inputs", name)
 
 
 def summaries(folder: Path) -> dict[str, str]:

@@ -3,7 +3,6 @@
 import ctypes
 import shutil
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +12,7 @@ from outlines import FORMS
 
 import jamlab
 from jamlab.engine.atom_exchange import AtomExchange
-from jamlab.engine.deck_files import deck
+from jamlab.installed_files import installed
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 
@@ -195,10 +194,10 @@ def test_an_edge_of_half_the_box_is_refused(tilt):
 
 @pytest.mark.parametrize("name", ["my päckings dir", 'it\'s "so"', "中 $x"])
 def test_parts_are_found_in_a_folder_of_any_name(tmp_path, monkeypatch, name, random_disks, random_polygons):
-    installed = Path(deck("parts/sp")).parents[1]
-    shutil.copytree(installed / "parts", tmp_path / name / "parts")
+    shutil.copytree(installed("lammps_inputs") / "parts", tmp_path / name / "parts")
     wanted = [jamlab.evaluate(p).energy for p in (random_disks(), random_polygons())]
-    monkeypatch.setattr("jamlab.engine.session.deck", lambda part: tmp_path / name / part)
+    for model in ("disks", "droplets"):
+        monkeypatch.setattr(f"jamlab.models.{model}.installed_file", lambda _, part: tmp_path / name / part)
     assert [jamlab.evaluate(p).energy for p in (random_disks(), random_polygons())] == wanted
 
 

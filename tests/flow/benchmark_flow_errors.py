@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.estimates.flow_errors import MEASURED, shipped_errors
+from jamlab.estimates.flow_errors import CONDITIONS, shipped_errors
 from studies.flow_errors import measure_runs, read_runs
 
 pytestmark = pytest.mark.benchmark
@@ -31,7 +31,7 @@ def test_stress_of_the_call_lies_within_its_error():
         p = jamlab.pack(n=64, pressure=1e-2, seed=seed)
         choice = jamlab.choose_flow(p, rate=1e-2, tolerance=0.2)
         found = choice.run(p).stress[0]
-        run = jamlab.flow_curve(p, [1e-2], strain=strain, background_drag=MEASURED.background)
+        run = jamlab.flow_curve(p, [1e-2], strain=strain, background_drag=CONDITIONS.background)
         scatters.append(run.stress_stderr[0] / run.stress[0] * strain**0.5)
         bound = choice.bound["stress"]
         print(f"seed {seed}: {found / run.stress[0] - 1:+.3f} of {bound:.3f}, {choice.call}")
