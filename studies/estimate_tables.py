@@ -12,7 +12,7 @@ from typing import Any
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import JamlabError
 from jamlab.estimates import ways
-from jamlab.estimates.ways import ONSET, TABLE_QUANTITIES, EnsembleWay, N
+from jamlab.estimates.ways import ONSET, WAY_QUANTITIES, EnsembleWay, N
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file
@@ -105,9 +105,9 @@ class _Chain:
             self._timed(lambda: ways.bring_on(self.way, packing, rho))
 
     def row(self, rho: float) -> dict[str, Any]:
-        found = dict.fromkeys(TABLE_QUANTITIES, float("nan"))
+        found = dict.fromkeys(WAY_QUANTITIES, float("nan"))
         if self.packing is not None and rho > self.onset:
-            found = ways.values_at(self.packing, TABLE_QUANTITIES)
+            found = ways.values_at(self.packing, WAY_QUANTITIES)
         way = asdict(self.way) | {"nv": None if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
         onset = float(self.onset) if self.way.start != "carried" else None
         return {**way, "seed": self.seed, "rho": rho, **found, ONSET: onset, "seconds": self.seconds}

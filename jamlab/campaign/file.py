@@ -45,7 +45,7 @@ from jamlab.storage.system_errors import system_said
 
 
 @dataclass(frozen=True)
-class Limits:
+class CampaignLimits:
     """Limits, so that nonsense is named at once instead of filling memory and time."""
 
     bytes: int = 10_000_000  # of a campaign file
@@ -55,7 +55,7 @@ class Limits:
     smallest_step: float = 1e-5  # of a compression, whose states are all kept in memory
 
 
-LIMITS = Limits()
+LIMITS = CampaignLimits()
 
 
 STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states

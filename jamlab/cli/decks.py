@@ -132,9 +132,9 @@ def _run(line: list[str]) -> int:
 
 def written(path: Path, settings: Mapping[str, str]) -> set[Path]:
     """Files that a deck may write, but for the log: each is named after `out`, some after the state that is saved."""
-    from jamlab.engine.deck_defaults import text_of
+    from jamlab.engine.deck_defaults import deck_text
 
-    text = text_of(path.parent, path.name)
+    text = deck_text(path.parent, path.name)
     names = set(re.findall(r"\$\{out\}\.(\w[\w.]*)", text)) - {"txt"}
     names |= {f"{state}.data" for state in re.findall(r"^variable saved string (\w+)", text, re.MULTILINE)}
     if "data" in settings:  # a deck that reads a packing searches no onset

@@ -35,7 +35,7 @@ from jamlab.storage.atomic_file import check_target
 from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
-    from jamlab.flow.read_flow import FlowResult
+    from jamlab.flow.read_flow import StoredFlow
     from jamlab.packing.packing import Packing
     from jamlab.rheology.drag_law import DragLaw
 
@@ -114,7 +114,7 @@ class Job:
         seconds = cost["seconds"]
         print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
 
-    def give(self, found: "FlowResult", columns: dict[str, str], *notes: str) -> None:
+    def give(self, found: "StoredFlow", columns: dict[str, str], *notes: str) -> None:
         """Write picture and table of a result that is in its file already, and print columns in formats, with notes."""
         from jamlab.flow.report import describe
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from jamlab.arrays import Array
     from jamlab.rheology.mean_spectrum import MeanSpectra, MeanSpectrum
 
-TABLES = (".csv", ".tsv")
+TABLE_ENDINGS = (".csv", ".tsv")
 KIND = "Kind"
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 SHEAR = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
@@ -159,7 +159,7 @@ def check_output(path: Path, *, replace: bool = True) -> None:
 
 def save(spectra: "MeanSpectra", path: Path) -> None:
     """Write a picture (.png, .pdf, .svg) or a table (.csv, .tsv), all or nothing."""
-    if path.suffix.lower() in TABLES:
+    if path.suffix.lower() in TABLE_ENDINGS:
         names = ["omega", "storage", "loss"] if len(spectra) == 1 else ["kind", "omega", "storage", "loss"]
         headers = dict(zip(("kind", "omega", "storage", "loss"), (KIND, *HEADERS), strict=True))
         write_table(spectra.to_dataframe()[names].rename(columns=headers), path)

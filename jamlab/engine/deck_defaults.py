@@ -34,12 +34,12 @@ _OF_PYTHON: dict[str, dict[str, float | str]] = {
 }
 
 
-def text_of(folder: Path, name: str, model: str = "") -> str:
+def deck_text(folder: Path, name: str, model: str = "") -> str:
     """Text of a deck, then that of each part that it includes."""
     text = (folder / name).read_text()
     model = model or dict(_INDEX.findall(text)).get("model", "")
     return "".join(
-        [text, *(text_of(folder, part.replace("${model}", model), model) for part in _INCLUDED.findall(text))]
+        [text, *(deck_text(folder, part.replace("${model}", model), model) for part in _INCLUDED.findall(text))]
     )
 
 

@@ -158,9 +158,9 @@ def read_table(path: Path | None, shipped: str, columns: Iterable[str], command:
 
 SHIPPED = "ways.csv.xz"
 N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
-TABLE_QUANTITIES = ("z", "g", "b", "a", "void_sides")
+WAY_QUANTITIES = ("z", "g", "b", "a", "void_sides")
 WAY = ("start", "n", "nv", "contact", "tolerance")
-TABLE_COLUMNS = (*WAY, "seed", "rho", *TABLE_QUANTITIES, ONSET, "seconds")
+WAY_COLUMNS = (*WAY, "seed", "rho", *WAY_QUANTITIES, ONSET, "seconds")
 _COMMAND = "python -m studies tables ways"
 
 
@@ -186,7 +186,7 @@ def read_ways(path: Path | None = None) -> Ways:
 
 @cache
 def _read(path: Path | None) -> Ways:
-    table = read_table(path, SHIPPED, TABLE_COLUMNS, _COMMAND)
+    table = read_table(path, SHIPPED, WAY_COLUMNS, _COMMAND)
     try:
         found, made_with = collect(table), table.attrs["parameters"]
     except (ValueError, KeyError) as error:
@@ -215,8 +215,8 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
         raise ValueError("it has no rows")
     found = {}
     for key, rows in table.groupby(list(WAY), dropna=False, sort=False):
-        wide = rows.pivot(index="seed", columns="rho", values=[*TABLE_QUANTITIES, ONSET, "seconds"])
-        columns = {name: wide[name].to_numpy(dtype=np.float64) for name in (*TABLE_QUANTITIES, ONSET, "seconds")}
+        wide = rows.pivot(index="seed", columns="rho", values=[*WAY_QUANTITIES, ONSET, "seconds"])
+        columns = {name: wide[name].to_numpy(dtype=np.float64) for name in (*WAY_QUANTITIES, ONSET, "seconds")}
         columns[ONSET], seconds = columns[ONSET][:, :1], columns.pop("seconds")
         parts: list[Any] = [None if pd.isna(part) else part for part in cast("tuple[Any, ...]", key)]
         start, n, nv, contact, tolerance = parts

@@ -20,7 +20,7 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
-    check_tolerance,
+    check_flow_tolerance,
 )
 from jamlab.flow.run import TimedRun
 from jamlab.flow.shear import ShearRun
@@ -157,7 +157,7 @@ def creep(
     scale = natural_scales(packing).stress
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
-    check_tolerance(tolerance, trajectory_error)
+    check_flow_tolerance(tolerance, trajectory_error)
     check_number("largest_strain", largest_strain, 1e4)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
     with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
@@ -309,7 +309,7 @@ def relax_stress(
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
         raise InputError(f"strain = {strain!r}: must be {LEAST_STRAIN:g} to 1 in magnitude; or use stop_flow")
     check_number("duration", duration, LONGEST, LEAST_TIME)
-    check_tolerance(tolerance, trajectory_error)
+    check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
@@ -363,7 +363,7 @@ def stop_flow(
         InputError, ConvergenceError, StorageError: see `shear`.
     """
     check_number("duration", duration, LONGEST, LEAST_TIME)
-    check_tolerance(tolerance, trajectory_error)
+    check_flow_tolerance(tolerance, trajectory_error)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
     accuracy, task = (tolerance, background_drag), {"strain": 0}
     with TimedRun(StoppedFlow, packing, law, accuracy, task, _end(duration), path, progress) as run:

@@ -16,7 +16,7 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
-    check_tolerance,
+    check_flow_tolerance,
 )
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
@@ -181,7 +181,7 @@ def oscillate(
     check_number("omega", omega, FASTEST, SLOWEST)
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     check_number("cycles", cycles, MOST_CYCLES, 2)
-    check_tolerance(tolerance, trajectory_error)
+    check_flow_tolerance(tolerance, trajectory_error)
     check_number("points", points, MOST_POINTS, 2 * HARMONICS + 2)
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}

@@ -291,7 +291,7 @@ def _between_walls(packing: Packing) -> Array:
     return np.asarray(total - wall_stress(packing).ravel())
 
 
-def check_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
+def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
     """Refuse tolerances out of range; with `trajectory_error` a run at a finer one follows."""
     check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE / (FINER if trajectory_error else 1.0))
 
@@ -309,7 +309,7 @@ def carried(damping: DragLaw) -> dict[str, float | str]:
 
 def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time."""
-    check_tolerance(tolerance)
+    check_flow_tolerance(tolerance)
     carried(damping)
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")

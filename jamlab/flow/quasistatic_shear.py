@@ -123,13 +123,13 @@ class QuasistaticShear(ShearRun):
     @property
     def least_stress(self) -> float:
         """Uncertainty of the stress from residual forces up to the tolerance."""
-        return float(stress_noise(self.tolerance, 0.0) * natural_scales(self.packing).stress)
+        return float(_stress_noise(self.tolerance, 0.0) * natural_scales(self.packing).stress)
 
     @property
     def stress_noise(self) -> Array:
         """(m,) uncertainty of the stress from the residual forces of a minimum; a smaller drop is no event."""
         scales = natural_scales(self.packing)
-        return stress_noise(self.tolerance, self.max_force / scales.force) * scales.stress
+        return _stress_noise(self.tolerance, self.max_force / scales.force) * scales.stress
 
     @property
     def energy_tolerance(self) -> float:
@@ -255,7 +255,7 @@ class Walk(Run[QuasistaticShear]):
     def _noise(self, *states: Minimum) -> float:
         """Uncertainty of the stress from the residual forces of some minima."""
         force = max(state.max_force for state in states) / self._scales.force
-        return float(stress_noise(self.facts["tolerance"], force) * self._scales.stress)
+        return float(_stress_noise(self.facts["tolerance"], force) * self._scales.stress)
 
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from, in stress and energy: stress falls before an instability, too,
@@ -319,7 +319,7 @@ def _flipped(packing: Packing) -> Packing:
     return packing.with_state(box=box)
 
 
-def stress_noise(tolerance: float, force: ArrayLike) -> Array:
+def _stress_noise(tolerance: float, force: ArrayLike) -> Array:
     """Stress that is no more than noise where forces up to `force` are left, or up to the tolerance; natural units."""
     return NOISE * np.maximum(tolerance, force)
 

@@ -11,11 +11,11 @@ from jamlab.flow.run import read_result
 from jamlab.flow.shear import ShearRun
 from jamlab.storage.verified_file import FilePath
 
-FlowResult = ShearRun | FlowCurve | Oscillation | CreepRun | StoppedFlow
+StoredFlow = ShearRun | FlowCurve | Oscillation | CreepRun | StoppedFlow
 
 
 @checked
-def read_flow(path: FilePath) -> FlowResult:
+def read_flow(path: FilePath) -> StoredFlow:
     """Read a result of `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress`; `jamlab.read` reads its packings.
 
     >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5, path="run.h5")

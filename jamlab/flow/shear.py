@@ -13,7 +13,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import LEAST_STRAIN, End, check_tolerance, default_background
+from jamlab.flow.overdamped_session import LEAST_STRAIN, End, check_flow_tolerance, default_background
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
@@ -276,7 +276,7 @@ def shear(
         f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or use quasistatic_shear",
     )
     accuracy = tolerance, default_background(packing, law, background_drag)
-    check_tolerance(tolerance, trajectory_error)
+    check_flow_tolerance(tolerance, trajectory_error)
     with TimedRun(ShearRun, packing, law, accuracy, task, end, path, progress) as flow:
         flow.facts |= {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if several else None}
         flow.warn_beyond("strain", flow.path, whole)

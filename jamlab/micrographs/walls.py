@@ -192,7 +192,7 @@ def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
     return pair.reshape(cells.shape) >= 0, pair.reshape(cells.shape)
 
 
-def outlines(cells: Indices, inside: Array) -> list[Array]:
+def traced_outlines(cells: Indices, inside: Array) -> list[Array]:
     """Outlines of droplets, half a gap from the walls of their cells, smoothed to their first Fourier modes.
 
     The outline of pixels is longer than that of the droplet by steps of a pixel, however fine they are; its first modes
@@ -253,7 +253,7 @@ class SeenDroplets:
         self.labelled, cells, n = contrast == "labels", segments.cells, segments.count
         self.blur = 0.0 if self.labelled else blur_of(darkness)
         self.walls = find_walls(cells, darkness, segments.radius, self.blur, film, self.labelled)
-        self.outlines = outlines(cells, self.walls.inside)
+        self.outlines = traced_outlines(cells, self.walls.inside)
         body = self.walls.inside > 0
         self.size = np.bincount(cells[body], minlength=n)
         sums = [np.bincount(cells[body], place, n) for place in np.nonzero(body)]
