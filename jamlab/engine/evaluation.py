@@ -1,9 +1,9 @@
-"""Energy, forces and stress of a packing, as one result."""
+"""What a session answers: energy, forces and stress of a packing, and what a minimisation took."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from jamlab.arrays import Array
 from jamlab.packing.quantities import ENERGY, FORCE, STRESS
@@ -43,3 +43,17 @@ class Evaluation(Result):
     stress: Array
     pressure: float
     max_force: float
+
+
+class DescentCounts(NamedTuple):
+    """What a minimisation of droplets took, as `jamlab/descend` gives it: counts, then two numbers and a flag."""
+
+    steps: float
+    forces: float  # evaluations
+    factors: float  # factorisations of the Hessian
+    refused: float  # of them, not positive definite with the shift that was tried
+    stuck: float  # searches along a step that found no lower energy
+    bent: float  # steps along which the force did not fall
+    largest_force: float
+    shift: float  # to try first the next time
+    crossed: float  # 1 if outlines crossed on the way

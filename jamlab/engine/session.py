@@ -14,7 +14,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_disks, fire_forces, kernel_has
-from jamlab.engine.evaluation import Evaluation
+from jamlab.engine.evaluation import DescentCounts, Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.engine.lammps_words import plain_name, text
 from jamlab.engine.ranks import check_ranks
@@ -47,20 +47,6 @@ _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neigh
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
-
-
-class DescentCounts(NamedTuple):
-    """What a minimisation of droplets took, as `jamlab/descend` gives it: counts, then two numbers and a flag."""
-
-    steps: float
-    forces: float  # evaluations
-    factors: float  # factorisations of the Hessian
-    refused: float  # of them, not positive definite with the shift that was tried
-    stuck: float  # searches along a step that found no lower energy
-    bent: float  # steps along which the force did not fall
-    largest_force: float
-    shift: float  # to try first the next time
-    crossed: float  # 1 if outlines crossed on the way
 
 
 class Session(Hinted):
