@@ -273,8 +273,8 @@ class Droplets(Model):
 
     def bonds(self, packing: Packing) -> Indices:
         i = np.arange(len(packing.positions))
-        ring = np.column_stack([i, packing.successor])
-        return np.asarray(ring[packing.successor != i])  # a flat wall is one site
+        ring = np.column_stack([i, packing.polygons.successor])
+        return np.asarray(ring[packing.polygons.successor != i])  # a flat wall is one site
 
     def longest_edge(self, packing: Packing) -> float:
         return float(np.hypot(*packing.polygons.edges.T).max())
