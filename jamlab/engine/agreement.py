@@ -17,6 +17,7 @@ from jamlab.errors import EngineError, InputError
 from jamlab.laws.pair_law import HELP
 from jamlab.packing.derived import per_packing
 from jamlab.packing.facts import law_of
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 
 SAME = 1e-9  # relative error of what agrees; 1e-12 and less is found
@@ -70,7 +71,8 @@ def _analysed(packing: Packing) -> _Own | None:
         return None
     flat, of_shape = packing.frame.flat_sites, {term.name for term in packing.kind.shape_terms(packing)}
     moved, reach = _DIGITS * float(np.abs(packing.box).sum() + np.ptp(packing.positions)), float(packing.box.sum())
-    steepest = max((float(np.abs(term.hessian).max(initial=0.0)) for term in terms), default=0.0)
+    # at least one contact that rounding makes
+    steepest = max([natural_scales(packing).stress, *(float(np.abs(term.hessian).max(initial=0.0)) for term in terms)])
     pushes = sum(float(np.abs(term.gradient).sum()) for term in terms)
     contacts = [term.gradient for term in terms if term.name not in of_shape]
     if flat.any():

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import EngineError
+from jamlab.errors import EngineError, InputError
 from jamlab.laws.parameter import STRENGTHS, Parameter
 
 # A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
@@ -185,7 +185,13 @@ class PairLaw(ABC):
     @property
     def stiffness(self) -> float:
         """Stiffness of a contact over the strength, by which natural units go: time steps and tolerances."""
-        return self._at(_TYPICAL)[2] / self.strength
+        found = self._at(_TYPICAL)[2] / self.strength
+        if not (np.isfinite(found) and found > 0):
+            raise InputError(
+                f"{self}: the stiffness U'' of disks that overlap by {_TYPICAL:g} of their distance of contact is "
+                f"{found:.6g}, must be positive: check the derivatives of {type(self).__name__}, see {HELP}"
+            )
+        return found
 
     @property
     def pressures(self) -> tuple[float, float]:
