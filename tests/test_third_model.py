@@ -90,6 +90,35 @@ def test_files_and_pictures_hold_it(onset, dense, tmp_path):
     assert set(jamlab.measure(dense, ["z", "pressure", "g"])) == {"z", "pressure", "g"}
 
 
+@pytest.mark.parametrize("name", ["d.data", "d.dump", "d.xyz"])
+def test_text_files_give_it_back(dense, name, tmp_path):
+    """To the last digit; a dump has no word for the model, which its columns tell."""
+    fixed = dense.with_state(fixed=np.arange(16) == 3)
+    jamlab.write(tmp_path / name, fixed)
+    assert jamlab.read(tmp_path / name) == fixed
+
+
+def test_half_a_particle_is_refused(dense, tmp_path):
+    jamlab.write(tmp_path / "d.xyz", dense)
+    lines = (tmp_path / "d.xyz").read_text().splitlines()
+    (tmp_path / "d.xyz").write_text("\n".join(["31", *lines[1:-1]]) + "\n")
+    with pytest.raises(jamlab.JamlabError, match="31 atoms are no dimers, of 2 atoms each"):
+        jamlab.read(tmp_path / "d.xyz")
+
+
+def test_a_universe_gives_it_back_also_where_the_box_has_cut_it(dense):
+    """A dimer on the edge of the box, wrapped atom by atom, is whole again."""
+    universe = jamlab.universe(dense)
+    assert len(universe.bonds) == 16
+    (back,) = jamlab.from_universe(universe)
+    assert back.model == "dimer" and np.allclose(back.positions, dense.positions, atol=1e-5)
+    universe.load_new(universe.atoms.wrap(inplace=False)[None], dimensions=universe.dimensions[None], order="fac")
+    (cut,) = jamlab.from_universe(universe)
+    moved = cut.positions - dense.positions
+    assert np.abs(universe.atoms.positions[:, :2] - dense.positions).max() > 1
+    assert np.allclose(moved[::2], moved[1::2], atol=1e-5)
+
+
 def test_what_it_leaves_out_is_refused_by_name(dense):
     asked = {
         "Shape.boundary": lambda: jamlab.voids(dense),

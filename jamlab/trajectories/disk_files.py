@@ -17,6 +17,7 @@ import numpy as np
 
 from jamlab.errors import InputError, warn
 from jamlab.packing.facts import STATE, facts_of_words, rounding_of, shared_parameters
+from jamlab.packing.kinds import MODELS
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import (
     DISK_AREA,
@@ -233,7 +234,7 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
     atoms = Columns.of_rows(rows, places, at, own)
     atoms = atoms if (named := _particles(atoms)) is None else atoms.by_id(named)
     more: dict[str, Any] = {"fixed": atoms.numbers("fixed") > 0} if own and "fixed" in atoms else {}
-    if entries.get("model") == "dp":
+    if "model" in entries and MODELS.get(entries["model"]).has_outlines:
         more["rings"] = rings_of_molecules(atoms.whole("mol"))
         more["a0"] = atoms.numbers("a0")
     return atoms.disks(box, error, entries=entries, **more)

@@ -12,6 +12,7 @@ from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError, SelfCrossingError, warn
 from jamlab.geometry.equal_edges import equal_edges
 from jamlab.geometry.vertex_contacts import refuse_crossings, vertex_contacts
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.protocols.law_arguments import check_law_arguments
@@ -78,7 +79,7 @@ def droplets_from_outlines(
         >>> np.diff(finer.offsets).tolist()
         [12, 12]
     """
-    check_law_arguments(droplets_from_outlines, "dp", parameters)
+    check_law_arguments(droplets_from_outlines, DROPLETS.name, parameters)
     if free_areas is not None and rest_areas is not None:
         raise InputError("free_areas and rest_areas: give one of them, a0 follows from either")
     own = sorted({"nv_small", "nv_large"} & parameters.keys())
@@ -101,7 +102,7 @@ def droplets_from_outlines(
     if not kept:
         many = zip(shapes, nv.tolist(), strict=True)
         shapes = [equal_edges(shape, count, f"outlines[{m}]") for m, (shape, count) in enumerate(many)]
-    made = Packing("dp", lattice * unit, np.concatenate(shapes), params, offsets=_offsets(shapes))
+    made = Packing(DROPLETS.name, lattice * unit, np.concatenate(shapes), params, offsets=_offsets(shapes))
     _check_apart(made, rims, wrapped)
     return made.with_state(provenance={"protocol": "from outlines", **versions()})
 

@@ -61,7 +61,8 @@ def read(
         units: "eps" or "k", see `Packing`.
         params: some or all parameters of the force law, see `Packing`.
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
-        model: "sp" if atoms with molecules or bonds are disks; by default they are vertices of droplets ("dp").
+        model: of the particles, where the file does not say it; by default atoms with molecules or bonds are vertices
+            of droplets, the others disks.
         style: atom style of a LAMMPS data file that names none, such as "sphere".
 
     Raises:

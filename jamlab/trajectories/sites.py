@@ -16,6 +16,9 @@ from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, typed, warn
 from jamlab.laws.parameter import UNITS
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
+from jamlab.models.model import Model
 from jamlab.packing.facts import OF_DIGITS, STATE, shared_parameters
 from jamlab.packing.kinds import MODELS, law_names, optional_parameters
 from jamlab.packing.magnitudes import check_box
@@ -44,7 +47,8 @@ def complete_force_law(
     names = law_names(model, chosen, said)
     if foreign := sorted({"law", *shared_parameters(found.get("law"))} & found.keys() - set(names)):
         raise InputError(f"the source has {foreign[0]}, which model {model} in units {chosen} does not have")
-    given = {name: value for name, value in (params or {}).items() if name != "a0" or model == "sp"}
+    each = {name for name, parameter in MODELS.get(model).parameters(None, said).items() if parameter.each}
+    given = {name: value for name, value in (params or {}).items() if name not in each}
     for name in given:
         if name not in names:
             raise InputError(f"model {model} in units {chosen} has no parameter {name!r}: use {', '.join(names)}")
@@ -210,7 +214,8 @@ class Sites:
     ) -> Packing:
         """Make a packing of these atoms; arguments as in `jamlab.read`."""
         model = self._model(model, units, params)
-        entries, rings = dict(self.entries), self._rings() if model == "dp" else None
+        kind, entries = MODELS.get(model), dict(self.entries)
+        rings = self._rings() if kind.has_outlines else None
         if rings is not None and self.radius is not None and self.guessed:
             if np.ptp(self.radius):
                 least, most = self.radius.min(), self.radius.max()
@@ -223,9 +228,10 @@ class Sites:
         common["rounding"] = max(self.rounding, entries.get("rounding", 0.0))
         if self.rounding:
             common = {name: value for name, value in common.items() if name not in OF_DIGITS}
-        common["fixed"] = self._fixed(rings)
+        first = self._first_sites(kind) if rings is None else rings.order[rings.offsets[:-1]]
+        common["fixed"] = self._fixed(first)
         if rings is None:
-            common |= {"positions": self.positions, "diameters": self._diameters(radii)}
+            common |= {"positions": self._whole(kind, cell), "diameters": self._diameters(radii)[first]}
         elif radii is not None:
             raise InputError("radii apply to disks only; the rim width of droplets is params['delta']")
         else:
@@ -259,22 +265,43 @@ class Sites:
             fit = [
                 kind for kind in MODELS.names() if names <= own[kind] and units in (None, *MODELS.get(kind).unit_names)
             ]
-            likely = "sp" if self.rings is None else "dp"
-            wanted = fit[0] if self.rings is not None and self.guessed and len(fit) == 1 else likely
-        if wanted == "dp" and self.rings is None:
+            wanted = DISKS.name if self.rings is None else DROPLETS.name
+            if len(fit) == 1 and (
+                (self.rings is not None and self.guessed) or fit[0] not in (DISKS.name, DROPLETS.name)
+            ):
+                wanted = fit[0]
+        if MODELS.get(wanted).has_outlines and self.rings is None:
             raise InputError(
                 "no bonds, and no molecules of three atoms or more, say which vertices make a droplet: check the file, "
                 "or read disks, which have no parameters of droplets"
             )
         return str(wanted)
 
-    def _fixed(self, rings: Rings | None) -> NDArray[np.bool_] | None:
-        """(n,) mask, from the atoms or from the bits of all particles."""
+    def _first_sites(self, kind: Model) -> Indices:
+        """(n,) the first site of each particle of given sites, which follow each other."""
+        count = len(self.positions)
+        if kind.sites is None or count % kind.sites:
+            raise InputError(f"{count} atoms are no {kind.particles}, of {kind.sites} atoms each")
+        return np.arange(0, count, kind.sites)
+
+    def _whole(self, kind: Model, box: Array) -> Array:
+        """Positions; where the box may have cut particles, each at the image next to the one before in its particle.
+        What is whole keeps its bits."""
+        if not self.wrapped or kind.sites in (None, 1):
+            return self.positions
+        sites = self.positions.reshape(-1, kind.sites, 2).copy()
+        steps = np.diff(sites, axis=1)
+        taken = shortest_images(steps.reshape(-1, 2), box).reshape(steps.shape)
+        sites[:, 1:] -= np.cumsum(taken, axis=1) @ box
+        return sites.reshape(-1, 2)
+
+    def _fixed(self, first: Indices) -> NDArray[np.bool_] | None:
+        """(n,) mask, from the atoms or from the bits of all particles. `first`: (n,) the first site of each."""
         if self.fixed is not None:
-            return self.fixed if rings is None else self.fixed[rings.order][rings.offsets[:-1]]
+            return self.fixed[first]
         if (bits := self.entries.get("fixed")) is None:
             return None
-        n = len(self.positions) if rings is None else len(rings.offsets) - 1
+        n = len(first)
         mask = np.unpackbits(np.frombuffer(bytes.fromhex(bits), dtype=np.uint8)).astype(bool)
         if not n <= len(mask) < n + 8:
             raise InputError(f"fixed={bits:.40}: it has bits of {len(mask)} particles, not of {n}")

@@ -21,8 +21,10 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import measure
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.facts import facts_of, law_parameters, words
 from jamlab.packing.hdf5 import check_one_sweep
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.lammps_files import MARK, described, types
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
@@ -112,9 +114,9 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
         made.add_TopologyAttr(FixedFlags(first.frame.fixed))
     columns = first.kind.dump_columns(first)
     made.add_TopologyAttr("radii", columns["radius"][first.particle])
+    if len(bonds := first.kind.bonds(first)):
+        made.add_TopologyAttr("bonds", bonds)
     if "a0" in columns:
-        bonds = np.column_stack([np.arange(len(first.positions)), first.polygons.successor])
-        made.add_TopologyAttr("bonds", bonds[bonds[:, 0] != bonds[:, 1]])  # flat walls have none
         made.add_TopologyAttr(RestAreas(columns["a0"]))
         if any(shortest_images((1 + _AT_HALF) * p.polygons.edges, p.box).any() for p in frames):
             each = np.empty(first.n, dtype=object)
@@ -193,11 +195,12 @@ class UniverseFrames:
         if (counts > 1).any():
             raise InputError(f"the group has atom {named[counts > 1][0]} twice: give `group.unique`")
         self._types = _types(group, radii)
-        bonds = _bonds(group)
-        self._rings = rings_of_bonds(bonds, len(group)) if len(bonds) and self._model != "sp" else None
+        self._lines = _lines(group)
+        named = self._model or next((line["model"] for line in self._lines if "model" in line), DROPLETS.name)
+        bonds = _bonds(group) if MODELS.get(named).has_outlines else np.empty((0, 2), dtype=np.int64)
+        self._rings = rings_of_bonds(bonds, len(group)) if len(bonds) else None
         residues = _attribute(group.residues, "rest_areas", None)
         self._a0 = None if residues is None else group.rest_areas
-        self._lines = _lines(group)
         self._fixed = _attribute(group, "fixed_flags", None)
         self._perimeters = _attribute(group, "perimeters", None)
         own = _attribute(group, "radii", None)
@@ -310,7 +313,8 @@ def from_universe(
         params: parameters of the force law, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
-        model: "sp" if atoms with bonds are disks; by default they are vertices of droplets ("dp").
+        model: of the particles, where the source does not say it; by default atoms with bonds are vertices of droplets,
+            the others disks.
         start, stop, step: frames, as in a slice.
 
     Raises:
