@@ -78,7 +78,8 @@ def measure(
         InputError: a quantity that is not among `QUANTITIES`, two of one name, a function that returns no number, or
             `processes` below 1.
         EngineError: a process was killed.
-        JamlabError: errors of the analysis; for several packings the message names the state, counted from 0.
+        JamlabError: errors of the analysis, such as of a quantity by name that the model of a packing leaves out; for
+            several packings the message names the state, counted from 0.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -111,6 +112,9 @@ def numbers_of(
 ) -> Any:
     """`measure` without its warning, for those who look at the moduli themselves."""
     wanted = _by_name(quantities)
+    if quantities is not COLUMNS:
+        for each in [packing] if isinstance(packing, Packing) else packing:
+            _check_said(each, wanted)
     if isinstance(packing, Packing):
         return _measure_one(packing, wanted)
     return _measure_several(packing, wanted, processes, progress)
@@ -124,11 +128,20 @@ def _measure_one(packing: Packing, wanted: _Wanted) -> dict[str, float]:
     for name, own in wanted.items():
         if own is not None:
             found[name] = _number(name, own(packing))
+        elif name in _NEEDED and not packing.kind.says(_NEEDED[name]):
+            found[name] = float("nan")
         elif name in _ALONE:
             found[name] = _ALONE[name](packing)
         elif name not in found:
             found |= _OBSERVED[name](packing)
     return {name: found[name] for name in wanted}
+
+
+def _check_said(packing: Packing, wanted: Iterable[str]) -> None:
+    """Refuse quantities by name that the model of a packing leaves out."""
+    for name in wanted:
+        if name in _NEEDED and not packing.kind.says(_NEEDED[name]):
+            packing.kind.lacks(_NEEDED[name])
 
 
 def _by_name(quantities: str | _Own | Iterable[str | _Own]) -> _Wanted:
@@ -234,6 +247,13 @@ def _count_processes(left: int, seconds: float, most: int | None) -> int:
     return count if left * seconds * (1 - 1 / count) > _START else 1
 
 
+_OF_VOIDS = ("voids", "void_sides", "void_area", "void_shape")
+_NEEDED: dict[str, str] = {  # quantity -> method of the model that it needs
+    **dict.fromkeys(_OF_VOIDS, "boundary"),
+    **dict.fromkeys(("shape", "shape_rim"), "outline"),
+    **dict.fromkeys(("psi_6", "psi_6_overall"), "power_points"),
+    "area": "relative_areas",
+}
 _Observe = Callable[[Packing], dict[str, float]]
 _OBSERVED: dict[str, _Observe] = {}  # quantity -> what computes it, with others of its kind
 
@@ -266,28 +286,29 @@ def _energy(packing: Packing) -> dict[str, float]:
 
 @_observes("shortest_edge", "longest_edge", "contact_length")
 def _edges(packing: Packing) -> dict[str, float]:
-    if not (longest := packing.kind.longest_edge(packing)):
+    if not packing.kind.has_outlines:
         return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
     length = contact_lengths(packing).length
     mean = float(length.mean()) if len(length) else float("nan")
     shortest = float(np.hypot(*packing.polygons.edges.T).min())
-    return {"shortest_edge": shortest, "longest_edge": longest, "contact_length": mean}
+    return {"shortest_edge": shortest, "longest_edge": packing.kind.longest_edge(packing), "contact_length": mean}
 
 
 @_observes("rho", "voids", "void_sides", "void_area", "void_shape")
 def _cover(packing: Packing) -> dict[str, float]:
+    rho = {"rho": packing_fraction(packing)}
+    if not packing.kind.says("boundary"):
+        return rho
     try:
         found = voids(packing)
     except BoundaryError:
-        names = ("voids", "void_sides", "void_area", "void_shape")
-        return {"rho": packing_fraction(packing), **dict.fromkeys(names, float("nan"))}
+        return rho | dict.fromkeys(_OF_VOIDS, float("nan"))
     closed = found.percolating == 0
 
     def mean(values: NDArray[Any]) -> float:
         return float(values[closed].mean()) if closed.any() else float("nan")
 
-    return {
-        "rho": packing_fraction(packing),
+    return rho | {
         "voids": float(len(found.area)),
         "void_sides": mean(found.sides),
         "void_area": mean(found.area),

@@ -87,7 +87,14 @@ def test_files_and_pictures_hold_it(onset, dense, tmp_path):
     assert jamlab.read(tmp_path / "d.h5") == dense == pickle.loads(pickle.dumps(dense))
     axes = dense.plot()
     assert len(axes.collections[0].get_paths()) >= dense.n
-    assert set(jamlab.measure(dense, ["z", "pressure", "g"])) == {"z", "pressure", "g"}
+    assert jamlab.measure(dense, "rho")["rho"] == pytest.approx(0.93, abs=1e-6)
+    measured = jamlab.measure(dense)
+    unsaid = {"shape", "shape_rim", "area", "voids", "void_sides", "void_area", "void_shape"}
+    of_edges = {"shortest_edge", "longest_edge", "contact_length"}
+    assert {name for name, value in measured.items() if np.isnan(value)} == (unsaid | of_edges) & measured.keys()
+    jamlab.write_page(tmp_path / "d.html", [onset, dense])
+    page = (tmp_path / "d.html").read_text()
+    assert "16 dimers" in page and "does not say where dimers end" in page
 
 
 @pytest.mark.parametrize("name", ["d.data", "d.dump", "d.xyz"])
@@ -122,12 +129,24 @@ def test_a_universe_gives_it_back_also_where_the_box_has_cut_it(dense):
 def test_what_it_leaves_out_is_refused_by_name(dense):
     asked = {
         "Shape.boundary": lambda: jamlab.voids(dense),
-        "Shape.power_points": lambda: jamlab.tessellation(dense),
+        "Shape.outline": lambda: jamlab.measure(dense, ["z", "shape"]),
+        "Shape.relative_areas": lambda: jamlab.measure([dense, dense], "area"),
         "Flow.jacobian": lambda: jamlab.complex_modulus(dense, [1.0]),
     }
     for method, ask in asked.items():
         with pytest.raises(jamlab.InputError, match=rf"model dimer does not say `{method}`.*class Dimers"):
             ask()
+
+
+def test_flat_walls_are_refused_and_rough_ones_hold_it(dense):
+    with pytest.raises(jamlab.InputError, match="flat: model dimer"):
+        jamlab.with_walls(dense, flat=True)
+    walled = jamlab.relax(jamlab.with_walls(dense, thickness=1.2))
+    assert (
+        walled.converged
+        and walled.walls
+        and np.abs(jamlab.evaluate(walled).forces[walled.frame.fixed_sites]).max() == 0
+    )
 
 
 def test_its_deck_part_lies_in_its_own_folder():

@@ -73,6 +73,11 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
 
 
 def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
+    if not packing.kind.meets_flat_walls:
+        raise InputError(
+            f"flat: model {packing.model} does not say how {packing.kind.particles} meet flat walls, see "
+            "`Contacts.meets_flat_walls` of jamlab.models.model; use flat=False"
+        )
     if not packing.frame.all_free:
         raise InputError(f"flat: {int(packing.frame.fixed.sum())} particles are fixed; use flat=False, or free them")
     box, x = np.array(packing.box), np.array(packing.positions)

@@ -39,9 +39,14 @@ class Disks(Model):
         "eps": UnitNames("σ", "ε/σ", "ε/σ²"),
         "k": UnitNames("d", "k d", "k"),
     }
+    unit_meanings: ClassVar[Mapping[str, str]] = {
+        "eps": "ε: energy of a contact, σ: mean diameter",
+        "k": "k: stiffness of a contact, d: mean diameter",
+    }
     motions = 2  # of a rigid particle: no contact holds a disk from turning
     compiled_fire = True
     sizes_by_disk = True
+    meets_flat_walls = True
     least_force = 2e-14
     points = staticmethod(touching_disks)
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {

@@ -58,12 +58,14 @@ class Droplets(Model):
     words = ("droplets", "polygons")
     sites = None
     has_outlines = True
+    meets_flat_walls = True
     size_name = "rest area"
     size_label = "√a₀"
     unit_names: ClassVar[Mapping[str, UnitNames]] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     atom_style = "molecular"
     size_column = "a0"
     sizes_by_atom = True
+    unit_meanings: ClassVar[Mapping[str, str]] = {"eps": "ε: energy of a contact, l: mean of √a₀ over the two sizes"}
     corrects_flow = True
     points = staticmethod(vertex_contacts)
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {

@@ -32,6 +32,10 @@ class Part:
 
     name: ClassVar[str]  # of `Packing.model`
 
+    def says(self, method: str) -> bool:
+        """Whether a model writes a method of one of its parts."""
+        return getattr(type(self), method) is not getattr(Model, method)
+
     def lacks(self, method: str) -> NoReturn:
         """Refuse what a model does not say."""
         part = next(each.__name__ for each in Model.__mro__ if method in vars(each))
@@ -50,6 +54,8 @@ class State(Part):
     size_name: ClassVar[str] = "diameter"
     size_label: ClassVar[str] = "diameter"  # of a scale of colours and in pages
     unit_names: ClassVar[Mapping[str, UnitNames]] = {"eps": UnitNames("d", "ε/d", "ε/d²")}  # by `Packing.units`
+    # what the letters stand for
+    unit_meanings: ClassVar[Mapping[str, str]] = {"eps": "ε: energy of a contact, d: mean diameter"}
     motions: ClassVar[int] = 3  # of a rigid particle
     # whether outlines may come through each other, or fold: then no minimum from there is one of a packing
     has_outlines: ClassVar[bool] = False
@@ -132,6 +138,7 @@ def _counts(packing: Packing) -> Indices:
 class Contacts(Part):
     """Who presses on whom, and the potential energy."""
 
+    meets_flat_walls: ClassVar[bool] = False  # whether `points` finds contacts with flat walls, `Packing.flat_walls`
     # that rounding leaves of forces at a minimum, over the energy of the law and the mean size
     least_force: ClassVar[float] = 1e-13
 

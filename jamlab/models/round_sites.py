@@ -91,6 +91,9 @@ class RoundSites(Model):
             np.add.at(rows, (each, packing.particle[site]), sign * motion)
         return rows.reshape(len(rows), -1)
 
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+        return packing.particle, packing.positions, 0.5 * site_diameters(packing)
+
     def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
         import shapely  # slow to load
 

@@ -60,6 +60,7 @@ function ring(state, head, m) {
 }
 
 function traceParticle(path, state, head, m, dx, dy, pixel) {
-  if (head.radii !== null) traceDisk(path, state.centres[2 * m] + dx, state.centres[2 * m + 1] + dy, head.radii[m]);
+  const disks = head.radii === null ? null : head.offsets === null ? state.centres.subarray(2 * m, 2 * m + 2) : ring(state, head, m);
+  if (disks !== null) for (let k = 0; k < disks.length; k += 2) traceDisk(path, disks[k] + dx, disks[k + 1] + dy, head.radii[m]);
   else traceRim(path, ring(state, head, m), state.rim, dx, dy, pixel);
 }

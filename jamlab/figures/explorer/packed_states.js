@@ -81,11 +81,12 @@ function unpackState(raw, head) {
 
 /** Radius around each centre that holds the particle. */
 function boundingRadii(sites, centres, rim, head) {
-  if (head.radii !== null) return Float64Array.from(head.radii);
+  if (head.offsets === null) return Float64Array.from(head.radii);
   const radius = new Float64Array(head.n);
   for (let m = 0; m < head.n; m++) {
     for (let k = head.offsets[m]; k < head.offsets[m + 1]; k++) {
-      const reach = Math.hypot(sites[2 * k] - centres[2 * m], sites[2 * k + 1] - centres[2 * m + 1]) + rim;
+      const width = head.radii === null ? rim : head.radii[m];
+      const reach = Math.hypot(sites[2 * k] - centres[2 * m], sites[2 * k + 1] - centres[2 * m + 1]) + width;
       if (reach > radius[m]) radius[m] = reach;
     }
   }

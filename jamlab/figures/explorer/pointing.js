@@ -59,6 +59,11 @@ function pickVoid({state}, x, y, moves) {
   return null;
 }
 
+/** A line with a number; none where the model does not say it. */
+function known(name, value, unit = '') {
+  return Number.isFinite(value) ? [`${name} ${number(value)}${unit}`] : [];
+}
+
 /** Lines of text about it, the first a heading. */
 function describe({state, head, shown}, {kind, index}) {
   const {length, area, force} = head.units, particles = state.particles;
@@ -75,14 +80,14 @@ function describe({state, head, shown}, {kind, index}) {
     const gap = state.voids.list[index];
     return [`void between ${gap.sides} particles`, `area ${number(gap.area)} [${area}]`];
   }
-  const name = head.radii === null ? 'droplet' : 'disk', {sizes} = head, two = head.large[index] ? 'large' : 'small';
+  const name = head.particle, {sizes} = head, two = head.large[index] ? 'large' : 'small';
   const size = sizes ? `${sizes.name} ${number(sizes.values[index], 4)} [${length}]` : two;
   const lines = [
     `${name} ${index}, ${size}${particles.rattler[index] ? ', rattler' : ''}`,
-    `A ${number(particles.shape[index])}`,
+    ...known('A', particles.shape[index]),
     `z ${particles.z[index]}`,
-    `area ${number(particles.area[index])} [${area}]`,
-    `cell ${number(particles.cell[index])} [${area}]`,
+    ...known('area', particles.area[index], ` [${area}]`),
+    ...known('cell', particles.cell[index], ` [${area}]`),
   ];
   if (shown.displacements && state.moves !== null) {
     const moved = Math.hypot(state.moves[2 * index], state.moves[2 * index + 1]);

@@ -18,7 +18,7 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
-from jamlab.geometry.tessellation import tessellation
+from jamlab.geometry.tessellation import Tessellation, tessellation
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.measure import numbers_of, why_no_modulus
 from jamlab.packing.area_change import compression
@@ -34,6 +34,7 @@ def encode(values: ArrayLike, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
+_NO_LINES = np.empty(0, dtype=object)
 # in sqrt(cell area / particles)
 COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
 _JOINED = 1e-9  # ends of pieces of a wall between cells that are nearer than this are one point
@@ -44,20 +45,21 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
-    network, cells = contacts(packing), tessellation(packing)
+    network = contacts(packing)
+    cells = tessellation(packing) if packing.kind.says("power_points") else None
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
         "planes": packing.frame.planes if packing.frame.is_flat else None,
         "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
-        "particles": _pack_particles(packing, network, cells.area),
+        "particles": _pack_particles(packing, network, cells),
         "voids": _pack_voids(packing),
-        "walls": _pack_walls(packing, cells.lines),
+        "walls": _packed_lines(_NO_LINES) if cells is None else _pack_walls(packing, cells.lines),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
-    if packing.kind.has_outlines:
+    if packing.offsets is not None:
         state["centres"] = encode(centres, "<f4")
     return state
 
@@ -118,14 +120,15 @@ def _pack_contacts(packing: Packing, network: Contacts, home: Array) -> dict[str
     }
 
 
-def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[str, Any]:
+def _pack_particles(packing: Packing, network: Contacts, cells: Tessellation | None) -> dict[str, Any]:
     """Numbers of every particle; z counts all contacts of a rattler, else those that bear force, as the mean z does."""
     counted = network.bearing[:, None] | network.rattlers[network.pairs]
     z = np.bincount(network.pairs[counted], minlength=packing.n)
+    unknown, says = np.full(packing.n, np.nan), packing.kind.says
     return {
-        "shape": encode(shape_factors(packing), "<f4"),
-        "area": encode(particle_areas(packing), "<f4"),
-        "cell": encode(cells, "<f4"),
+        "shape": encode(shape_factors(packing) if says("outline") else unknown, "<f4"),
+        "area": encode(particle_areas(packing) if says("shares") else unknown, "<f4"),
+        "cell": encode(unknown if cells is None else cells.area, "<f4"),
         "z": encode(z, "<u2"),
         "rattler": encode(network.rattlers, "u1"),
     }
@@ -134,6 +137,8 @@ def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[s
 def _pack_voids(packing: Packing) -> dict[str, Any]:
     """Voids that do not percolate, with their rings less points that no eye would miss; the reason where outlines
     cross."""
+    if not packing.kind.says("boundary"):
+        return {"why": f"model {packing.model} does not say where {packing.kind.particles} end"}
     try:
         found = voids(packing)
     except BoundaryError as error:
@@ -174,17 +179,10 @@ def _packed_lines(lines: Any) -> dict[str, str]:
     return {"points": encode(points, "<f4"), "ends": encode(np.cumsum(np.bincount(line, minlength=len(lines))), "<u4")}
 
 
-_MEANING = {
-    ("sp", "k"): "k: stiffness of a contact, d: mean diameter",
-    ("sp", "eps"): "ε: energy of a contact, σ: mean diameter",
-    ("dp", "eps"): "ε: energy of a contact, l: mean of √a₀ over the two sizes",
-}
-
-
 def unit_labels(packing: Packing) -> dict[str, str]:
     """Quantity -> unit; `meaning` says what the letters stand for."""
     length, force, stress = packing.unit_names
-    meaning = _MEANING[packing.model, packing.units]
+    meaning = packing.kind.unit_meanings[packing.units]
     return {"length": length, "area": f"{length}²", "force": force, "stress": stress, "meaning": meaning}
 
 

@@ -190,6 +190,7 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
     sizes, boxes = first.kind.sizes(first), np.array([packing.box for packing in packings])
     return {
         "model": first.model,
+        "particle": first.kind.particles.removesuffix("s"),
         "n": first.n,
         "units": unit_labels(first),
         "offsets": _listed(first.offsets),
