@@ -255,7 +255,8 @@ double OverdampedFlow::column(int n) const
       dissipation(), s.energy / a, state.work, state.dissipated,
       last_iterations, update->dt, iterations, s.contacts, state.unsettled,
       // shear stress and pressure on the lower wall and on the upper one
-      s.walls[0] / width, -s.walls[1] / width, -s.walls[2] / width, s.walls[3] / width};
+      s.walls[0] / width, -s.walls[1] / width, -s.walls[2] / width, s.walls[3] / width,
+      solver ? solver->rubbing_pairs() : 0.0};
   return n < COLUMNS ? columns[n] : 0.0;
 }
 

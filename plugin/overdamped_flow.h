@@ -55,7 +55,7 @@ class OverdampedFlow : protected Pointers {
   const Field &velocities() const { return velocity; }    // beside the affine flow
   double memory_usage();
 
-  static constexpr int COLUMNS = 21;
+  static constexpr int COLUMNS = 22;
 
  protected:
   struct State {    // numbers alone

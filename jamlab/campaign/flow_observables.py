@@ -105,8 +105,9 @@ class _Run(Driven):
     def check(self, sites: float) -> None:
         super().check(sites)
         for key in ("alpha", "background"):
-            if key in self.how.model_fields_set and not self.damping.contact:
-                said = f"{self.name}.{key} applies to contact damping, but damping has Stokes drag only"
+            laws = self.damping.contact or (key == "background" and self.damping.others)
+            if key in self.how.model_fields_set and not laws:
+                said = f"{self.name}.{key} applies to contact damping, but damping has none"
                 raise ValueError(f"{said}: leave it out")
 
     def check_law(self, law: DragLaw) -> None:
@@ -203,7 +204,7 @@ class OscillationOfStates(_Run):
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
         """Linear answer at the stress that was seen, [T] eqs 23-29; nan for other than balanced contact damping."""
-        if row["beta"] != 1:  # nan for Stokes drag
+        if row["beta"] != 1:  # nan for other laws
             return {}
         try:
             linear, _ = equivalent_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)

