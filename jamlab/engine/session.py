@@ -386,7 +386,7 @@ class Session(Hinted):
             self._run("fix fixed fixed setforce 0.0 0.0 0.0")
         self._run("thermo 1")  # so that energy and virial are summed at every step
         deck_way = "sizes by disk" if "own_sizes" in settings else "sizes by type"
-        walls = "flat walls" if packing.flat_walls.any() else "" if packing.frame.all_free else "held particles"
+        walls = "flat walls" if packing.frame.is_flat else "" if packing.frame.all_free else "held particles"
         self._deck = Comparison(key("deck", packing, ", ".join(filter(None, [deck_way, walls]))))
         self._kernel, self._contact_energy = Comparison(key("kernel", packing)), 0.0  # at the last evaluation
         self._place()  # in a triclinic box read_data changes the last digits

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -47,11 +47,7 @@ def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
     disks; the two ends of an edge; a vertex and an edge; all vertices of one polygon. `prestress`: False leaves out the
     part of each Hessian that is proportional to the force in the contact (Baumgarten & Tighe eq 4 with f0 = 0): every
     contact is replaced by an unstressed spring. SP only."""
-    terms = packing.kind.terms(packing, prestress)
-    if not packing.frame.has_walls:
-        return terms
-    offsets = packing.frame.wall_offsets
-    return [replace(term, local=term.local + offsets[term.sites]) for term in terms]
+    return packing.frame.placed(packing.kind.terms(packing, prestress))
 
 
 def solved_coordinates(packing: Packing) -> Indices:

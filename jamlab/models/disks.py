@@ -163,7 +163,7 @@ class Disks(Model):
         return installed_file("lammps_inputs", "parts/sp")
 
     def check_for_lammps(self, packing: Packing) -> None:
-        if packing.flat_walls.any() and not packing.law.deck_part:
+        if packing.frame.is_flat and not packing.law.deck_part:
             raise EngineError(
                 f"{packing.law} has no flat walls in LAMMPS, whose pair styles know points alone: use rough walls, "
                 "jamlab.with_walls(packing), or jamlab's own laws"

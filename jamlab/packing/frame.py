@@ -89,6 +89,10 @@ class Frame:
         """Energy terms whose Hessians couple free sites alone."""
         return terms
 
+    def placed(self, terms: list[Terms]) -> list[Terms]:
+        """Energy terms whose sites lie where strains move them from, x + d of `wall_offsets`."""
+        return terms
+
     # motion of all together -------------------------------------------------------------------------------------------
 
     @property
@@ -243,6 +247,10 @@ class RoughWalls(FixedParticles):
     @property
     def kept_shapes(self) -> Array:
         return np.zeros_like(self.positions)
+
+    def placed(self, terms: list[Terms]) -> list[Terms]:
+        offsets = self.wall_offsets
+        return [replace(term, local=term.local + offsets[term.sites]) for term in terms]
 
 
 class FlatWalls(RoughWalls):

@@ -374,9 +374,7 @@ def test_a_velocity_profile_is_the_affine_one_and_what_the_parts_add(packing):
 def test_files_keep_walls(walled, tmp_path, ending):
     file = tmp_path / f"walled.{ending}"
     for given in (walled,) if walled.flat_walls.any() else (walled, walled.with_state(walls=False)):
-        {"h5": given.write, "data": lambda f, p=given: jamlab.write(f, p)}.get(
-            ending, lambda f, p=given: jamlab.write(f, [p])
-        )(file)
+        jamlab.write(file, [given] if ending == "dump" else given)
         found = jamlab.read(file)
         assert found.difference(given) is None and found.walls is given.walls
     assert jamlab.from_universe(jamlab.universe(walled))[0].difference(walled) is None

@@ -218,3 +218,37 @@ def test_lines_that_nothing_holds_are_refused():
 
 def test_a_mask_that_fixes_nothing_is_none():
     assert disks(fixed=np.zeros(4, dtype=bool)).fixed is None
+
+
+class Piston(Frame):
+    """A periodic box of constant width, under a piston."""
+
+    strains = np.array([SIMPLE_SHEAR, ALONG_Y])
+    squeeze = ALONG_Y
+    limits = "in a box of constant width"
+
+
+@pytest.fixture
+def piston(monkeypatch):
+    p = jamlab.pack(n=16, pressure=2e-2, seed=1)
+    monkeypatch.setattr("jamlab.packing.packing.frame_of", Piston)
+    return p
+
+
+def test_another_frame_is_a_class(piston):
+    """Compression, pressure, bulk modulus and what is refused follow from its answers alone."""
+
+    def energy(height):
+        map_ = np.diag([1.0, height])
+        moved = piston.with_state(box=piston.box @ map_, positions=piston.positions @ map_, ensemble="fixed-box")
+        return jamlab.evaluate(jamlab.relax(moved, tolerance=1e-12)).energy
+
+    step = 1e-5
+    low, here, high = (energy(1 + k * step) for k in (-1, 0, 1))
+    pressure = -(high - low) / (2 * step * piston.area)
+    assert jamlab.measure(piston, ["pressure"])["pressure"] == pytest.approx(pressure, rel=1e-5)
+    assert jamlab.bulk_modulus(piston) == pytest.approx((high - 2 * here + low) / (step**2 * piston.area), rel=1e-4)
+    dense = list(jamlab.compress(piston, to=jamlab.packing_fraction(piston) + 0.01, step=0.005))[-1]
+    assert dense.box[0, 0] == pytest.approx(piston.box[0, 0], rel=1e-12) and dense.box[1, 1] < piston.box[1, 1]
+    with pytest.raises(jamlab.InputError, match="not defined in a box of constant width"):
+        jamlab.shear_modulus(piston, direction="pure")
