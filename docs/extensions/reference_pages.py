@@ -35,7 +35,7 @@ GROUPS = (
         "protocols",
         "Making packings",
         "Onset of jamming, a pressure, compression, and no more model than needed.",
-        ("protocols", "estimates"),
+        ("protocols", "estimates", "trajectories.droplets_from_outlines"),
     ),
     Group("measure", "Measuring many things", "One call for what most people want to know.", ("measure",)),
     Group("structure", "Structure", "Contacts, areas, shapes, cells, order and voids.", ("geometry", "packing.")),

@@ -373,6 +373,9 @@ CASES = {
     "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
+    "mean_spectra": Case(
+        _fields(lambda p: jamlab.mean_spectra([p], [1e-2, 1.0])[0], storage=STRESS, loss=STRESS), models=LONG
+    ),
     "measure": Case(_measured),
     "mode_character": Case(_motion, models=("dp",)),
     "nonlinear_modulus": Case(
