@@ -51,7 +51,7 @@ def test_packings_that_differ_are_never_averaged(tmp_path):
         first,
         jamlab.pack(16, 2e-2, 1),
         jamlab.pack(24, 1e-2, 1),
-        jamlab.pack(16, 1e-2, 1, ensemble="shear-stabilized"),
+        first.with_state(ensemble="shear-stabilized", converged=True),
         jamlab.pack(16, 1e-2, 1, size_ratio=1.2),
         first.with_state(params={"k": 2.0}, converged=True),
         first.with_state(fixed=np.arange(16) == 3, converged=True),

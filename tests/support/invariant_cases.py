@@ -374,7 +374,7 @@ CASES = {
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
     "mean_spectra": Case(
-        _fields(lambda p: jamlab.mean_spectra([p], [1e-2, 1.0])[0], storage=STRESS, loss=STRESS), models=LONG
+        _fields(lambda p: jamlab.mean_spectra([p], [1e-2, 1.0])[0], storage=STRESS, loss=STRESS), models=("eps",)
     ),
     "measure": Case(_measured),
     "mode_character": Case(_motion, models=("dp",)),
