@@ -14,7 +14,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.packing import Packing
@@ -171,7 +171,7 @@ class MeanSpectra(Result):
 
 @checked
 def mean_spectra(
-    packings: Sequence[Packing],
+    packings: Packing | Sequence[Packing],
     omega: ArrayLike,
     damping: DragLaw | None = None,
     *,
@@ -184,7 +184,7 @@ def mean_spectra(
     ensemble, walls and, to 1e-3, their pressure are the same. Others are never averaged.
 
     Args:
-        packings: one or more, at energy minima.
+        packings: one or several, at energy minima.
         omega: (m,) angular frequencies, 1/tau_1.
         damping: as in `jamlab.complex_modulus`, as are the arguments that follow.
         prestress: False replaces contacts by unstressed springs; of disks only.
@@ -198,7 +198,7 @@ def mean_spectra(
 
     Raises:
         InputError: no packing, or as `jamlab.complex_modulus`.
-        ConvergenceError: a packing is unjammed, not at a minimum or unstable.
+        ConvergenceError: a packing is unjammed, not at a minimum or unstable; the error says which.
 
     Example:
         >>> packings = [jamlab.pack(16, pressure, seed) for pressure in (1e-2, 1e-3) for seed in (1, 2)]
@@ -206,16 +206,25 @@ def mean_spectra(
         >>> [(spectrum.kind, len(spectrum.spectra)) for spectrum in found]
         [('disks, p = 0.01 k', 2), ('disks, p = 0.001 k', 2)]
     """
+    packings = [packings] if isinstance(packings, Packing) else packings
     if not packings:
         raise InputError("packings: give one or more")
     law = damping or ContactDamping()
     means = []
     for kind, members in group_by_kind(packings).items():
         own = {k: packings[k] for k in members}
-        spectra = [linear_modulus(p, omega, law, prestress=prestress, method=method) for p in own.values()]
+        how: dict[str, Any] = {"prestress": prestress, "method": method}
+        spectra = [_one(f"packing {k}: " * (len(packings) > 1), p, omega, law, **how) for k, p in own.items()]
         tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]
         g = np.array([mean_shear_modulus(p, tensor) for p, tensor in zip(own.values(), tensors, strict=True)])
         means.append(MeanSpectrum.of(kind, own, spectra, g))
     moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in (("G_xy", "g0"), ("G", "g"))}
     warn_of_negative_rows(moduli, "packings")
     return MeanSpectra(tuple(means), law)
+
+
+def _one(name: str, packing: Packing, omega: ArrayLike, law: DragLaw, **how: Any) -> ComplexModulus:
+    try:
+        return linear_modulus(packing, omega, law, **how)
+    except ConvergenceError as error:
+        raise ConvergenceError(f"{name}{error}") from error

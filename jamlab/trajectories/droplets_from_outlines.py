@@ -111,6 +111,8 @@ def _ring(m: int, outline: Any) -> Array:
     """(vertices, 2) an outline without repeated vertices."""
     if getattr(outline, "geom_type", None) is not None:
         outline = _exterior(m, outline)
+    if np.ma.is_masked(outline):
+        raise InputError(f"outlines[{m}] has masked entries: fill them, or leave these vertices out")
     ring = finite_array(f"outlines[{m}]", outline, (None, 2))
     ring = ring[np.any(ring != np.roll(ring, -1, axis=0), axis=1)]
     if len(ring) < 3:

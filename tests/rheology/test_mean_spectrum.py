@@ -84,12 +84,15 @@ def test_kinds_whose_sizes_no_label_tells_apart_are_numbered():
 
 def test_the_static_moduli_are_those_of_measure():
     packing = jamlab.pack(16, 1e-2, 1)
-    (found,) = jamlab.mean_spectra([packing], OMEGA)
+    (found,) = jamlab.mean_spectra(packing, OMEGA)
     measured = jamlab.measure(packing)
     assert found.packings["g"][0] == pytest.approx(measured["g"], rel=1e-12)
     assert found.packings["g0"][0] == pytest.approx(measured["g_x"], rel=1e-8)
     with pytest.raises(jamlab.InputError, match="packings"):
         jamlab.mean_spectra([], OMEGA)
+    loose = packing.with_state(box=2 * packing.box)
+    with pytest.raises(jamlab.ConvergenceError, match="packing 1: "):
+        jamlab.mean_spectra([packing, loose], OMEGA)
 
 
 def test_unknown_endings_and_places_are_refused(tmp_path):

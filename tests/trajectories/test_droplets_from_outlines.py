@@ -129,6 +129,7 @@ def test_outlines_of_rims_are_drawn_in_by_half_their_width():
         ([SQUARE[:2]], {}, r"outlines\[0\] has 2 vertices"),
         ([SQUARE, np.repeat(SQUARE[:2], 2, axis=0) + 4], {}, r"outlines\[1\] has 2 vertices"),
         ([[[0, 0], [1, np.nan], [1, 1]]], {}, r"outlines\[0\]\[1, 1\] is nan"),
+        ([np.ma.masked_array(SQUARE, SQUARE > 1)], {}, r"outlines\[0\] has masked entries"),
         ([SQUARE[:, :1]], {}, r"outlines\[0\] must have shape"),
         ([SQUARE[[0, 2, 1, 3]]], {}, r"outlines\[0\] crosses itself.*wrapped=True"),
         ([[[0, 0], [1, 0], [2, 0]]], {}, "folds back"),
