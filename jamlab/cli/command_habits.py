@@ -71,6 +71,8 @@ COMMANDS = {
         ),
         "explore",
     ),
+    **dict.fromkeys(("outlines", "from-outlines", "polygons", "contours", "cells", "geojson"), "droplets"),
+    **dict.fromkeys(("mean", "average", "ensemble-mean", "estimate-cost"), "estimate"),
     **dict.fromkeys(("run", "lmp", "lammps", "script"), "deck"),
     **dict.fromkeys(("check", "test", "validate", "verify", "install", "selftest"), "doctor"),
     **dict.fromkeys(("list", "ls", "examples", "scripts"), "decks"),

@@ -79,9 +79,11 @@ def test_creep(tmp_path):
         assert small["final_strain"] * jamlab.shear_modulus(jammed) == pytest.approx(1e-7, rel=1e-3)
         assert large["final_strain"] > 1 and large["final_time"] < 300 and small["final_time"] == pytest.approx(300)
         assert small["residual"] == large["residual"] and small["unsettled"] == 0
-    run = jamlab.creep(jammed, 2e-2, 300.0, largest_strain=1.0, background_drag=1e-2)
-    same = table.query("state == 1 and law == 'contact' and stress == 2e-2").iloc[0]
-    assert (same["final_rate"], same["slope"]) == (run.final_rate, run.slope)
+    for law, background in ((jamlab.ContactDamping(), 1e-2), (jamlab.StokesDrag(0.5), 0.0)):
+        run = jamlab.creep(jammed, 2e-2, 300.0, law, largest_strain=1.0, background_drag=background)
+        name = "contact" if background else "stokes"
+        same = table[(table["state"] == 1) & (table["law"] == name) & (table["stress"] == 2e-2)].iloc[0]
+        assert (same["final_rate"], same["slope"]) == (run.final_rate, run.slope)
 
 
 @pytest.mark.parametrize(
