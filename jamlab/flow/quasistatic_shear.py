@@ -34,7 +34,7 @@ from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax_session
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 LIMIT = 0.02  # imbalance from which on a result is doubtful, and a step is tried backwards
@@ -219,7 +219,7 @@ class Walk(Run[QuasistaticShear]):
             self._on_walls = list(self.before.wall_stress)
         else:
             if pressure == "constant":
-                found = relax(self.session, tolerance, near=True)
+                found = relax_session(self.session, tolerance, near=True)
                 if not packing.law.range and contacts(self.session.packing()).unjammed:
                     raise InputError('pressure = "constant": the packing is unjammed, give a pressure as a number')
                 self._pressure = self._scales.stress * found.evaluation.pressure

@@ -15,7 +15,7 @@ from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_rho
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 from jamlab.storage.verified_file import versions
 
 _FEWEST = 8  # droplets: fewer are their own neighbours in a periodic patch
@@ -59,7 +59,7 @@ def packing_of_picture(
     box = np.diag(size / unit)
     start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
     first = min(rho, _HAND_OVER) if handed_over else rho
-    disks = relax_at_rho(at_phi(start, first), first, _RHO_TOLERANCE, relax)
+    disks = relax_at_rho(at_phi(start, first), first, _RHO_TOLERANCE, relax_session)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}
     done = disks.with_state(provenance=entries | versions())
     if not handed_over:

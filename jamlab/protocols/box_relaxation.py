@@ -31,7 +31,7 @@ from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.descent import USUAL, Effort, load, quench
 from jamlab.protocols.newton import REACH
 from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
-from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax, settle
+from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax_session, settle
 
 _JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
 _NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
@@ -60,7 +60,7 @@ _GROW, _REFUSED = 2.5, 0.25
 
 @dataclass(frozen=True)
 class Ensemble:
-    """What the box of packings does while they are relaxed; called as `relax` is."""
+    """What the box of packings does while they are relaxed; called as `relax_session` is."""
 
     may_shear: bool = False  # whether the box is sheared until no shear stress is left
     pressure: float | None = None  # at which the area is free, in a box that does not shear; None: the area stays
@@ -81,7 +81,7 @@ class Ensemble:
 
         Args:
             session: is left in the minimum; a box that shears is left where contacts were lost, if they are.
-            tolerance, near, effort: see `relax`.
+            tolerance, near, effort: see `relax_session`.
             least_pressure: give up a packing whose pressure falls below this while its box is sheared; the last digits
                 of one that just loses its contacts cost most.
 
@@ -95,7 +95,7 @@ class Ensemble:
         if self.pressure is not None:
             return relax_at_pressure(session, self.pressure, force)
         if not self.may_shear:
-            return relax(session, force, near=near, effort=effort)
+            return relax_session(session, force, near=near, effort=effort)
         box_strains = BoxStrains(SHEARS)
         if not session.kind.compiled_fire:
             return _shear_box(session, box_strains, force, near, max(least_pressure, 0.0), effort)
@@ -114,7 +114,7 @@ def _shear_box(
 ) -> Relaxed:
     size = mean_size(session.packing())
     solver, part = PositiveSolver(session.tally, "Newton steps of the box"), 1.0
-    found = relax(session, tolerance, near=near, effort=effort)
+    found = relax_session(session, tolerance, near=near, effort=effort)
     for _ in range(effort.box):
         state, packing = found.evaluation, session.packing()
         balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
@@ -128,7 +128,7 @@ def _shear_box(
             break
         step, _ = whole.within(REACH * size, LONGEST_STRAIN, part)
         session.load(box_strains.move(packing, step.u, step.e))
-        trial = relax(session, tolerance, near=True, effort=effort)
+        trial = relax_session(session, tolerance, near=True, effort=effort)
         if trial.evaluation.pressure < least_pressure:
             return trial
         work = -0.5 * (gradient + box_strains.gradient(trial.evaluation.stress, packing.area)) @ step.e
@@ -225,7 +225,7 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
 
 def _meet_by_area(session: Session, pressure: float, tolerance: float, least: float) -> Relaxed:
     """Newton steps in the area, each relaxed; given up below a pressure, where contacts are lost."""
-    found, widest = relax(session, tolerance, near=True), _WIDEST
+    found, widest = relax_session(session, tolerance, near=True), _WIDEST
     before: tuple[float, float] | None = None
     for _ in range(_AREAS):
         state, packing = found.evaluation, session.packing()
@@ -245,7 +245,7 @@ def _meet_by_area(session: Session, pressure: float, tolerance: float, least: fl
         wider = np.clip(fall / modulus, -widest, widest)
         try:
             session.load(follow(packing, packing.phi * np.exp(-wider)))
-            found = relax(session, tolerance, near=True)
+            found = relax_session(session, tolerance, near=True)
         except (EngineError, InputError):  # vertices run together, or outlines cross
             session.load(packing, anew=True)
             widest = 0.25 * abs(wider)

@@ -26,7 +26,7 @@ from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
@@ -211,7 +211,7 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
     `response`: (n_sites, 2, 2, 2) of `ElasticTensor.displacements`."""
     session.load(packing)
     tolerance = _force_tolerance(packing)
-    found = relax(session, tolerance, near=True).evaluation
+    found = relax_session(session, tolerance, near=True).evaluation
     if found.max_force > _LEFT * tolerance:
         raise ConvergenceError(
             f"no minimum after a small strain (residual force {found.max_force:.2g}): relax the packing first"

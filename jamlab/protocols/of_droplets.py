@@ -31,7 +31,7 @@ from jamlab.protocols.random_start import (
     place_droplets,
     random_disks,
 )
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
@@ -119,7 +119,7 @@ def _compressed(holders: Packing, fractions: Array) -> Packing | None:
     with Session(holders) as session:
         for reached in fractions:
             session.load(at_phi(loose or holders, holders.phi * reached / fractions[0]))
-            if relax(session).evaluation.energy > _TOUCHING * holders.n:
+            if relax_session(session).evaluation.energy > _TOUCHING * holders.n:
                 break
             loose = session.packing()
     return loose

@@ -17,7 +17,7 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.makings import Making, making_of
-from jamlab.protocols.relaxation import Relaxed, relax, settle
+from jamlab.protocols.relaxation import Relaxed, relax_session, settle
 from jamlab.protocols.saddles import leave_saddles
 
 _LOOSE_ENERGY = 0.01  # contact energy over u_contact that forces left in loose disks may hold
@@ -89,7 +89,7 @@ class OnsetSearch(Approach[SearchState]):
         direction = 1.0
         while True:
             self.session.load(at_phi(packing, packing.phi + direction * increment))
-            state = self._leave_saddles(self.measure(relax(self.session, self.tolerance)))
+            state = self._leave_saddles(self.measure(relax_session(self.session, self.tolerance)))
             if self.at_end(state):
                 return state
             turn = -1.0 if state.energy > self.protocol["u_contact"] else 1.0

@@ -55,7 +55,9 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluat
     return making_of(session.kind.name).descent.settle(session, tolerance, loose)
 
 
-def relax(session: Session, tolerance: float | None = None, *, near: bool = False, effort: Effort = USUAL) -> Relaxed:
+def relax_session(
+    session: Session, tolerance: float | None = None, *, near: bool = False, effort: Effort = USUAL
+) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box.
 
     Args:

@@ -28,7 +28,7 @@ from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_
 from jamlab.protocols.descent import load, quench
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
-from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, force_tolerance, relax
+from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, force_tolerance, relax_session
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.storage.verified_file import versions
@@ -164,7 +164,7 @@ def _from_random(
     search = numbers("pressure")
     with Session(given, ranks=ranks) as session:
         if given.law.range:
-            relax(session, _BEFORE_BOX)
+            relax_session(session, _BEFORE_BOX)
         else:
             _walk(session, pressure, search, progress)
         found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force)

@@ -18,7 +18,7 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance, relax_session
 from studies.other_codes.analysis import ANALYSTS, ASE
 from studies.other_codes.jax_md import JaxMD
 from studies.other_codes.peers import MISSING, MOST_STEPS, Analyst, Jamlab, Lammps, Peer, installed, plain_point
@@ -130,12 +130,12 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])
         with Session(random_disks(n, seed + trial, phi=phi)) as session:
-            if not relax(session).converged or contacts(session.packing()).unjammed:
+            if not relax_session(session).converged or contacts(session.packing()).unjammed:
                 continue
             first = session.packing()
             start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))
             session.load(start)
-            if relax(session).converged and np.isfinite(measure(session.packing())["g"]):
+            if relax_session(session).converged and np.isfinite(measure(session.packing())["g"]):
                 return start, session.packing()
     raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
 

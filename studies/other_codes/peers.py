@@ -13,7 +13,7 @@ from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 from studies.stability.plain_physics import plain_forces, plain_stress
 
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
@@ -100,7 +100,7 @@ class Jamlab(Peer):
 
         def run(force: float, steps: int) -> Array:
             session.load(packing)
-            relax(session, force)
+            relax_session(session, force)
             return session.positions()
 
         return run

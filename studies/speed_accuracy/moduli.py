@@ -20,7 +20,7 @@ from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
-from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance, relax_session
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
@@ -87,7 +87,7 @@ def dense_modulus(packing: Packing) -> float:
 def relaxed(start: Packing, tolerance: float | None = None) -> Packing:
     """The minimum that a packing relaxes to."""
     with Session(start) as session:
-        relax(session, tolerance)
+        relax_session(session, tolerance)
         return session.packing()
 
 

@@ -15,7 +15,7 @@ from jamlab.packing.box_strains import COMPRESSION, BoxStrains
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance, relax_session
 from jamlab.protocols.target_pressure import pack
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 
@@ -49,7 +49,7 @@ def minimise_droplets(seed: int) -> Iterator[Trial]:
 def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:
     session.load(start, anew=True)
     if style == _STYLES[-1]:
-        left = relax(session, tolerance).evaluation.max_force
+        left = relax_session(session, tolerance).evaluation.max_force
     else:
         left = session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
     if left > tolerance:

@@ -26,7 +26,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.statistics.power_laws import fit_exponent
@@ -69,7 +69,7 @@ def _fire(packing: Packing) -> None:
 
 def _relax(packing: Packing) -> None:
     with Session(packing) as session:
-        if not relax(session).converged:
+        if not relax_session(session).converged:
             raise ConvergenceError(f"{packing.n} droplets were not relaxed")
 
 

@@ -17,7 +17,7 @@ from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params, random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance, relax_session
 from jamlab.protocols.size_distributions import LARGEST_RATIO
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
 from studies.stability.map import Map, Trial, balanced, judge_descent, worst_of
@@ -59,7 +59,7 @@ class Jolted:
 def jolt(start: Packing, seed: int) -> Jolted:
     """Relax a packing and move its sites at random."""
     with Session(start) as session:
-        found = relax(session)
+        found = relax_session(session)
         minimum = session.packing()
     moves = _JOLT[start.model] * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
     return Jolted(minimum.with_state(positions=minimum.positions + moves), minimum, found.evaluation.energy)
@@ -104,7 +104,7 @@ def try_tolerance(tolerance: float, n: int, seed: int) -> Trial:
     jolted = disks(n, seed)
     with Session(jolted.start) as session:
         before = session.evaluate().energy
-        found = relax(session, tolerance)
+        found = relax_session(session, tolerance)
         end, packing = found.evaluation, session.packing()
     verdict = judge_descent(end.max_force, tolerance, end.energy, before, jolted.energy)
     if found.converged != (end.max_force <= tolerance):

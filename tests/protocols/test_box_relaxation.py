@@ -12,7 +12,7 @@ from jamlab.packing.deformation import deformed
 from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.box_relaxation import shear_curvature
 from jamlab.protocols.newton_with_box import STEPS, EnthalpyModel, descend_with_box
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import relax_session
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
 
@@ -92,6 +92,6 @@ def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
         energies = []
         for strain in (h, 0.0, -h):
             with jamlab.Session(deformed(packing, shear_gradient(strain * shear))[0]) as session:
-                energies.append(relax(session).evaluation.energy)
+                energies.append(relax_session(session).evaluation.energy)
         difference = (energies[0] - 2 * energies[1] + energies[2]) / h**2 / packing.area
         assert found[a, a] == pytest.approx(difference, rel=1e-3)

@@ -13,7 +13,7 @@ from jamlab.protocols import descent_of_droplets, newton, newton_with_box, relax
 from jamlab.protocols.descent_of_droplets import LOOSE_FORCE, undo_if_folded
 from jamlab.protocols.newton import DEFINITE
 from jamlab.protocols.preconditioned_lbfgs import FAR
-from jamlab.protocols.relaxation import force_tolerance, relax, settle
+from jamlab.protocols.relaxation import force_tolerance, relax_session, settle
 from jamlab.protocols.saddles import FEW_FACTORS
 
 
@@ -74,7 +74,7 @@ def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change, 
     for module in (relaxation, descent_of_droplets):
         monkeypatch.setattr(module, "descend_by_newton", idle)
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
-        assert relax(session).converged
+        assert relax_session(session).converged
         assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
 
 
@@ -151,7 +151,7 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatc
                 for module in (relaxation, steps):
                     monkeypatch.setattr(module, "descend_by_newton", idle)
             session.load(start)
-            found = relax(session)
+            found = relax_session(session)
             assert found.converged and found.evaluation.energy == pytest.approx(
                 jamlab.evaluate(sp_jammed).energy, rel=1e-9
             )

@@ -114,14 +114,14 @@ def test_a_wrong_spectrum_is_seen(monkeypatch):
 
 
 def test_a_minimiser_that_lies_is_seen(monkeypatch):
-    """`relax` that stops early and calls it converged."""
+    """`relax_session` that stops early and calls it converged."""
     packings.disks(8, 1)  # kept, and made by what does not lie
 
     def lies(session, tolerance):
-        found = jamlab.protocols.relaxation.relax(session, 1e-6)
+        found = jamlab.protocols.relaxation.relax_session(session, 1e-6)
         return replace(found, evaluation=replace(found.evaluation, max_force=0.1 * tolerance), converged=True)
 
-    monkeypatch.setattr(packings, "relax", lies)
+    monkeypatch.setattr(packings, "relax_session", lies)
     assert attempt(partial(packings.try_tolerance, 1e-12, 8, 1)).verdict == SILENT
 
 

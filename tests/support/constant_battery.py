@@ -855,7 +855,7 @@ def statistics(folder):
     from jamlab.statistics import confidence
     from jamlab.statistics.data_collapse import fit_scaling_exponents
     from jamlab.statistics.herschel_bulkley import herschel_bulkley
-    from jamlab.statistics.power_laws import power_law
+    from jamlab.statistics.power_laws import fit_power_law
 
     rng, x = np.random.default_rng(3), np.geomspace(1e-4, 0.3, 25)
     noisy = 2.0 * x**0.5 * np.exp(0.1 * rng.normal(size=25))
@@ -864,9 +864,9 @@ def statistics(folder):
     curves = [[(grid, grid * m**1.2 / (1 + (grid * m**1.2) ** 0.5) / m**0.3) for m in n]]
     rates = np.geomspace(1e-3, 1, 7)
     return [
-        power_law(x, noisy),
-        power_law(x, noisy, (0.5, 1.0)),
-        power_law(x, np.exp(-x)),
+        fit_power_law(x, noisy),
+        fit_power_law(x, noisy, (0.5, 1.0)),
+        fit_power_law(x, np.exp(-x)),
         confidence.block_average(walk),
         confidence.block_average(walk[:60]),
         confidence.block_average(np.cumsum(rng.normal(size=200))),
