@@ -5,6 +5,7 @@ up to import-linter: see `pyproject.toml`.
 """
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,14 @@ MOST_OF_A_FUNCTION = 60  # lines, its docstring left out: arguments and an examp
 MOST_OF_A_FILE = 500  # lines
 
 
-def lengths(source):
+@cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def lengths(tree):
     """(name, lines without its docstring) of every function; those within another are shorter than that."""
-    todo = [*ast.parse(source).body]
+    todo = [*tree.body]
     while todo:
         node = todo.pop()
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
@@ -35,7 +41,8 @@ def lengths(source):
 
 @pytest.mark.parametrize("said", ["", '        """One.\n\n    Two.\n    """\n'])
 def test_a_docstring_is_no_part_of_a_length(said):
-    assert [*lengths(f"class A:\n  if a:\n    def f(a):\n{said}        a += 1\n        return a\n")] == [("f", 3)]
+    text = f"class A:\n  if a:\n    def f(a):\n{said}        a += 1\n        return a\n"
+    assert [*lengths(ast.parse(text))] == [("f", 3)]
 
 
 def test_functions_fit_on_a_screen():
@@ -43,7 +50,7 @@ def test_functions_fit_on_a_screen():
         f"{path.relative_to(ROOT)}: {name}": lines
         for path in CODE
         if path.suffix == ".py"
-        for name, lines in lengths(path.read_text(encoding="utf-8"))
+        for name, lines in lengths(parsed(path))
     }
     assert len(found) > 2000 and {name: n for name, n in found.items() if n >= MOST_OF_A_FUNCTION} == {}
 
@@ -51,3 +58,16 @@ def test_functions_fit_on_a_screen():
 def test_a_file_holds_one_idea():
     long = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in CODE}
     assert len(long) > 500 and {name: n for name, n in long.items() if n > MOST_OF_A_FILE} == {}
+
+
+def test_a_name_means_one_thing():
+    """Classes and functions of the library. Commands have the names of functions that they call, and parts of a model
+    those of what they answer."""
+    found = {}
+    for path in CODE:
+        if path.suffix == ".py" and (where := path.relative_to(ROOT)).parts[0] == "jamlab" and "cli" not in where.parts:
+            for node in parsed(path).body:
+                part = isinstance(node, ast.ClassDef) and "Part" in map(ast.unparse, node.bases)
+                if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_") and not part:
+                    found.setdefault(node.name, set()).add(str(where))
+    assert len(found) > 700 and {name: files for name, files in found.items() if len(files) > 1} == {}
