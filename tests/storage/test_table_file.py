@@ -10,6 +10,7 @@ import pytest
 from pyarrow import parquet
 
 from jamlab.errors import InputError
+from jamlab.storage.formats import FORMATS
 from jamlab.storage.table_file import TABLE_FORMATS, write_table
 
 FRAME = pd.DataFrame(
@@ -58,6 +59,10 @@ def test_a_table_comes_back(tmp_path, name, rows):
     assert set(back) == set(FRAME)
     for column in FRAME:
         np.testing.assert_array_equal(list(back[column]), list(FRAME[column][:rows]))
+
+
+def test_every_ending_has_a_writer():
+    assert tuple(f".{name}" for name in TABLE_FORMATS) == FORMATS["tables"]
 
 
 def test_what_json_cannot_say_is_null(tmp_path):
