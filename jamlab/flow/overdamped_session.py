@@ -332,9 +332,7 @@ def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> No
 
 def disk_style(damping: DragLaw) -> str:
     """Command by which parts/sp takes the pair style of the plugin, which has the drag of disks."""
-    words = (
-        "${tau} ${beta} alpha ${alpha} arms ${arms} even ${even}" if damping.at_contacts else "0 0"
-    )
+    words = "${tau} ${beta} alpha ${alpha} arms ${arms} even ${even}" if damping.at_contacts else "0 0"
     return f'variable disk_style string "disk/drag {words}"'
 
 

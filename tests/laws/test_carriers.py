@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from laws_of_others import Ramp, Wca
+from laws_of_others import Wca
 
 import jamlab
 from jamlab.engine import agreement, disk_fire

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import importlib
 import json
 import os
 import resource
@@ -23,6 +24,9 @@ from typing import Any
 import constant_battery
 import numpy as np
 from scaled_constants import Constant, Importer, Tree, scaled
+
+for _runs in ("packings", "flow", "pictures", "files"):  # each fills the battery
+    importlib.import_module(f"constant_runs_of_{_runs}")
 
 FACTORS = (0.5, 2.0)
 _JAMLAB = f"{os.sep}jamlab{os.sep}"

@@ -16,10 +16,12 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 NAME = re.compile(r"_*[A-Z][A-Z0-9_]*")
+FIELD = re.compile(r"int|float|tuple\[[\w, .]*\]")
 CHECKS = re.compile(r"(\w+\.)*(check_\w+|Field|Parameter|Limits?|Bound\w*|Between|Range)$")
 DEFINED = re.compile(  # codes of others, units, directions, colours: what they are is not ours to choose
     r"packing\.quantities\.|packing\.strain_map\.(?!_ROUNDING)|packing\.deformation\.|_TURN$|METRES|LOSSY_TIFF|_NO_LOCKS|_NO_SPACE"
@@ -87,9 +89,7 @@ def constants_of(module: str, source: str) -> list[Constant]:
                 found.append(Constant(module, target.id, statement.lineno, ast.unparse(value), plain))
         if _is_settings(statement):
             for each in statement.body:
-                if isinstance(each, ast.AnnAssign) and ast.unparse(each.annotation).startswith(
-                    ("int", "float", "tuple")
-                ):
+                if isinstance(each, ast.AnnAssign) and FIELD.fullmatch(ast.unparse(each.annotation)):
                     name = f"{statement.name}.{ast.unparse(each.target)}"
                     found.append(Constant(module, name, each.lineno, ast.unparse(each.value), True))
     return found
@@ -189,7 +189,8 @@ class Tree:
         return found
 
     def _lines_of_field(self, constant: Constant) -> set[tuple[str, int]]:
-        """Where it is read from an object of its module; else wherever an attribute has its name."""
+        """Where it is read from an object of its module; else wherever an attribute has its name, or the
+        object is named."""
         owner, field = constant.name.split(".")
         made = {
             (constant.module, target.id)
@@ -197,16 +198,18 @@ class Tree:
             for target, value, _ in _targets(statement)
             if isinstance(target, ast.Name) and isinstance(value, ast.Call) and ast.unparse(value.func) == owner
         }
-        exact, others = set(), set()
+        exact, others, whole = set(), set(), set()
         for module, tree in self.trees.items():
             known, _ = self._names(module, tree)
             for node in ast.walk(tree):
+                if isinstance(node, ast.Name) and known.get(node.id, (module, node.id)) in made:
+                    whole.add((module, node.lineno))
                 if isinstance(node, ast.Attribute) and node.attr == field:
                     others.add((module, node.lineno))
                     name = ast.unparse(node.value)
                     if known.get(name, (module, name)) in made:
                         exact.add((module, node.lineno))
-        return exact or others
+        return exact or others or whole
 
     def is_plain(self, constant: Constant) -> bool:
         """Only functions name it: nothing at the level of a module, no default and no class is made of it."""
@@ -223,7 +226,7 @@ class Tree:
 
     def sort(self, constant: Constant, kinds: dict[str, str]) -> str:
         """version, limit (only checks of arguments name it), tunable (numbers), or other (words, tables, types)."""
-        kind = kinds[constant.label]
+        kind = kinds.get(constant.label, "other")
         if kind not in ("number", "numbers"):
             return kind
         if DEFINED.search(constant.label):
@@ -254,42 +257,45 @@ class Tree:
 def _places(tree: ast.Module) -> list[tuple[set[str], ast.AST]]:
     """Every node, with the lines where it is run, or the names at the level of the module that are made of it."""
     found: list[tuple[set[str], ast.AST]] = []
+    _visit(tree, None, found)
+    return found
 
-    def body_lines(function: ast.AST) -> set[str]:
-        return {str(each.lineno) for part in function.body for each in ast.walk(part) if isinstance(each, ast.stmt)}
 
-    def visit(node: ast.AST, place: set[str] | None) -> None:
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            inner = body_lines(node)
-            for part in [*node.decorator_list, node.args, *([node.returns] if node.returns else [])]:
-                visit(part, (place or set()) | inner)
-            for part in node.body:
-                visit(part, {"*"})
-            return
-        if isinstance(node, ast.Lambda):
-            visit(node.args, place)
-            visit(node.body, {"*", *(place or set())})
-            return
-        if isinstance(node, ast.ClassDef):
-            inner = {line for each in ast.walk(node) if isinstance(each, ast.FunctionDef) for line in body_lines(each)}
-            for part in [*node.decorator_list, *node.bases, *node.keywords]:
-                visit(part, inner | {node.name})
-            for part in node.body:
-                visit(part, inner | {node.name})
-            return
-        if place is None and isinstance(node, ast.Assign | ast.AnnAssign):
-            place = {each.id for each, _, _ in _targets(node) if isinstance(each, ast.Name)}
-        if place is None and isinstance(node, ast.For | ast.If | ast.Expr | ast.Assert | ast.With | ast.Try):
-            place = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
-        here = place or set()
-        if "*" in here:
-            here = (here - {"*"}) | ({f"={node.lineno}"} if hasattr(node, "lineno") else set())
+def _visit(node: ast.AST, place: set[str] | None, found: list[tuple[set[str], ast.AST]]) -> None:
+    """`place`: names or lines that stand for the node; "*" is its own line, None the level of the module."""
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        outer = (place or set()) | _body_lines(node)
+        parts: list[tuple[ast.AST, set[str]]] = [(each, {"*"}) for each in node.body]
+        parts += [(each, outer) for each in (*node.decorator_list, node.args, node.returns) if each]
+    elif isinstance(node, ast.ClassDef):
+        inner = {node.name}.union(*(_body_lines(each) for each in ast.walk(node) if isinstance(each, ast.FunctionDef)))
+        parts = [(each, inner) for each in (*node.decorator_list, *node.bases, *node.keywords, *node.body)]
+    elif isinstance(node, ast.Lambda):
+        parts = [(node.args, place or set()), (node.body, {"*", *(place or set())})]
+    else:
+        place = _made_of(node) if place is None else place
+        here = (place or set()) - {"*"}
+        if "*" in (place or ()) and hasattr(node, "lineno"):
+            here = here | {f"={node.lineno}"}
         found.append((here, node))
         for child in ast.iter_child_nodes(node):
-            visit(child, place)
+            _visit(child, place, found)
+        return
+    for each, where in parts:
+        _visit(each, where, found)
 
-    visit(tree, None)
-    return found
+
+def _body_lines(function: Any) -> set[str]:
+    return {str(each.lineno) for part in function.body for each in ast.walk(part) if isinstance(each, ast.stmt)}
+
+
+def _made_of(node: ast.AST) -> set[str] | None:
+    """Names that a statement at the level of a module gives a value, or reads where it gives none."""
+    if isinstance(node, ast.Assign | ast.AnnAssign):
+        return {each.id for each, _, _ in _targets(node) if isinstance(each, ast.Name)}
+    if isinstance(node, ast.For | ast.If | ast.Expr | ast.Assert | ast.With | ast.Try):
+        return {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
+    return None
 
 
 def scaled(value, factor: float):
