@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
-from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY
 from jamlab.statistics.confidence import Interval
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
 FREQUENCY = r"frequency $\omega\,\tau_1$"
+MODEL_STYLE: dict[str, dict[str, Any]] = {
+    "sp": {"color": RED, "marker": "v", "label": "soft particles (SP)"},
+    "dp": {"color": BLUE, "marker": "D", "label": "deformable polygons (DP)"},
+}
 SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
     32: {"color": RED, "marker": "s"},
     64: {"color": BLUE, "marker": "o"},

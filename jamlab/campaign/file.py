@@ -4,7 +4,7 @@
 
     [[sweep]]
     name = "disks"
-    model = "sp"
+    model = "disks"
     n = [32, 64]
     seeds = 10
     compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
@@ -17,7 +17,7 @@ pydantic says about it.
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -33,13 +33,15 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
+from jamlab.campaign.observable import DECLARED, FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.campaign.wrong_keys import explain
 from jamlab.checks import check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.kinds import MODELS
+from jamlab.models.disks import DISKS
+from jamlab.models.model import Model
+from jamlab.packing.kinds import MODELS, model_named
 from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.storage.system_errors import system_said
 
@@ -64,15 +66,17 @@ _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
 def _check_observable(value: str) -> str:
-    if value != STATES and value not in OBSERVABLES and not _FUNCTION.fullmatch(value):
-        known = ", ".join(map(repr, (STATES, *OBSERVABLES)))
+    declared = DECLARED.names()
+    if value not in (STATES, *OBSERVABLES, *declared) and not _FUNCTION.fullmatch(value):
+        known = ", ".join(map(repr, (STATES, *OBSERVABLES, *declared)))
         raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
     return value
 
 
 def _check_model(value: str) -> str:
-    check_choice("model", value, MODELS.names())
-    return value
+    name = model_named(value)
+    check_choice("model", name, MODELS.names())
+    return name
 
 
 class Compression(FileTable):
@@ -129,7 +133,7 @@ class Sweep(FileTable):
     phi: OneOrMore[Annotated[float, Field(ge=0.1, le=2)]] | None = None  # of disks, in units of k
     onset: Literal[True] | None = None
     ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
-    # of a function of the user's own, "module:function", only the name enters the names of tasks
+    # of a function of the user's own, "module:function", or of another package, only the name enters names of tasks
     observables: OneOrMore[Annotated[str, AfterValidator(_check_observable)]] = Field(default=[STATES])
     force_law: dict[str, Any] = Field(default={})  # parameters that replace the defaults
     sizes: str | list[float] | None = None  # see `jamlab.protocols.size_distributions`
@@ -140,8 +144,8 @@ class Sweep(FileTable):
 
     @property
     def own(self) -> list[str]:
-        """Observables that are functions of the user's own, by name."""
-        return sorted(name for name in self.observables if ":" in name)
+        """Observables that are functions of the user's own or of other packages, by name."""
+        return sorted(name for name in self.observables if name != STATES and name not in OBSERVABLES)
 
     @property
     def measured(self) -> list[Observable]:
@@ -184,19 +188,20 @@ class Sweep(FileTable):
             raise ValueError("tolerances.step_error applies to compress only: leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
-                self._only("sp", f"{key} are")
+                self._only(lambda kind: kind.name == DISKS.name, f"{key} are")
         if False in (getattr(self, "prestress", None) or ()):
-            self._only("sp", "prestress = false is")
+            self._only(lambda kind: not kind.needs_prestress, "prestress = false is")
         if self.ranks > 1:
-            self._only("sp", f"ranks = {self.ranks} is")
+            self._only(lambda kind: kind.compiled_fire, f"ranks = {self.ranks} is")
         self._check_packings()
         self._check_observables()
         return self
 
-    def _only(self, model: str, what: str) -> None:
-        """Refuse what is for one model only where the sweep has another."""
+    def _only(self, holds: Callable[[Model], bool], what: str) -> None:
+        """Refuse what is for some models only where the sweep has another."""
         for other in self.model:
-            if other != model:
+            if not holds(MODELS.get(other)):
+                model = ", ".join(name for name in MODELS.names() if holds(MODELS.get(name)))
                 raise ValueError(f"{what} for model {model}: give {MODELS.get(other).particles} a separate sweep")
 
     def _check_packings(self) -> None:
@@ -229,15 +234,17 @@ class Sweep(FileTable):
                     raise ValueError(f"{said}: add {' or '.join(map(repr, users))}, or leave {key} out")
                 if field.is_required() and getattr(self, key) is None and name in self.observables:
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
-            if observable.only and name in self.observables:
+            if observable.only is not None and name in self.observables:
                 self._only(observable.only, f"observable {name!r} is")
-        laws = [defaults(each) | self.force_law for each in self.model]
+        laws = {each: defaults(each) | self.force_law for each in self.model}
         for wanted in self.measured:
-            wanted.check(max(site_count(n, law) for n in self.n for law in laws))
+            wanted.check(max(site_count(n, model, law) for n in self.n for model, law in laws.items()))
 
 
-def site_count(n: int, force_law: Mapping[str, Any]) -> float:
-    """Count the disks, or the vertices of n droplets, whose mean is that of the two sizes."""
+def site_count(n: int, model: str, force_law: Mapping[str, Any]) -> float:
+    """Count the sites of n particles, of droplets the vertices, whose mean is that of the two sizes."""
+    if (each := MODELS.get(model).sites) is not None:
+        return n * each
     counts = [int(force_law[name]) for name in ("nv_small", "nv_large") if name in force_law]
     return n * sum(counts) / 2 if counts else n
 

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
 from jamlab.errors import ConvergenceError, InputError, JamlabError
+from jamlab.models.model import Model
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
+from jamlab.registry import Registry
 from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
 
 MOST_FREQUENCIES = 10_000  # of a spectrum
@@ -159,7 +161,7 @@ class Observable(FileTable):
     name: ClassVar[str]  # in `observables` of a sweep, and of its table
     columns: ClassVar[tuple[str, ...]]  # of its table
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
-    only: ClassVar[str] = ""  # the one model that it is for; "" for both
+    only: ClassVar[Callable[[Model], bool] | None] = None  # models that it is for; None: all
     refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
 
     def check(self, sites: float) -> None:
@@ -238,9 +240,13 @@ def stack(names: Iterable[str], rows: list[Row]) -> TableColumns:
 
 Function = Callable[[Packing], Any]
 
+DECLARED: Registry[Function] = Registry("jamlab.observables", "observable")  # of other packages, by name
+
 
 def load_function(observable: str, folders: Sequence[str]) -> Function:
-    """Import the function of an observable `module:function`, from the folders first."""
+    """Import the function of an observable `module:function`, from the folders first, or of an entry point's name."""
+    if ":" not in observable:
+        return DECLARED.get(observable)
     module, _, name = observable.partition(":")
     before = list(sys.path)
     sys.path[:0] = folders
@@ -275,7 +281,7 @@ def measure_own(
         except BaseException as error:  # the function is the user's: whatever it raises, sys.exit too, bears its name
             said = f"{type(error).__name__}: {error}; return nan where it has no value"
             raise InputError(f"observable {observable} failed for state {k}: {said}") from error
-        row = found if isinstance(found, dict) else {observable.partition(":")[2]: found}
+        row = found if isinstance(found, dict) else {observable.partition(":")[2] or observable: found}
         if not row or not all(_is_cell(column, value) for column, value in row.items()):
             said = (
                 f"{found!r:.200} for state {k}: return a finite number or nan, or a dict of them whose keys are words"

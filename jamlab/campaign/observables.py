@@ -54,7 +54,7 @@ class SpectraOfStates(Linear):
 class Quasistatic(Observable):
     """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
 
-    name, only = "quasistatic", "sp"
+    name, only = "quasistatic", staticmethod(lambda kind: kind.sites == 1)
     _KINDS: ClassVar = ("approach", "sliding", "nonaffine", "sheared")
     _MEANS: ClassVar = tuple(f"mean_{kind}" for kind in _KINDS)
     columns = (*STATE, "prestress", *_KINDS, *_MEANS)
@@ -93,7 +93,7 @@ class Correlation(Linear):
 class ModesOfStates(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
 
-    name, only = "modes", "dp"
+    name, only = "modes", staticmethod(lambda kind: kind.has_outlines)
     _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeCharacter`
     columns = (*STATE, *LAW, *_OF_MODES)
 

@@ -24,7 +24,7 @@ class SweepStatus:
     """Progress of one sweep, model and n, and the expected cost of the tasks that are left."""
 
     sweep: str  # its name
-    model: str  # "sp" or "dp"
+    model: str  # its name
     n: int  # number of particles
     ranks: int  # threads of each task, hence cores of a worker
     tasks: int  # number of tasks
@@ -111,7 +111,12 @@ def total_time(lines: list[SweepStatus], workers: int | None = None) -> tuple[fl
 
 def longest_first(batches: list[Batch]) -> list[Batch]:
     """Order batches by disks and vertices of a packing, so that no worker is left alone with a long task at the end."""
-    return sorted(batches, key=lambda batch: -site_count(batch.parameters.n, batch.parameters.force_law))
+
+    def sites(batch: Batch) -> float:
+        made = batch.parameters
+        return site_count(made.n, made.model, made.force_law)
+
+    return sorted(batches, key=sites, reverse=True)
 
 
 def share_names(batches: list[Batch], share: Share) -> set[str]:

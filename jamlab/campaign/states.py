@@ -17,11 +17,11 @@ from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.hdf5 import read_all_hdf5
-from jamlab.packing.kinds import optional_parameters
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols.compression import compress
 from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
+from jamlab.protocols.makings import making_of
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import decompress, pack
 
@@ -67,8 +67,7 @@ def _at_pressures(
 def _particles(parameters: Parameters) -> dict[str, Any]:
     """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
     law = parameters.force_law
-    optional = optional_parameters("sp")
-    changes = dict(law) if parameters.model == "dp" else {name: law[name] for name in optional if name in law}
+    changes = {name: law[name] for name in making_of(parameters.model).arguments(law) if name in law}
     return changes if parameters.sizes is None else changes | {"sizes": parameters.sizes}
 
 

@@ -18,6 +18,8 @@ from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.quantities import COLUMNS
 from jamlab.statistics.confidence import CONFIDENCE, bootstrap
 
@@ -32,14 +34,15 @@ DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` 
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
 _MODULI = ("g", "g_x", "b", "g0")  # columns that may be negative where a packing is unstable
-_LAW = {"dp": ("gamma", "ka", "delta", "eps", "nv_small"), "sp": ("exponent", "stickiness")}
+_LAW = {each.name: each.law_columns for each in (DROPLETS, DISKS)}
+_OF_LAWS = (*_LAW[DROPLETS.name], *_LAW[DISKS.name], "contact")
 # columns of what is never averaged over: which particles, in which box, driven how
-_ALIKE = ("model", "ensemble", "units", *_LAW["dp"], *_LAW["sp"], "contact", *LAW, "alpha", "prestress")
+_ALIKE = ("model", "ensemble", "units", *_OF_LAWS, *LAW, "alpha", "prestress")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
         *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
-        *(*_LAW["dp"], *_LAW["sp"], "contact"),
+        *_OF_LAWS,
     ),
     "onset": (*_WHO, "rho_J", "phi_J", "z_J", "rattlers", "converged"),
     **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
@@ -105,7 +108,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     """Return the columns of the user's own observables, and note in `known` which observable each belongs to."""
     found: dict[str, Any] = {}
     for observable, columns in file.tables.items():
-        if ":" in observable:
+        if observable not in OBSERVABLES:
             for column in columns:
                 if known.setdefault(column, observable) != observable:
                     both = f"{observable} and {known[column]}"

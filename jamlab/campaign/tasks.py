@@ -83,7 +83,7 @@ _HALF = 16  # hexadecimal digits of a name for the packings, and as many for wha
 class Parameters(FileTable):
     """Everything that the result of a task depends on."""
 
-    model: str  # "sp" or "dp"
+    model: str  # its name
     n: int  # number of particles
     ensemble: str  # "fixed-box" or "shear-stabilized"
     # force_law, search: of the particles and of the search for onset, defaults of the decks included
@@ -92,7 +92,7 @@ class Parameters(FileTable):
     tolerances: Tolerances  # of the sweep
     seed: int  # of the random start; in a batch that of its first task
     observables: dict[str, SerializeAsAny[Observable]]  # of jamlab's own, beside "states"
-    own: tuple[str, ...]  # those that are functions of the user's own, as module:function
+    own: tuple[str, ...]  # those that are functions of the user's own, module:function, or names of other packages
     # compress, pressures, phi: how packings are made; without any of them, only those at onset
     compress: Compression | None
     pressures: tuple[float, ...] | None

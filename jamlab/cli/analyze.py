@@ -106,7 +106,7 @@ def analyze(
             raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
         found = _measure_picture(file, labels, how, overlay, csv)
         if packing is not None:
-            write(packing, [found.packing(reading.get("model", "dp"))])
+            write(packing, [found.packing(**({} if reading.get("model") is None else {"model": reading["model"]}))])
         print_micrograph(source.name, found, as_json)
     else:
         from jamlab.trajectories.files import read_all

@@ -176,15 +176,17 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     import numpy as np
 
     from jamlab.engine.command_line import law_settings
+    from jamlab.models.disks import DISKS
+    from jamlab.models.droplets import DROPLETS
 
     if "data" not in given and not Path(settings["data"]).exists():
-        first = f"in.{settings.get('model', 'sp')}.jam"
+        first = f"in.{settings.get('model', DISKS.name)}.jam"
         raise InputError(
             f"there is no {settings['data']} in this folder: give --data FILE, or run `jamlab deck {first}` first, "
             "which writes it"
         )
     packing = _data_of_lammps(settings["data"])
-    needed, found = settings.get("model", "sp"), packing.model
+    needed, found = settings.get("model", DISKS.name), packing.model
     if found != needed:
         raise InputError(f"data = {settings['data']}: contains {found}, but this deck needs {needed}")
     if not packing.frame.all_free:
@@ -194,7 +196,8 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         )
     if packing.converged is False:
         typer.echo(f"{settings['data']} says converged=0: it is no minimum")
-    if packing.model == "dp" and float(given.get("phi_target", 0)):  # free areas are those of two numbers of vertices
+    if packing.model == DROPLETS.name and float(given.get("phi_target", 0)):
+        # free areas are those of two numbers of vertices
         vertices = np.array([float(settings[name]) for name in ("nv_small", "nv_large")])
         wanted = (2 * vertices / vertices.sum()) ** 2
         if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:

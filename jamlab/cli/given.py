@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from jamlab.errors import InputError
-from jamlab.model_words import MODEL_NAMES
 
 Values = Mapping[str, Any]  # of all parameters of a command, by name
 
@@ -35,8 +34,18 @@ def _is_foreign(values: Values) -> bool:
     return not any(file is not None and file.is_file() and is_hdf5(file) for file in files or ())
 
 
-def _deform(values: Values) -> bool:
-    return MODEL_NAMES.get(values["model"].lower()) == "dp"
+def _has_outlines(values: Values) -> bool:
+    from jamlab.packing.kinds import MODELS, model_named
+
+    name = model_named(values["model"])
+    return name in MODELS.names() and MODELS.get(name).has_outlines
+
+
+def _has_ranks(values: Values) -> bool:
+    from jamlab.packing.kinds import MODELS, model_named
+
+    name = model_named(values["model"])
+    return name not in MODELS.names() or MODELS.get(name).compiled_fire
 
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
@@ -53,8 +62,8 @@ USES = (
     Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
     Use("gstar", "frame units box radii law model style", "with FILES", lambda v: bool(v["files"])),
     Use("jam pack", "ratio large", "without --sizes", lambda v: v["sizes"] is None),
-    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _deform(v)),
-    Use("jam", "ranks", "for disks", lambda v: not _deform(v)),
+    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _has_outlines(v)),
+    Use("jam", "ranks", "for disks", _has_ranks),
     Use("analyze", "pixel film contrast channel labels memory overlay packing", "for pictures", is_picture),
     Use("analyze", "units box radii law style", "for files of packings", lambda v: not is_picture(v)),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),

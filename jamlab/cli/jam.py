@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def jam(
-    model: Annotated[str, typer.Option(metavar="{sp,dp}", help="Disks (sp) or deformable droplets (dp).")] = "sp",
+    model: Annotated[
+        str, typer.Option(help="Disks (sp), deformable droplets (dp), or a model of another package by its name.")
+    ] = "sp",
     n: options.N = 64,
     seed: options.Seed = 1,
     law: options.Law = None,

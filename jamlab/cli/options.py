@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from jamlab.errors import InputError
-from jamlab.model_words import MODEL_NAMES
 from jamlab.storage.formats import check_ending
 
 if TYPE_CHECKING:
@@ -134,9 +133,10 @@ def how_to_read(
 ) -> dict[str, Any]:
     """Arguments of `jamlab.read` that say what files of other programs lack."""
     import jamlab
+    from jamlab.packing.kinds import model_named
 
     how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None, "style": style}
-    how["model"] = None if model is None else MODEL_NAMES.get(model.lower(), model)
+    how["model"] = None if model is None else model_named(model)
     if box is not None:
         how["box"] = lattice(box)
     if radii is not None:

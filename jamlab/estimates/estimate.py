@@ -39,6 +39,8 @@ from jamlab.estimates.ways import (
 )
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.result import Result
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
@@ -77,7 +79,7 @@ def plan_mean(
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
     check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
-    check_choice("model", model, ("auto", "sp", "dp"))
+    check_choice("model", model, ("auto", DISKS.name, DROPLETS.name))
     check_number("error", error, math.inf)
     reference = reference_record(table, reference_way(), rho, onset=quantity == ONSET)
     at = math.nan if rho is None or quantity == ONSET else rho
@@ -269,8 +271,8 @@ def estimate(
         rho: true packing fraction, 0.84 to 0.98; ignored for "rho-J", the mean packing fraction at onset.
         error: target half-width of the 95 % confidence interval, in the unit of the quantity.
         seed: seed of the ensemble.
-        model: "auto", "sp" (disks only) or "dp" (droplets only). If the bias of the model is too uncertain, the
-            estimate stops early and `met` is False.
+        model: "auto", or the name of a model, disks only or droplets only. If the bias of the model is too uncertain,
+            the estimate stops early and `met` is False.
         processes: number of packings made in parallel.
         progress: called with (fraction of the expected seeds, text); True: print it.
 

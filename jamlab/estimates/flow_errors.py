@@ -15,6 +15,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.mechanics.stiffness import pressure
+from jamlab.models.disks import DISKS
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.rheology.drag_law import DragLaw
@@ -114,7 +115,7 @@ class FlowErrors:
     def outside(self, packing: Packing, flow: FlowCondition) -> tuple[str, ...]:
         """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
         measured, linear = self.content["measured"][flow.kind], flow.alpha in (CONDITIONS.stokes, 1.0)
-        found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
+        found = [] if packing.model == DISKS.name else [f"model = {packing.model}, measured {DISKS.name} alone"]
         if flow.kind == "flow" and flow.alpha == CONDITIONS.stokes:
             found += ["drag = Stokes, measured contact damping alone"]
         force_law = packing.params.get("law", "sticky" if packing.params.get("stickiness") else "power")

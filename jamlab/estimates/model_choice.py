@@ -46,7 +46,7 @@ def choose(
         tolerance: allowed error of each quantity of `CHOICE_QUANTITIES`, relative to default droplets on the same
             packing.
         n: even number of particles; errors of single packings scale as n^-1/2.
-        model: "auto", or "sp" or "dp" to choose within a model.
+        model: "auto", or the name of a model to choose within.
         table: replaces the shipped table, see `jamlab.estimates.ways.read_ways`.
 
     Raises:
@@ -161,7 +161,7 @@ def scene(
         n: even number of particles.
         seed: seed of the random start.
         tolerance: allowed error of each quantity, e.g. {"z": 0.05}.
-        model: "auto", "sp" or "dp".
+        model: "auto", or the name of a model.
         step: step of rho in the compressions.
 
     Returns:

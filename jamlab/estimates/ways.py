@@ -24,6 +24,8 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import numbers_of
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
@@ -58,8 +60,8 @@ class EnsembleWay:
 
     @property
     def model(self) -> str:
-        """ "sp" or "dp"."""
-        return "sp" if self.nv is None else "dp"
+        """Name of the model."""
+        return DISKS.name if self.nv is None else DROPLETS.name
 
     @property
     def law(self) -> dict[str, Any]:
@@ -72,7 +74,7 @@ class EnsembleWay:
 
 def default_vertices() -> tuple[int, int]:
     """Read the numbers of vertices of `dp.parameters`."""
-    law = defaults("dp")
+    law = defaults(DROPLETS.name)
     return int(law["nv_small"]), int(law["nv_large"])
 
 
@@ -85,15 +87,15 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam(way.n, "sp", seed, tolerance=force)
-    return jam(way.n, "dp", seed, tolerance=force, **way.law)
+        return jam(way.n, DISKS.name, seed, tolerance=force)
+    return jam(way.n, DROPLETS.name, seed, tolerance=force, **way.law)
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
     or at `HANDOVER`, and continue from there."""
 
-    if packing.model == "dp" or way.nv is None:
+    if packing.model == DROPLETS.name or way.nv is None:
         return _compress_to(packing, rho, step, way.tolerance)
     droplets = hand_over(way, _compress_to(packing, min(rho, HANDOVER), step, way.tolerance))
     return _compress_to(droplets, rho, step, way.tolerance) if rho > HANDOVER else droplets
@@ -125,7 +127,7 @@ def free_shape(nv: tuple[int, int] | None) -> float:
 
 def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | None) -> Packing:
     reached = packing_fraction(packing)
-    if reached >= rho + OFF_TARGET * (packing.model == "dp"):
+    if reached >= rho + OFF_TARGET * (packing.model == DROPLETS.name):
         raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the requested {rho:g}")
     if reached >= rho - 1e-6:
         return packing
@@ -191,7 +193,7 @@ def _read(path: Path | None) -> Ways:
         found, made_with = collect(table), table.attrs["parameters"]
     except (ValueError, KeyError) as error:
         raise StorageError(f"{path or SHIPPED} is no table of ways: {error}; make one with `{_COMMAND}`") from error
-    law = defaults("dp")
+    law = defaults(DROPLETS.name)
     changed = [f"{name} = {was} (now {law.get(name)})" for name, was in made_with.items() if law.get(name) != was]
     if changed:
         raise StorageError(f"{path or SHIPPED} was made with {', '.join(changed)}: regenerate it with `{_COMMAND}`")

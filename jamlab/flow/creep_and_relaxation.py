@@ -389,7 +389,7 @@ def _wait(flow: TimedRun[S], duration: float) -> None:
         flow.facts["residual"] = flow.before.residual
     if flow.time < duration * (1 - 1e-12):
         flow.drive("rate 0", duration - flow.time)
-        if flow.before is None and flow.frames[0].model == "dp":
+        if flow.before is None and flow.frames[0].kind.carrier == "outlines":
             flow.advance(1)
             # velocities of droplets, and with them viscous stress, are known from the first step on
             del flow.rows[0]

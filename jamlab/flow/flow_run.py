@@ -69,7 +69,7 @@ class FlowResult(Result):
     def remedy(self) -> dict[str, float]:
         """Argument to change where energy is not balanced: shorter steps, or a background drag for droplets."""
         drags = self.damping is not None and self.damping.at_contacts
-        if self.frames[0].model == "dp" and drags and self.background < HELPFUL_BACKGROUND:
+        if self.frames[0].kind.carrier == "outlines" and drags and self.background < HELPFUL_BACKGROUND:
             return {"background_drag": HELPFUL_BACKGROUND}
         return {"tolerance": FINER * self.tolerance}
 

@@ -113,6 +113,8 @@ class OverdampedSession:
         residual: float | None = None,
         end: End | None = None,
     ) -> None:
+        if not packing.kind.carrier:
+            packing.kind.lacks("carrier")
         check_flowing(damping, tolerance, background)
         refuse_slip(packing, damping, background)
         packing.kind.points(packing)  # refuses outlines that cross
@@ -136,7 +138,7 @@ class OverdampedSession:
             self._session.set_variables(settings)
             style, others = "", natural.law.pair_style
             self.forces = others.style if others else ""  # pair style of LAMMPS that moves disks, beside the plugin
-            if packing.model == "sp":
+            if packing.kind.carrier == "pairs":
                 self._session.command(style := disk_style(damping))
                 self._session.load(natural, anew=True)  # by the other pair style
             elif settings["arms"] == "none" or settings["even"]:
@@ -367,6 +369,8 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
 
 def default_background(packing: Packing, damping: DragLaw, background: float | None) -> float:
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
+    if not packing.kind.carrier:
+        packing.kind.lacks("carrier")
     if background is not None:
         return background
     return 0.0 if not damping.at_contacts else float(defaults(f"flow.{packing.model}")["background"])

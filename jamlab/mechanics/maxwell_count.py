@@ -44,7 +44,7 @@ class MaxwellCount(Result):
         floppy_modes: number of floppy modes without the two translations of the packing.
 
     Example:
-        >>> m = jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
+        >>> m = jamlab.maxwell_count(jamlab.jam(n=16))
         >>> m.contacts == 2 * m.n_particles - 2 - m.floppy_modes + m.self_stress_states  # droplets: 3, not 2
         True
     """
@@ -67,7 +67,7 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
         InputError: more than 1000 particles; outlines of two polygons cross.
 
     Example:
-        >>> jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
+        >>> jamlab.maxwell_count(jamlab.jam(n=16))
         MaxwellCount(n_particles=15, pairs=29, contacts=29, self_stress_states=1, floppy_modes=0)
     """
     if packing.n > MOST:

@@ -11,6 +11,7 @@ import numpy as np
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.packing_of_picture import packing_of_picture
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.result import Result
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -63,7 +64,7 @@ class Micrograph(Result):
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
         >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
         >>> low, high = m.numbers["z"].interval
         >>> low < m.z < high, m.quality  # so few droplets say little of others
@@ -159,7 +160,7 @@ class Micrograph(Result):
         table = self.table()
         return {str(name): table[name].to_numpy() for name in table}
 
-    def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
+    def packing(self, model: str = DROPLETS.name, seed: int = 1, **parameters: Any) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
 
         Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
@@ -167,7 +168,7 @@ class Micrograph(Result):
         `jamlab.droplets_from_outlines` does.
 
         Args:
-            model: "dp", droplets, or "sp", disks in units "k" with lengths in mean diameters.
+            model: name of the model: droplets, or disks in units "k" with lengths in mean diameters.
             seed: of the orientations of polygons.
             parameters: of the droplets, as in `jamlab.droplets_from_disks`.
 
@@ -176,7 +177,7 @@ class Micrograph(Result):
             ConvergenceError: the packing fraction was not met.
 
         Example:
-            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+            >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
             >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
             >>> disks = m.packing("sp")
             >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-3

@@ -10,8 +10,9 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_rho
@@ -38,16 +39,16 @@ def packing_of_picture(
         centres: (n, 2) of droplets that are whole, y up.
         areas, cells: (n,) of droplets and of their cells.
         rho: packing fraction to be met.
-        model: "sp" (units "k", lengths in mean diameters) or "dp".
+        model: name of the model: disks, in units "k" with lengths in mean diameters, or droplets.
         seed: of the orientations of polygons.
         parameters: of polygons, as in `jamlab.droplets_from_disks`.
     """
-    check_choice("model", model, MODELS.names())
+    check_choice("model", model, (DISKS.name, DROPLETS.name))
     if len(areas) < _FEWEST:
         raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {_FEWEST}")
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
-    handed_over = MODELS.get(model).has_outlines
+    handed_over = model == DROPLETS.name
     if parameters and not handed_over:
         raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
     began = time.perf_counter()
@@ -57,7 +58,7 @@ def packing_of_picture(
     size = extent * np.sqrt(cells.sum() / extent.prod())
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
-    start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
+    start = Packing(DISKS.name, box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
     first = min(rho, _HAND_OVER) if handed_over else rho
     disks = relax_at_rho(at_phi(start, first), first, _RHO_TOLERANCE, relax_session)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}

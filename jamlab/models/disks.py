@@ -47,6 +47,8 @@ class Disks(Model):
     compiled_fire = True
     sizes_by_disk = True
     meets_flat_walls = True
+    law_columns = ("exponent", "stickiness")
+    carrier = "pairs"
     least_force = 2e-14
     points = staticmethod(touching_disks)
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {

@@ -59,6 +59,9 @@ class Droplets(Model):
     sites = None
     has_outlines = True
     meets_flat_walls = True
+    needs_prestress = True
+    law_columns = ("gamma", "ka", "delta", "eps", "nv_small")
+    carrier = "outlines"
     size_name = "rest area"
     size_label = "√a₀"
     unit_names: ClassVar[Mapping[str, UnitNames]] = {"eps": UnitNames("l", "ε/l", "ε/l²")}

@@ -62,6 +62,9 @@ class State(Part):
     # of `packing_fraction`, by name
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {"nominal": lambda packing: packing.phi}
 
+    # of the force law, by which tables of campaigns tell packings apart
+    law_columns: ClassVar[tuple[str, ...]] = ()
+
     def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
         """Parameters of the force law, declared once, by name.
 
@@ -138,6 +141,7 @@ def _counts(packing: Packing) -> Indices:
 class Contacts(Part):
     """Who presses on whom, and the potential energy."""
 
+    needs_prestress: ClassVar[bool] = False  # whether there is no Hessian without what forces do to it
     meets_flat_walls: ClassVar[bool] = False  # whether `points` finds contacts with flat walls, `Packing.flat_walls`
     # that rounding leaves of forces at a minimum, over the energy of the law and the mean size
     least_force: ClassVar[float] = 1e-13
@@ -203,6 +207,8 @@ class Shape(Part):
 class Flow(Part):
     """Drag at contacts, and runs in time."""
 
+    # how the plugin carries drag: "pairs" of round sites by the pair style disk/drag, "outlines" of polygons; "": not
+    carrier: ClassVar[str] = ""
     corrects_flow: ClassVar[bool] = False  # whether steps in time are corrected, as of stiff line tension
 
     def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:

@@ -34,7 +34,7 @@ MODELS: Registry[Model] = Registry("jamlab.models", "model", _check)
 
 
 def model_named(word: str) -> str:
-    """The name of the model that a user's word means, such as "sp" for "disks"; any other word as it is."""
+    """The name of the model that a user's word means, such as that of soft disks for "disks"; another word as it is."""
     known, small = MODELS.names(), word.lower()
     if small in known:
         return small

@@ -49,7 +49,7 @@ class Packing(Hinted):
     Arrays, `params` and `provenance` are read-only copies. To change them, give changed copies to `with_state`.
 
     Attributes:
-        model: "sp" (soft disks) or "dp" (deformable polygons).
+        model: name of the model, such as sp, soft disks, or dp, deformable polygons.
         box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.

@@ -27,7 +27,7 @@ class Polygons:
         InputError: a packing of disks.
 
     Example:
-        >>> polygons = jamlab.jam(n=8, model="dp", seed=1).polygons
+        >>> polygons = jamlab.jam(8, "droplets").polygons
         >>> first = slice(*polygons.offsets[:2])
         >>> bool(np.isclose(np.hypot(*polygons.edges[first].T).sum(), polygons.perimeters[0]))
         True

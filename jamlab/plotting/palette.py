@@ -8,10 +8,6 @@ BLACK, GREY = "#222222", "#BBBBBB"
 COLOURS = (GREEN, RED, BLUE, PINK, ORANGE, SKY, BLACK)
 
 SMALL, LARGE, RATTLER = PINK, BLUE, GREY
-MODEL_STYLE: dict[str, dict[str, Any]] = {
-    "sp": {"color": RED, "marker": "v", "label": "soft particles (SP)"},
-    "dp": {"color": BLUE, "marker": "D", "label": "deformable polygons (DP)"},
-}
 SIDE_COLOURS = {3: RED, 4: SKY, 5: "#F0E442", 6: PINK}
 OTHER = GREEN  # voids with another number of sides
 PARTICLE, OUTLINE = "#E4E4E4", "#777777"  # of particles that are not what a picture is about

@@ -15,6 +15,7 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
+from jamlab.models.disks import DISKS
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS, model_named
 from jamlab.packing.natural_units import in_natural_units, unit_scales
@@ -39,7 +40,7 @@ LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 t
 @checked
 def jam(
     n: int = 64,
-    model: str = "sp",
+    model: str = DISKS.name,
     seed: int = 1,
     *,
     search: str = "bisection",
@@ -58,7 +59,7 @@ def jam(
 
     Args:
         n: number of particles; must be even for the default sizes.
-        model: "sp" or "disks"; "dp" or "droplets".
+        model: name of the model, "disks" or "droplets", or one of another package, such as of `docs/extending`.
         seed: seed of the random start. The same seed gives the same bits on the same machine.
         search: "bisection" (droplets move as rigid bodies if possible), or "incremental" (as published, about forty
             times slower).
@@ -95,7 +96,7 @@ def jam(
         >>> c = jamlab.contacts(onset)
         >>> c.n_contacts - c.isostatic  # contacts beyond what statics asks for
         0
-        >>> droplets = jamlab.jam(model="dp", n=8, seed=1)
+        >>> droplets = jamlab.jam(8, "droplets")
         >>> droplets.params["gamma"], droplets.params["contact"]
         (0.4, 'outline')
     """

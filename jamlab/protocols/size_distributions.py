@@ -22,6 +22,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_positive, check_seed, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.models.disks import DISKS
 from jamlab.protocols.particle_numbers import check_bidisperse, check_count
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
@@ -240,7 +241,7 @@ def sizes_record(sizes: Sizes | None, diameters: Array) -> dict[str, Any]:
 def _two_sizes(n: int, seed: int, ratio: float | None, large: float) -> Array:
     check_bidisperse(n, seed, 1.0, large)
     if ratio is None:
-        ratio = float(defaults("sp")["ratio"])
+        ratio = float(defaults(DISKS.name)["ratio"])
     elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
         raise InputError(
             f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}"

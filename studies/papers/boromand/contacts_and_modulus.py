@@ -8,12 +8,12 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, RED
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import PACKINGS, STABILIZED, EnsembleTables
 from studies.ensembles import Ensemble, Sample, average, log_places, mean_over_packings
-from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
+from studies.panels import BESIDE, MODEL_STYLE, PAPER, Drawing, drawing, label, scale, size_style
 from studies.papers.boromand.conventions import (
     FRACTIONS,
     HIGHEST,

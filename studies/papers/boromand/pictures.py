@@ -14,11 +14,11 @@ from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_background, draw_particles, size_colours
-from jamlab.plotting.palette import MODEL_STYLE, ORANGE, RATTLER, SIDE_COLOURS
+from jamlab.plotting.palette import ORANGE, RATTLER, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from studies.ensemble_tables import EnsembleTables
-from studies.panels import Drawing, drawing
+from studies.panels import MODEL_STYLE, Drawing, drawing
 from studies.papers.statements import caption
 from studies.reference_data import MODELS, example_file
 
