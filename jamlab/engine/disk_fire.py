@@ -6,6 +6,7 @@ a disk has more than twice the mean diameter: its mass then grows with it. Force
 are always LAMMPS' own.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,17 @@ def fire_numbers(*, lively: bool = False, slower: float = 1.0) -> Array:
     return np.array([timestep * slower, tmax, dmax, 0.02, 1.1, 0.5, alpha0, 0.99])
 
 
-DELAY = 20  # steps downhill after which the time step grows
-MOST_UPHILL = 2000  # steps uphill on end after which it gives up
-SKIN = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
+@dataclass(frozen=True)
+class Fire:
+    """FIRE of disks in the compiled loop."""
+
+    delay: int = 20  # steps downhill after which the time step grows
+    most_uphill: int = 2000  # steps uphill on end after which it gives up
+    skin: float = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
+
+
+FIRE = Fire()
+
 
 _BOX_TOO_SMALL, _NOT_FINITE = -1, -2
 
@@ -77,7 +86,7 @@ def fire_disks(
         positions, box = packing.positions.copy(), packing.box[[0, 1, 1], [0, 0, 1]]
         taken = _fire_disks(
             *(packing.n, positions, packing.disk_diameters, box, *law),
-            *(force, stretch or steps, threads, SKIN, numbers, DELAY, MOST_UPHILL, len(strains)),
+            *(force, stretch or steps, threads, FIRE.skin, numbers, FIRE.delay, FIRE.most_uphill, len(strains)),
             *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), box_strains.pressure if box_strains else 0.0, largest),
         )
         if taken == _BOX_TOO_SMALL:

@@ -18,7 +18,7 @@ from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
-from jamlab.flow.shear import LARGEST_RATE, TRANSIENT
+from jamlab.flow.shear import EVENTS, LARGEST_RATE
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
@@ -166,16 +166,18 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
-    options, row = _options(errors, {name: TRANSIENT + each for name, each in average.items()}, tolerance)
+    options, row = _options(errors, {name: EVENTS.transient + each for name, each in average.items()}, tolerance)
     if row is None:
-        reached = f"{packing.n} particles at strain {TRANSIENT + average['flow']:g} reach {100 * errors['flow']:.2g} %"
+        reached = (
+            f"{packing.n} particles at strain {EVENTS.transient + average['flow']:g} reach {100 * errors['flow']:.2g} %"
+        )
         raise InputError(f"tolerance = {tolerance:g}: {reached}; use a larger tolerance, or a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": CONDITIONS.background}
     return Choice(
         way=way, bound={"stress": errors[way]}, options=options, function=flow_curve, arguments=arguments,
-        strain=TRANSIENT + average[way],
+        strain=EVENTS.transient + average[way],
     )  # fmt: skip
 
 
@@ -196,4 +198,4 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
     than allowed."""
     strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
-    return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
+    return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - EVENTS.transient))

@@ -31,9 +31,22 @@ from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
 
-_ARRESTED, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
-_LEFT = 0.02  # of the stress applied that drag may bear at rest
-_YIELDED = 0.2  # strain below which a packing has not yielded, however fast it creeps
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What a creep or a relaxation is called."""
+
+    # d ln strain/d ln time over the last half of the time, below and above
+    arrested: float = 0.02
+    flows: float = 0.9
+    left: float = 0.02  # of the stress applied that drag may bear at rest
+    yielded: float = 0.2  # strain below which a packing has not yielded, however fast it creeps
+    relaxed: float = 1e-3  # relative fall of the modulus over the last half of the time
+    nothing: float = 1e-3  # of the largest modulus, below which falls are compared with this one: it relaxes to nothing
+    rounding: float = 1e-9  # of the pressure, the same: over `relaxed` of it a stress has no digits
+
+
+VERDICTS = Verdicts()
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -84,9 +97,9 @@ class CreepRun(FlowRun):
     @property
     def state(self) -> Literal["rests", "creeps", "flows"]:
         """What the packing does at the end: it rests, it still creeps, or it flows steadily."""
-        if self.slope < _ARRESTED and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
+        if self.slope < VERDICTS.arrested and abs(self.viscous_stress[-1]) < VERDICTS.left * abs(self.applied):
             return "rests"
-        return "flows" if self.slope > _FLOWS and self.strain[-1] > _YIELDED else "creeps"
+        return "flows" if self.slope > VERDICTS.flows and self.strain[-1] > VERDICTS.yielded else "creeps"
 
     @property
     def finished(self) -> bool:
@@ -182,11 +195,6 @@ def _end(duration: float, strain: float = np.inf) -> End:
     return End(duration, f"a shorter duration than {duration:g}", strain)
 
 
-_RELAXED = 1e-3  # relative fall of the modulus over the last half of the time
-_NOTHING = 1e-3  # of the largest modulus, below which falls are compared with this one: it relaxes to nothing
-_ROUNDING = 1e-9  # of the pressure, the same: over _RELAXED of it a stress has no digits
-
-
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class StoppedFlow(FlowRun):
     """Stress in time at fixed strain; rows and packings as in `FlowRun`.
@@ -208,15 +216,15 @@ class StoppedFlow(FlowRun):
     def change(self) -> float:
         """Change of what relaxes over the last half of the time, over its last value, or 1e-3 of its largest."""
         g, strain, _ = self._relaxing
-        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(strain)
-        scale = max(abs(float(g[-1])), _NOTHING * float(np.abs(g).max()), rounding)
+        rounding = VERDICTS.rounding * float(np.abs(self.pressure).max()) / abs(strain)
+        scale = max(abs(float(g[-1])), VERDICTS.nothing * float(np.abs(g).max()), rounding)
         return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (scale or 1.0)
 
     @property
     def finished(self) -> bool:
         """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3 of its last
         value, or 1e-6 of its largest."""
-        return self.change < _RELAXED
+        return self.change < VERDICTS.relaxed
 
     @property
     def state(self) -> Literal["relaxed", "relaxing"]:

@@ -19,7 +19,7 @@ from jamlab.flow.flow_run import FlowResult, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import RunFile
-from jamlab.flow.shear import TOLERANCE, TRANSIENT, ShearRun, check_rates, shear
+from jamlab.flow.shear import EVENTS, TOLERANCE, ShearRun, check_rates, shear
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
@@ -154,7 +154,7 @@ def flow_curve(
     damping: DragLaw | None = None,
     *,
     strain: float = AVERAGE,
-    discard: float = TRANSIENT,
+    discard: float = EVENTS.transient,
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
     processes: int = 1,

@@ -37,7 +37,20 @@ from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax_session
 from jamlab.protocols.saddles import record, relax_off_saddles
 
-LIMIT = 0.02  # imbalance from which on a result is doubtful, and a step is tried backwards
+
+@dataclass(frozen=True)
+class QuasistaticEvents:
+    """What counts as an event of quasi-static shear."""
+
+    limit: float = 0.02  # imbalance from which on a result is doubtful, and a step is tried backwards
+    lean: float = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back
+    # stress that forces of 1 may hide, mean size 1: 0.1 and less were seen where nothing bears stress
+    noise: float = 10.0
+    # part of a fall of stress or energy that a step back may miss: noise, or hysteresis within the step
+    reversible: float = 0.1
+
+
+QUASISTATIC = QuasistaticEvents()
 
 
 @dataclass(frozen=True)
@@ -134,7 +147,7 @@ class QuasistaticShear(ShearRun):
     @property
     def energy_tolerance(self) -> float:
         """From which on steps are too long."""
-        return LIMIT
+        return QUASISTATIC.limit
 
     @property
     def remedy(self) -> dict[str, float]:
@@ -161,11 +174,6 @@ class QuasistaticShear(ShearRun):
             title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
         legend.get_title().set_color(BLACK if self.balanced else RED)
-
-
-LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back
-NOISE = 10.0  # stress that forces of 1 may hide, mean size 1: 0.1 and less were seen where nothing bears stress
-REVERSIBLE = 0.1  # part of a fall of stress or energy that a step back may miss: noise, or hysteresis within the step
 
 
 class Minimum(SimpleNamespace):
@@ -245,7 +253,7 @@ class Walk(Run[QuasistaticShear]):
         before = self.rows[-1]
         after = self._step(strain, strain - before.strain, before)
         noise, lost = self._noise(before, after), after.dissipated - before.dissipated
-        seen = LIMIT * abs(after.work - before.work) + noise * abs(strain - before.strain)
+        seen = QUASISTATIC.limit * abs(after.work - before.work) + noise * abs(strain - before.strain)
         if _drop(before, after) > noise or lost > seen:
             reached = self._now
             after.event = not self._leads_back(before, after)
@@ -266,8 +274,8 @@ class Walk(Run[QuasistaticShear]):
         least = noise * abs(after.strain - before.strain)
         stress, energy = back.stress - before.stress, back.energy + held - before.energy
         return bool(
-            abs(stress) < max(REVERSIBLE * abs(_drop(before, after)), noise)
-            and abs(energy) < max(REVERSIBLE * abs(lost), least)
+            abs(stress) < max(QUASISTATIC.reversible * abs(_drop(before, after)), noise)
+            and abs(energy) < max(QUASISTATIC.reversible * abs(lost), least)
         )
 
     def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
@@ -312,7 +320,7 @@ class Walk(Run[QuasistaticShear]):
 
 def _flipped(packing: Packing) -> Packing:
     """The same lattice, with the second vector that leans least."""
-    if abs(packing.box[1, 0]) <= LEAN * packing.box[0, 0]:
+    if abs(packing.box[1, 0]) <= QUASISTATIC.lean * packing.box[0, 0]:
         return packing
     box = packing.box.copy()
     box[1] -= np.round(box[1, 0] / box[0, 0]) * box[0]
@@ -321,7 +329,7 @@ def _flipped(packing: Packing) -> Packing:
 
 def _stress_noise(tolerance: float, force: ArrayLike) -> Array:
     """Stress that is no more than noise where forces up to `force` are left, or up to the tolerance; natural units."""
-    return NOISE * np.maximum(tolerance, force)
+    return QUASISTATIC.noise * np.maximum(tolerance, force)
 
 
 def _drop(before: Minimum, after: Minimum) -> float:

@@ -46,10 +46,17 @@ def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrop
     return StressDrops(strain[begin[kept]], size[kept])
 
 
-LEAST_DROP = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
-TRANSIENT = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
-_OVER = 0.02  # by which a peak must exceed the last stress, to be one
-_ROUNDING = 1e-12  # of the stiffness of a contact: smaller changes of a stress are no physics
+@dataclass(frozen=True)
+class Events:
+    """What counts as an event of a flow."""
+
+    least_drop: float = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
+    transient: float = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
+    over: float = 0.02  # by which a peak must exceed the last stress, to be one
+    rounding: float = 1e-12  # of the stiffness of a contact: smaller changes of a stress are no physics
+
+
+EVENTS = Events()
 
 
 class Peak(NamedTuple):
@@ -86,7 +93,7 @@ class ShearRun(FlowRun):
     @property
     def least_stress(self) -> float:
         """Stress below which a change is rounding."""
-        return _ROUNDING * natural_scales(self.packing).stress
+        return EVENTS.rounding * natural_scales(self.packing).stress
 
     @property
     def _last_part(self) -> float:
@@ -103,10 +110,10 @@ class ShearRun(FlowRun):
         path = self.path
         rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
         stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]
-        k = int(np.argmax(stress[path[rows] <= TRANSIENT]))
+        k = int(np.argmax(stress[path[rows] <= EVENTS.transient]))
         if k == 0 or k == len(stress) - 1 or stress[k] < self.least_stress:
             return None
-        if stress[k] < (1 + _OVER) * stress[k + 1 :].min():
+        if stress[k] < (1 + EVENTS.over) * stress[k + 1 :].min():
             return None
         return Peak(float(strain[k]), float(self.stress[k]))
 
@@ -114,7 +121,7 @@ class ShearRun(FlowRun):
     def drops(self) -> StressDrops:
         """Falls of the elastic stress along the flow, by more than 1 % of its range."""
         along = np.cumsum(np.sign(np.diff(self.strain)) * np.diff(self.elastic_stress))
-        least = max(LEAST_DROP * float(np.ptp(self.elastic_stress)), self.least_stress)
+        least = max(EVENTS.least_drop * float(np.ptp(self.elastic_stress)), self.least_stress)
         return stress_drops(self.strain, np.append(0.0, along), least)
 
     @property
@@ -123,7 +130,7 @@ class ShearRun(FlowRun):
         return len(self.drops.size)
 
     @checked
-    def steady(self, name: str = "stress", *, discard: float = TRANSIENT) -> BlockAverage:
+    def steady(self, name: str = "stress", *, discard: float = EVENTS.transient) -> BlockAverage:
         """Average a quantity over the steady flow, with its standard error.
 
         Rows are correlated; `jamlab.statistics.confidence.block_average` names the estimate, and its `independent`

@@ -13,7 +13,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.mechanics.factors import NAMED, UnstableError, response_and_looseness
+from jamlab.mechanics.factors import SOFT, UnstableError, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
@@ -122,7 +122,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
     return found
 
 
-def linear_response(packing: Packing, *, prestress: bool = True, named: int = NAMED) -> ElasticTensor:
+def linear_response(packing: Packing, *, prestress: bool = True, named: int = SOFT.named) -> ElasticTensor:
     """The response of `elastic_tensor`, without its warning, of which those who ask for one strain take what is
     defined for it. `named`: how many modes an `UnstableError` holds at most."""
     return _response(packing, prestress, named)

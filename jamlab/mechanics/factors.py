@@ -13,6 +13,7 @@ none. A mode that is negative beyond rounding is an instability.
 import os
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -118,14 +119,25 @@ class SymmetricFactors:
 # static response ------------------------------------------------------------------------------------------------------
 
 FLOPPY = PairLaw.floppy
-# Part of the energy of the response that a floppy mode within rounding of zero may hide.
-HIDDEN = 1e-6
-_DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
-NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
-_PER_NAMED = 1200  # coordinates for each of them in large systems, whose droplets slide in proportion to their number
-_PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where modes are not told apart
-_NEAR = 100.0  # stiffness against a random push, over that of floppy modes, below which there may be some
-_STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
+
+
+@dataclass(frozen=True)
+class SoftModes:
+    """How modes that hardly resist are found."""
+
+    hidden: float = 1e-6  # part of the energy of the response that a floppy mode within rounding of zero may hide
+    dense: int = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
+    named: int = 6  # negative eigenvalues next to zero among which the lowest is looked for, at least
+    # coordinates for each of them in large systems, whose droplets slide in proportion to their number
+    per_named: int = 1200
+    # restarts of the iteration at most; tolerance where modes are not told apart
+    patient: int = 500
+    blurred: float = 1e-6
+    near: float = 100.0  # stiffness against a random push, over that of floppy modes, below which there may be some
+    steps: int = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
+
+
+SOFT = SoftModes()
 
 
 class UnstableError(ConvergenceError):
@@ -140,14 +152,14 @@ class UnstableError(ConvergenceError):
         self.modes = modes
 
 
-def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = NAMED) -> Array:
+def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = SOFT.named) -> Array:
     """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
     removes the two translations; `floppy`: see `PairLaw`; `named`: negative modes that an error names, at least."""
     return response_and_looseness(matrix, load, floppy, named)[0]
 
 
 def response_and_looseness(
-    matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = NAMED
+    matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY, named: int = SOFT.named
 ) -> tuple[Array, bool]:
     """`static_response`, and whether floppy modes may leave it open."""
     solver = PositiveSolver()
@@ -160,7 +172,7 @@ def response_and_looseness(
     x += solver.solve(load - matrix @ x)
     if (np.einsum("nk,nk->k", x, load) >= floppy * np.einsum("nk,nk->k", x, x)).all():
         push = np.random.default_rng(0).standard_normal(len(x))  # yields far along modes within rounding of zero
-        return x, bool(np.linalg.norm(push) <= _NEAR * floppy * np.linalg.norm(solver.solve(push)))
+        return x, bool(np.linalg.norm(push) <= SOFT.near * floppy * np.linalg.norm(solver.solve(push)))
     return _beside_floppy_modes(matrix, load, floppy, named), True
 
 
@@ -172,7 +184,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
     except ConvergenceError as error:
         raise _instability(matrix, named) from error
     x, left, last, count = np.zeros_like(load), load, np.inf, 0
-    while count < _STEPS:
+    while count < SOFT.steps:
         step, count = solver.solve(left), count + 1
         x = x + step
         left = load - matrix @ x
@@ -182,7 +194,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
         last = size
     hidden = np.einsum("nk,nk->k", left, step)
     x -= count * step
-    if hidden.sum() > HIDDEN * np.einsum("nk,nk->", x, load):
+    if hidden.sum() > SOFT.hidden * np.einsum("nk,nk->", x, load):
         push = np.abs(left).max()
         raise UnstableError(
             "strain acts on a floppy mode (zero stiffness) of the packing with a force of "
@@ -195,8 +207,8 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
 
 def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
     """The error for a matrix with negative eigenvalues, with those next to zero."""
-    most = max(named, matrix.shape[0] // _PER_NAMED)
-    if matrix.shape[0] <= _DENSE:
+    most = max(named, matrix.shape[0] // SOFT.per_named)
+    if matrix.shape[0] <= SOFT.dense:
         values, vectors = np.linalg.eigh(matrix.toarray())
         count = int((values < 0).sum())
     else:
@@ -205,8 +217,8 @@ def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
         count = factors.negative
         start = np.random.default_rng(0).standard_normal(matrix.shape[0])
         wanted = max(1, min(most, count))
-        for some, blur in ((wanted, 0.0), (1, _BLURRED)):
-            how = {"k": some, "tol": blur, "maxiter": _PATIENT}
+        for some, blur in ((wanted, 0.0), (1, SOFT.blurred)):
+            how = {"k": some, "tol": blur, "maxiter": SOFT.patient}
             try:
                 values, vectors = linalg.eigsh(matrix, sigma=0.0, which="SA", OPinv=inverse, v0=start, **how)
                 break
@@ -215,7 +227,9 @@ def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
                 if (values < 0).any():
                     break
         else:
-            raise ConvergenceError(f"none of {count} negative modes of a Hessian was found in {_PATIENT} iterations")
+            raise ConvergenceError(
+                f"none of {count} negative modes of a Hessian was found in {SOFT.patient} iterations"
+            )
     order = np.argsort(values)[: min(most, max(1, int((values < 0).sum())))]
     lowest = float(values[order[0]])
     return UnstableError(

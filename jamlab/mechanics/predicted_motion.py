@@ -7,7 +7,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import linear_response
-from jamlab.mechanics.factors import NAMED, UnstableError
+from jamlab.mechanics.factors import SOFT, UnstableError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi
@@ -31,7 +31,7 @@ def follow(packing: Packing, phi: float) -> Packing:
     return moved.with_state(positions=positions)
 
 
-def unstable_directions(packing: Packing, named: int = NAMED) -> tuple[Array, float, int] | None:
+def unstable_directions(packing: Packing, named: int = SOFT.named) -> tuple[Array, float, int] | None:
     """Displacements (k, n_sites, 2), the largest 1, along modes that give way, the lowest first, its eigenvalue, 0
     where rounding hides it, and how many give way, of which k may be fewer, beyond `named`; None for a minimum, for a
     loose packing, and for forces so large beside the pressure that no Hessian tells."""

@@ -19,15 +19,22 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 
-_DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
+
+@dataclass(frozen=True)
+class Iteration:
+    """How the lowest modes are found."""
+
+    dense: int = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
+    # eigenvalue over the largest that counts as zero: above the rounding of the Hessian, 1e-16 and what factors
+    # lose, below the softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k
+    zero: float = 1e-9
+    # how far below zero, over the largest, the iteration begins: far enough for well-conditioned factors, near
+    # enough that the lowest eigenvalues stand apart; and the factor on it until no eigenvalue lies below
+    shift: float = 1e-6
+    growth: float = 4.0
 
 
-# Eigenvalue over the largest that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below
-# the softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k.
-_ZERO = 1e-9
-# How far below zero, over the largest, the iteration begins: far enough for well-conditioned factors, near enough that
-# the lowest eigenvalues stand apart; and the factor on it until no eigenvalue lies below.
-_SHIFT, _GROWTH = 1e-6, 4.0
+ITERATION = Iteration()
 
 
 @dataclass(frozen=True)
@@ -64,7 +71,7 @@ class Modes(Result):
 
         >>> ax = jamlab.lowest_modes(jamlab.pack(n=64, pressure=1e-3, seed=1), 40).plot()
         """
-        rounding = _ZERO * np.abs(self.eigenvalues).max()
+        rounding = ITERATION.zero * np.abs(self.eigenvalues).max()
         below = int(np.sum(self.eigenvalues < -rounding))
         label = f"{len(self.eigenvalues)} lowest modes" + (f", {below} below zero" if below else "")
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
@@ -100,7 +107,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
     matrix = _free_hessian(packing, prestress)
-    if size <= _DENSE or count > size // 4:
+    if size <= ITERATION.dense or count > size // 4:
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
@@ -136,7 +143,7 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     matrix = _free_hessian(packing, prestress)
     terms = energy_terms(packing, prestress=prestress)  # what cancels in their sum, as images of one disk, is rounding
     largest = max((float(np.abs(term.hessian).max()) for term in terms if len(term.hessian)), default=0.0)
-    shift = _ZERO * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
+    shift = ITERATION.zero * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
     identity = sparse.eye_array(matrix.shape[0], format="csc")
@@ -153,9 +160,9 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
     if scale == 0:  # nothing touches
         return np.zeros(count), null[:, :count].toarray()
     identity = sparse.eye_array(matrix.shape[0], format="csc")
-    shift = _SHIFT * scale
+    shift = ITERATION.shift * scale
     while (factors := SymmetricFactors(matrix + shift * identity)).negative:
-        shift *= _GROWTH
+        shift *= ITERATION.growth
 
     def without_null(x: Array) -> Array:
         return np.asarray(x - null @ (null.T @ x))
@@ -168,7 +175,7 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
         raise ConvergenceError(f"the {count} lowest modes were not found: {error}") from error
     values = np.concatenate([np.zeros(null.shape[1]), values])
     order = np.argsort(values, kind="stable")[:count]
-    highest = values[order[-1]] - _ZERO * scale
+    highest = values[order[-1]] - ITERATION.zero * scale
     below = int(np.sum(values[order] < highest))  # found; the factors count all there are
     if SymmetricFactors(matrix - highest * identity).negative > below:
         raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")

@@ -4,20 +4,32 @@ What a state is, and how it is relaxed and judged, is up to the search: packings
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from jamlab.errors import ConvergenceError
 
-# numbers of searches for onset: halved or doubled, each changes force evaluations by less than 1 % and factorisations
-# by at most 3 %, and loses no state, over five sweeps of disks and droplets
 BEARING = 0.01  # largest force over pressure and mean size below which contacts carry a load
-_DECOMPRESSIONS = 80  # at most
-_JUMP = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
-_LEAST_ROOT = 0.03  # part of sqrt(U) that remains at least in one decompression
-_STRIDE = 0.7  # factor of a decompression that did not converge: come from elsewhere
-# jammed states that unjam during decompression, or end on a saddle, until one counts that rests on rattlers
-FALLS = 8
-MOST_FALLS = 24  # at most: a box that shears may repeat itself for ever
+
+
+@dataclass(frozen=True)
+class Decompression:
+    """How a decompression comes near onset.
+
+    Halved or doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no
+    state, over five sweeps of disks and droplets.
+    """
+
+    most: int = 80  # at most
+    jump: float = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
+    least_root: float = 0.03  # part of sqrt(U) that remains at least in one decompression
+    stride: float = 0.7  # factor of a decompression that did not converge: come from elsewhere
+    # jammed states that unjam during decompression, or end on a saddle, until one counts that rests on rattlers
+    falls: int = 8
+    most_falls: int = 24  # at most: a box that shears may repeat itself for ever
+
+
+DECOMPRESSION = Decompression()
 
 
 class Dense(Protocol):
@@ -75,11 +87,11 @@ class Approach(Protocol[State]):
         """
         gap, stride = 0.5 * (jammed.phi - lowest), 1.0
         fallen: State | None = None  # not jammed; compressed from below it may have jammed later than it unjams
-        for _ in range(_DECOMPRESSIONS):
+        for _ in range(DECOMPRESSION.most):
             root = self.root(jammed)
-            wanted = jammed.phi - gap * (1 - max(aim / root, _LEAST_ROOT))
+            wanted = jammed.phi - gap * (1 - max(aim / root, DECOMPRESSION.least_root))
             if fallen is not None:
-                if jammed.phi - fallen.phi < _JUMP * gap:
+                if jammed.phi - fallen.phi < DECOMPRESSION.jump * gap:
                     return fallen, gap
                 wanted = max(wanted, 0.5 * (fallen.phi + jammed.phi))
             state = self.follow(jammed, jammed.phi - stride * (jammed.phi - wanted))
@@ -93,7 +105,7 @@ class Approach(Protocol[State]):
             elif self.fallen(state):
                 fallen = state
             else:
-                stride *= _STRIDE
+                stride *= DECOMPRESSION.stride
         raise ConvergenceError(
             f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not decrease to its "
             "value at onset; use another seed or a smaller step"

@@ -29,33 +29,48 @@ from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.descent import USUAL, Effort, load, quench
-from jamlab.protocols.newton import REACH
+from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax_session, settle
 
-_JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
-_NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
-_FINER = 0.1  # its factor where they fail
-FIRE_ONLY_DISKS = 10_000  # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
-_ROUNDS = 12  # of FIRE and Newton steps at most
-_NEAR = 10  # Newton steps from a guess of the minimum, before anything else
-_LEAVE = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
-_BALANCED = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
-_AREAS = 40  # of a box at a pressure that are tried at most, behind all this
-_WIDEST = 0.02  # change of the area in one step
-_NARROWEST = 1e-9  # the same where outlines cross in wider steps: given up
-_HELD = 1e-9  # error of a pressure over the load of the packing, at the end
-# A packing that unjams is compressed until it jams above the pressure, at most so often, each time above so many times
-# the pressure before; by steps that begin at this part of the area or more and double, so many at most
-_RETURNS, _ABOVE, _LEAST_RISE, _RISES = 4, 10.0, 1e-8, 40
-_FALL = 0.5  # of the pressure of particles that only push, in one step of the area
-_LOST = 0.1  # pressure over the pressure that is held, below which a packing counts as unjammed on the way
-_MET = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
-# of the shear of the box around droplets
-_STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure at the end
-_SHIFT = 1e-8  # of the Hessian's diagonal: droplets that slide have no stiffness of their own
-# factors of the part of a Newton step that is taken, after one downhill and after one uphill
-_GROW, _REFUSED = 2.5, 0.25
+
+@dataclass(frozen=True)
+class FreeBox:
+    """How a box is set free, and a pressure is met."""
+
+    # largest force over pressure at which a packing at fixed box shows whether anything holds the box
+    jammed: float = 1e-2
+    noise: float = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
+    finer: float = 0.1  # its factor where they fail
+    # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
+    fire_only_disks: int = 10_000
+    rounds: int = 12  # of FIRE and Newton steps at most
+    near: int = 10  # Newton steps from a guess of the minimum, before anything else
+    leave: float = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
+    balanced: float = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
+    areas: int = 40  # of a box at a pressure that are tried at most, behind all this
+    widest: float = 0.02  # change of the area in one step
+    narrowest: float = 1e-9  # the same where outlines cross in wider steps: given up
+    held: float = 1e-9  # error of a pressure over the load of the packing, at the end
+    # a packing that unjams is compressed until it jams above the pressure, at most so often, each time above so
+    # many times the pressure before; by steps that begin at this part of the area or more and double, so many
+    # at most
+    returns: int = 4
+    above: float = 10.0
+    least_rise: float = 1e-8
+    rises: int = 40
+    fall: float = 0.5  # of the pressure of particles that only push, in one step of the area
+    lost: float = 0.1  # pressure over the pressure that is held, below which a packing counts as unjammed on the way
+    met: float = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
+    # residual shear stress over pressure at the end of the shear of the box around droplets
+    stress_tolerance: float = 1e-8
+    shift: float = 1e-8  # of the Hessian's diagonal there: droplets that slide have no stiffness of their own
+    # factors of the part of a Newton step that is taken, after one downhill and after one uphill
+    grow: float = 2.5
+    refused: float = 0.25
+
+
+FREE_BOX = FreeBox()
 
 
 @dataclass(frozen=True)
@@ -117,26 +132,26 @@ def _shear_box(
     found = relax_session(session, tolerance, near=near, effort=effort)
     for _ in range(effort.box):
         state, packing = found.evaluation, session.packing()
-        balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
+        balanced = max(FREE_BOX.stress_tolerance * state.pressure, state.max_force / size)
         if not found.converged or state.pressure < least_pressure or box_strains.excess(state.stress) <= balanced:
             return found
         gradient = box_strains.gradient(state.stress, packing.area)
         try:
             model = EnthalpyModel.of(packing, box_strains, state)
-            whole, _ = model.step(solver, state.forces.ravel(), gradient, _SHIFT)
+            whole, _ = model.step(solver, state.forces.ravel(), gradient, FREE_BOX.shift)
         except (InputError, ConvergenceError):  # outlines cross
             break
-        step, _ = whole.within(REACH * size, LONGEST_STRAIN, part)
+        step, _ = whole.within(NEWTON.reach * size, LONGEST_STRAIN, part)
         session.load(box_strains.move(packing, step.u, step.e))
         trial = relax_session(session, tolerance, near=True, effort=effort)
         if trial.evaluation.pressure < least_pressure:
             return trial
         work = -0.5 * (gradient + box_strains.gradient(trial.evaluation.stress, packing.area)) @ step.e
         if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
-            found, part = trial, min(1.0, _GROW * part)
+            found, part = trial, min(1.0, FREE_BOX.grow * part)
         else:
             session.load(packing)
-            part *= _REFUSED
+            part *= FREE_BOX.refused
     return Relaxed(session.evaluate(), tolerance, False)
 
 
@@ -159,20 +174,20 @@ def relax_disks_and_box(
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
-        pressure or to rounding, and that shear costs energy where the box may shear; from `FIRE_ONLY_DISKS` on, that a
+        pressure or to rounding, and that shear costs energy where the box may shear; from `fire_only_disks` on, that a
         pressure alone is met to 1e-7. For an unjammed packing it refers to forces alone.
     """
     if near:
-        descend_with_box(session, box_strains, tolerance, _NEAR)
+        descend_with_box(session, box_strains, tolerance, FREE_BOX.near)
     state = session.evaluate()
     ended = near and _ends(session.packing(), state, box_strains, tolerance)
     if ended and not (box_strains.may_shear and _leave_saddle(session, state)):
         return _judge(session.packing(), state, box_strains, tolerance)
-    floor = max(least_pressure, tolerance / _JAMMED)
-    state = quench(session, _JAMMED, floor=floor)
+    floor = max(least_pressure, tolerance / FREE_BOX.jammed)
+    state = quench(session, FREE_BOX.jammed, floor=floor)
     if state.pressure < least_pressure or contacts(session.packing()).unjammed:
         return Relaxed(state, tolerance, state.max_force <= tolerance)
-    for noise in _NOISE * _FINER ** np.arange(_ROUNDS):
+    for noise in FREE_BOX.noise * FREE_BOX.finer ** np.arange(FREE_BOX.rounds):
         floor = max(least_pressure, tolerance / noise)
         state = quench(session, noise, floor=floor, box_strains=box_strains, lively=True)
         if state.pressure < least_pressure:
@@ -180,10 +195,10 @@ def relax_disks_and_box(
         borne = load(session, state)
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
-        met = box_strains.excess(state.stress) <= _MET * borne
+        met = box_strains.excess(state.stress) <= FREE_BOX.met * borne
         if not box_strains.may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-        if not box_strains.may_shear and session.size >= FIRE_ONLY_DISKS:
+        if not box_strains.may_shear and session.size >= FREE_BOX.fire_only_disks:
             continue
         descend_with_box(session, box_strains, tolerance)
         state = session.evaluate()
@@ -212,27 +227,27 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
     """
     quick = session.has_kernel
     pushes = pressure > 0 and not session.law.range
-    for attempt in range(_RETURNS + 1):
+    for attempt in range(FREE_BOX.returns + 1):
         if quick:
             relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=not attempt)
-        found = _meet_by_area(session, pressure, tolerance, least=_LOST * pressure if pushes else -np.inf)
-        if found.converged or not pushes or attempt == _RETURNS:
+        found = _meet_by_area(session, pressure, tolerance, least=FREE_BOX.lost * pressure if pushes else -np.inf)
+        if found.converged or not pushes or attempt == FREE_BOX.returns:
             break
-        if not _jam_above(session, _ABOVE**attempt * pressure):
+        if not _jam_above(session, FREE_BOX.above**attempt * pressure):
             break
     return found
 
 
 def _meet_by_area(session: Session, pressure: float, tolerance: float, least: float) -> Relaxed:
     """Newton steps in the area, each relaxed; given up below a pressure, where contacts are lost."""
-    found, widest = relax_session(session, tolerance, near=True), _WIDEST
+    found, widest = relax_session(session, tolerance, near=True), FREE_BOX.widest
     before: tuple[float, float] | None = None
-    for _ in range(_AREAS):
+    for _ in range(FREE_BOX.areas):
         state, packing = found.evaluation, session.packing()
         excess = state.pressure - pressure
-        if abs(excess) <= max(_HELD * load(packing, state), _BALANCED * stress_noise(packing, state)):
+        if abs(excess) <= max(FREE_BOX.held * load(packing, state), FREE_BOX.balanced * stress_noise(packing, state)):
             return found
-        if state.pressure < least or widest < _NARROWEST:
+        if state.pressure < least or widest < FREE_BOX.narrowest:
             break
         try:
             session.tally.update(("factorisations", "Newton steps of the area"))
@@ -241,7 +256,7 @@ def _meet_by_area(session: Session, pressure: float, tolerance: float, least: fl
             modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)
         if not modulus > 0:
             modulus = stiffness_scale(packing)
-        fall = excess if least < 0 else min(excess, _FALL * state.pressure)  # moduli fall near onset
+        fall = excess if least < 0 else min(excess, FREE_BOX.fall * state.pressure)  # moduli fall near onset
         wider = np.clip(fall / modulus, -widest, widest)
         try:
             session.load(follow(packing, packing.phi * np.exp(-wider)))
@@ -250,22 +265,22 @@ def _meet_by_area(session: Session, pressure: float, tolerance: float, least: fl
             session.load(packing, anew=True)
             widest = 0.25 * abs(wider)
             continue
-        before, widest = (packing.area, state.pressure), min(_WIDEST, 2 * widest)
+        before, widest = (packing.area, state.pressure), min(FREE_BOX.widest, 2 * widest)
     return Relaxed(found.evaluation, tolerance, False)
 
 
 def _jam_above(session: Session, pressure: float) -> bool:
     """Compress a packing by growing steps until it jams above a pressure; False where it does not."""
-    rise = max(_LEAST_RISE, pressure / stiffness_scale(session.packing()))
-    floor = _JAMMED * pressure
-    for _ in range(_RISES):
+    rise = max(FREE_BOX.least_rise, pressure / stiffness_scale(session.packing()))
+    floor = FREE_BOX.jammed * pressure
+    for _ in range(FREE_BOX.rises):
         packing = session.packing()
         try:
             session.load(at_phi(packing, packing.phi * (1 + rise)))
             state = settle(session, floor)
             if state.pressure >= pressure and not contacts(session.packing()).unjammed:
                 return True
-            rise = min(2 * rise, _WIDEST)
+            rise = min(2 * rise, FREE_BOX.widest)
         except (EngineError, InputError):  # as in `_meet_by_area`
             session.load(packing, anew=True)
             rise *= 0.25
@@ -287,13 +302,13 @@ def _leave_saddle(session: Session, state: Evaluation) -> bool:
     softest = _softest_shear(session.packing(), state.pressure)
     if softest is None or softest[0] > 0:
         return False
-    session.load(deformed(session.packing(), shear_gradient(_LEAVE * softest[1]))[0])
+    session.load(deformed(session.packing(), shear_gradient(FREE_BOX.leave * softest[1]))[0])
     return True
 
 
 def _ends(packing: Packing, state: Evaluation, box_strains: BoxStrains, tolerance: float) -> bool:
     """Whether forces are balanced, and stress as well where anything is held."""
-    balanced = box_strains.excess(state.stress) <= _BALANCED * stress_noise(packing, state)
+    balanced = box_strains.excess(state.stress) <= FREE_BOX.balanced * stress_noise(packing, state)
     return state.max_force <= tolerance and (balanced or contacts(packing).unjammed)
 
 

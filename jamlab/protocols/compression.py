@@ -30,15 +30,24 @@ from jamlab.protocols.makings import making_of
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
 
-_HALVINGS = 4  # of a step that does not end in a minimum, at most
-_SECANT_STEPS = 15  # at most, to a true packing fraction
-_MET = 0.01  # distance from a state's packing fraction over that to the state before
-_MET_LAST = 1e-6  # distance of the last state from its packing fraction
-_LEAST_SLOPE = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
-_SHORTEST = 1e-7  # step in phi, when following a basin
-_LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+
+@dataclass(frozen=True)
+class SweepSteps:
+    """How a compression goes from state to state."""
+
+    halvings: int = 4  # of a step that does not end in a minimum, at most
+    secant_steps: int = 15  # at most, to a true packing fraction
+    met: float = 0.01  # distance from a state's packing fraction over that to the state before
+    met_last: float = 1e-6  # distance of the last state from its packing fraction
+    least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
+    shortest: float = 1e-7  # step in phi, when following a basin
+    loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+    easy: float = 0.3  # part of the error allowed below which the next step may be twice as long
+
+
+SWEEP = SweepSteps()
+
 _SLOPE = "slope"  # entry of provenance: of the true against the nominal packing fraction, by which a sweep goes on
-_EASY = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
 def fraction_by(packing: Packing, by: str) -> float:
@@ -195,7 +204,7 @@ def _sweep(
                 session.load(sweep.last, anew=True)
                 session.last_descent = None
             began, stride = time.perf_counter(), abs(target - before)
-            tolerance = min(_MET * stride, _MET_LAST if target == targets[-1] else 1.0)
+            tolerance = min(SWEEP.met * stride, SWEEP.met_last if target == targets[-1] else 1.0)
             found, step_error = sweep.go_to(target, tolerance)
             packing = session.packing()
             before = fraction_by(packing, by)
@@ -244,7 +253,7 @@ class _Sweep:
         """Go to a packing fraction, which answers to the nominal one almost linearly: one or two secant steps. What the
         last minimisation reached, and the largest relative error of a pressure that was predicted."""
         value, step_error = fraction_by(self.last, self.by), 0.0
-        for _ in range(_SECANT_STEPS):
+        for _ in range(SWEEP.secant_steps):
             phi = self.last.phi + (target - value) / self.slope
             if self.error is None:
                 found = self._reach(phi)
@@ -258,7 +267,7 @@ class _Sweep:
                 break
             if state.phi != self.last.phi:
                 slope = (reached - value) / (state.phi - self.last.phi)
-                self.slope = slope if slope > _LEAST_SLOPE else self.slope
+                self.slope = slope if slope > SWEEP.least_slope else self.slope
             self.last, value = state, reached
         return found, step_error
 
@@ -287,8 +296,8 @@ class _Sweep:
         Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the
         last way, see `relax_off_saddles`.
         """
-        for halving in range(1, _HALVINGS + 1):
-            state, last_way = self.last, stopped and halving == _HALVINGS
+        for halving in range(1, SWEEP.halvings + 1):
+            state, last_way = self.last, stopped and halving == SWEEP.halvings
             for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
                 self.session.load(at_phi(state, following))
                 found = relax_off_saddles(self.session, self.force, stopped=last_way)
@@ -309,15 +318,15 @@ class _Sweep:
             self.session.load(follow(packing, following))
             found = relax_off_saddles(self.session, self.force, near=True)
             met = found.evaluation.pressure
-            missed = abs(met - predicted) / max(abs(met), abs(predicted), _LOOSE * self.force)
-            if (missed > error or not found.converged) and length > _SHORTEST:
+            missed = abs(met - predicted) / max(abs(met), abs(predicted), SWEEP.loose * self.force)
+            if (missed > error or not found.converged) and length > SWEEP.shortest:
                 length *= 0.5
                 continue
             largest = max(largest, missed)
             packing = self.session.packing()
             if abs(packing.phi - phi) <= 1e-12:
                 return found, largest
-            length *= 2.0 if missed < _EASY * error else 1.0
+            length *= 2.0 if missed < SWEEP.easy * error else 1.0
 
 
 def _predict_pressure(packing: Packing, phi: float) -> float:

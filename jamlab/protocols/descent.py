@@ -19,20 +19,31 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 
-# from here on FIRE descends almost to the end: local events keep the one step length of any other method short. An
-# onset of 96 disks costs the same by either, of 256 and 512 two to three times less by FIRE; states of a sweep cost 1.5
-# times more at 96, and 1.2 less at 256
-MANY_DISKS = 200
-_CG_STEPS = 20_000  # or of FIRE beside them, in one call at most
-_STAGES = 12  # of a quench at most
-# Newton steps of disks at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
-# Halved or doubled: 11 % more force evaluations, or 22 % more factorisations
-_NEAR_STEPS = 40
-_NEWTON_NOISE = 1e-7  # largest force over pressure at which Newton steps take over; started earlier they stall
-_JUMP = 0.5  # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
-_CLOSE = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
-_FIRE_STRETCH = 3000  # FIRE steps after which it starts anew
-_SOFTEST = 1e-3  # contacts, over the strength of the law: FIRE steps do not grow where stiffening disks are softer
+
+@dataclass(frozen=True)
+class Quench:
+    """First-order steps of disks, and where Newton steps take over."""
+
+    # from here on FIRE descends almost to the end: local events keep the one step length of any other method
+    # short. An onset of 96 disks costs the same by either, of 256 and 512 two to three times less by FIRE;
+    # states of a sweep cost 1.5 times more at 96, and 1.2 less at 256
+    many_disks: int = 200
+    cg_steps: int = 20_000  # or of FIRE beside them, in one call at most
+    stages: int = 12  # of a quench at most
+    # Newton steps of disks at most, from a guess near the minimum; beyond, first-order steps bring disks nearer
+    # for less. Halved or doubled: 11 % more force evaluations, or 22 % more factorisations
+    near_steps: int = 40
+    # largest force over pressure at which Newton steps take over; started earlier they stall
+    newton_noise: float = 1e-7
+    # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
+    jump: float = 0.5
+    close: float = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
+    fire_stretch: int = 3000  # FIRE steps after which it starts anew
+    # contacts, over the strength of the law: FIRE steps do not grow where stiffening disks are softer
+    softest: float = 1e-3
+
+
+QUENCH = Quench()
 
 
 @dataclass(frozen=True)
@@ -64,7 +75,7 @@ class DescentOfDisks:
     """By "cg", or "fire" of many disks: CG crawls where barely touching disks are soft."""
 
     def name(self, session: Session) -> str:
-        return "fire" if session.size >= MANY_DISKS or not session.law.springs else "cg"
+        return "fire" if session.size >= QUENCH.many_disks or not session.law.springs else "cg"
 
     def settle(self, session: Session, tolerance: float, loose: float) -> Evaluation:
         return self.descend(session, tolerance, 0, USUAL)
@@ -73,12 +84,12 @@ class DescentOfDisks:
         if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
             return descend_by_lbfgs(session, tolerance, effort.far)
         if self.name(session) == "fire":
-            noise = _NEWTON_NOISE * 0.1**round_
+            noise = QUENCH.newton_noise * 0.1**round_
             return quench(session, noise, floor=tolerance / noise)
-        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=_CG_STEPS)
+        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=QUENCH.cg_steps)
 
     def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation:
-        return descend_by_newton(session, tolerance, _NEAR_STEPS)
+        return descend_by_newton(session, tolerance, QUENCH.near_steps)
 
 
 def load(held: Packing | Session, state: Evaluation) -> float:
@@ -110,24 +121,24 @@ def quench(
         lively: see `fire_numbers`.
     """
     state = session.evaluate()
-    for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
+    for _ in range(QUENCH.stages):  # the pressure, and with it the target, falls on the way
         before = load(session, state)
         target = noise * max(before, floor)
         left = max(state.max_force, 0.0 if box_strains is None else box_strains.excess(state.stress))
         if left <= target:
             break
-        if box_strains is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
-            target /= _CLOSE
+        if box_strains is not None and left <= QUENCH.close * target:  # a stage that ended there sums in another order
+            target /= QUENCH.close
         # in the time of contacts that are soft, as those of disks are that stiffen with their overlap
-        slower = max(1.0, max(session.law.stiffness_at(state.pressure), _SOFTEST) ** -0.5)
-        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": _FIRE_STRETCH}
+        slower = max(1.0, max(session.law.stiffness_at(state.pressure), QUENCH.softest) ** -0.5)
+        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": QUENCH.fire_stretch}
         try:
             state = session.minimize(
                 target, **how, box_strains=box_strains, fire=fire_numbers(lively=lively, slower=slower)
             )
         except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
             state = session.minimize(target, **how)
-        if state.max_force > target and load(session, state) > _JUMP * before:
+        if state.max_force > target and load(session, state) > QUENCH.jump * before:
             break
     return state
 

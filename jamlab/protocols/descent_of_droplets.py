@@ -4,19 +4,28 @@ L-BFGS on LAMMPS forces, preconditioned by the analytic Hessian, goes all the wa
 stalls.
 """
 
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 
 from jamlab.arrays import Array
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
 from jamlab.errors import EngineError
 from jamlab.protocols.descent import Effort, entangled
-from jamlab.protocols.newton import DEFINITE, descend_by_newton
+from jamlab.protocols.newton import NEWTON, descend_by_newton
 from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR, LbfgsSettings
 
-_SETTLE_STEPS = 1500  # of L-BFGS when it only matters whether droplets jam
-MANY_DROPLETS = 512  # from here on gaps that a step will close are in the Hessian of onsets
-_FIRE_STEPS = 300  # between two rounds: away from where the last one stalled
+
+@dataclass(frozen=True)
+class DropletSteps:
+    """First-order steps of droplets."""
+
+    settle: int = 1500  # of L-BFGS when it only matters whether droplets jam
+    many: int = 512  # from here on gaps that a step will close are in the Hessian of onsets
+    fire: int = 300  # between two rounds: away from where the last one stalled
+
+
+DROPLET_STEPS = DropletSteps()
+
 # of `jamlab/descend` in the tally of a session
 _COUNTS = (
     *("factorisations", "Hessians of L-BFGS", "not positive definite"),
@@ -33,7 +42,7 @@ class DescentOfDroplets:
 
     def settle(self, session: Session, tolerance: float, loose: float) -> Evaluation:
         least = loose * session.size
-        state = descend_droplets(session, tolerance, FAR, _SETTLE_STEPS, loose=least)
+        state = descend_droplets(session, tolerance, FAR, DROPLET_STEPS.settle, loose=least)
         if state.max_force > tolerance and not _loose(session, state.max_force, least):
             state = descend_by_newton(session, tolerance)
         return state
@@ -51,7 +60,7 @@ def descend_by_fire(session: Session, tolerance: float) -> None:
     """FIRE over droplets; back to the start if one folded over itself or flew apart, where LAMMPS stops."""
     before = session.packing()
     try:
-        session.minimize(tolerance, style="fire", steps=_FIRE_STEPS)
+        session.minimize(tolerance, style="fire", steps=DROPLET_STEPS.fire)
     except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
         session.load(before, anew=True)
     undo_if_folded(session, before.positions)
@@ -64,7 +73,7 @@ def descend_droplets(
     steps: int,
     *,
     loose: float = 0.0,
-    many: int = MANY_DROPLETS,
+    many: int = DROPLET_STEPS.many,
 ) -> Evaluation:
     """L-BFGS on a shifted Hessian, `jamlab/descend`, down to a largest force of `target`, or until less contact energy
     is left than `loose`; back to the start if outlines crossed on the way."""
@@ -73,7 +82,7 @@ def descend_droplets(
         first_shift = session.last_descent.shift
     if session.packing().n < many:
         numbers = replace(numbers, closing=0.0)
-    found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, DEFINITE])
+    found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, NEWTON.definite])
     counts = (found.factors, found.factors - found.refused, found.refused, found.stuck, found.bent)
     session.tally.update(dict(zip(_COUNTS, map(int, counts), strict=True)))
     if found.crossed or entangled(session):

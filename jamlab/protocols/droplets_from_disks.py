@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -35,9 +36,19 @@ from jamlab.protocols.rest_areas import length_scale, rest_areas_of
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
 
-_RHO_TOLERANCE = 1e-6  # as the last state of a sweep
-_STEPS = 12  # secant steps in phi at most
-_Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
+
+@dataclass(frozen=True)
+class HandOver:
+    """How droplets take over from disks."""
+
+    rho_tolerance: float = 1e-6  # as the last state of a sweep
+    steps: int = 12  # secant steps in phi at most
+    # beyond, the hand-over is called discontinuous
+    z_jump: float = 0.5
+    kept: float = 0.75
+
+
+HAND_OVER = HandOver()
 
 
 @checked
@@ -91,10 +102,10 @@ def droplets_from_disks(
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
-    found = relax_at_rho(droplets, rho, _RHO_TOLERANCE, partial(relax_off_saddles, tolerance=tolerance))
+    found = relax_at_rho(droplets, rho, HAND_OVER.rho_tolerance, partial(relax_off_saddles, tolerance=tolerance))
     before, after = contacts(packing), contacts(found)
     kept = _common(before.pairs, after.pairs)
-    continuous = bool(abs(after.z - before.z) <= _Z_JUMP and kept >= _KEPT)
+    continuous = bool(abs(after.z - before.z) <= HAND_OVER.z_jump and kept >= HAND_OVER.kept)
     handover = {"rho": rho, "z_disks": before.z, "z": after.z, "contacts_kept": kept, "continuous": continuous}
     entries = {"protocol": "from disks", "handover": handover, "wall_time": time.perf_counter() - began}
     return found.with_state(provenance=entries | versions())
@@ -105,7 +116,7 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
     """Relax a packing at nominal packing fractions until the true one, rho, is met to a tolerance."""
     reached = float("nan")
     with Session(start) as session:
-        for _ in range(_STEPS):
+        for _ in range(HAND_OVER.steps):
             found = relax(session)
             state = session.packing()
             reached = packing_fraction(state)

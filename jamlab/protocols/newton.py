@@ -4,6 +4,8 @@ References: D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Noced
 algorithm 4.1.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 
@@ -14,20 +16,35 @@ from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.deformation import at_positions
 
-# Halved or doubled, these change force evaluations and factorisations by less than 5 % and lose no state, except for
-# the first shift (a third more of both either way) and a larger `GOOD` (18 and 43 % more).
-_STEPS = 150  # at most
-REACH = 0.05  # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
-_FIRST_SHIFT = 1e-3  # added to the Hessian's diagonal at first
-_LEAST_SHIFT = 1e-10  # keeps rattlers and translations, which have no stiffness, from running away
-_LAST_SHIFT = 1e6  # with more than this, steps are too short to get anywhere
-ACCEPTED = 1e-3  # part of the energy foretold that a step must gain
-GOOD, POOR = 0.75, 0.25  # parts above which the shift shrinks and below which it grows, Nocedal & Wright
-SHRINK, GROW = 0.2, 5.0  # factors of the shift; fast down, so that the end is quadratic
-DEFINITE = 4.0  # factor of the shift until the shifted Hessian is positive definite
+
+@dataclass(frozen=True)
+class Newton:
+    """Newton steps within a trust region.
+
+    Halved or doubled, these change force evaluations and factorisations by less than 5 % and lose no state, except for
+    the first shift (a third more of both either way) and a larger `good` (18 and 43 % more).
+    """
+
+    steps: int = 150  # at most
+    # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
+    reach: float = 0.05
+    first_shift: float = 1e-3  # added to the Hessian's diagonal at first
+    least_shift: float = 1e-10  # keeps rattlers and translations, which have no stiffness, from running away
+    last_shift: float = 1e6  # with more than this, steps are too short to get anywhere
+    accepted: float = 1e-3  # part of the energy foretold that a step must gain
+    # parts above which the shift shrinks and below which it grows, Nocedal & Wright
+    good: float = 0.75
+    poor: float = 0.25
+    # factors of the shift; fast down, so that the end is quadratic
+    shrink: float = 0.2
+    grow: float = 5.0
+    definite: float = 4.0  # factor of the shift until the shifted Hessian is positive definite
 
 
-def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -> Evaluation:
+NEWTON = Newton()
+
+
+def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.steps) -> Evaluation:
     """Take Levenberg-Marquardt steps until the tolerance is met.
 
     A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
@@ -45,11 +62,11 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -
     """
     packing = session.packing()
     _, forces = session.forces_at(packing.positions)
-    shift = _FIRST_SHIFT
+    shift = NEWTON.first_shift
     matrix: sparse.csc_array | None = None
     solver = PositiveSolver(session.tally, "Newton steps")
     for _ in range(steps):
-        if np.hypot(*forces.T).max() <= tolerance or shift > _LAST_SHIFT:
+        if np.hypot(*forces.T).max() <= tolerance or shift > NEWTON.last_shift:
             break
         try:
             matrix = hessian(packing) if matrix is None else matrix
@@ -57,22 +74,22 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = _STEPS) -
         except (InputError, ConvergenceError):  # outlines of two polygons cross: no minimum that way
             break
         step = solver.solve(forces.ravel())
-        step *= min(1.0, REACH / float(np.abs(step).max()))
+        step *= min(1.0, NEWTON.reach / float(np.abs(step).max()))
         predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
         positions = packing.positions + step.reshape(-1, 2)
         _, trial = session.forces_at(positions)
         gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
-        if gained > ACCEPTED:
+        if gained > NEWTON.accepted:
             try:
                 packing = at_positions(packing, positions)
             except InputError:  # a polygon crosses itself
                 gained = -1.0
             else:
                 forces, matrix = trial, None
-        if gained > GOOD:
-            shift = max(SHRINK * shift, _LEAST_SHIFT)
-        elif gained < POOR:
-            shift *= GROW
+        if gained > NEWTON.good:
+            shift = max(NEWTON.shrink * shift, NEWTON.least_shift)
+        elif gained < NEWTON.poor:
+            shift *= NEWTON.grow
     session.set_positions(packing.positions)
     return session.evaluate()
 
@@ -95,5 +112,5 @@ def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) ->
             solver.factorise(matrix + shift * identity)
             return shift
         except ConvergenceError:
-            shift *= DEFINITE
+            shift *= NEWTON.definite
     raise ConvergenceError(f"the Hessian cannot be factorised with any shift up to {highest:.2g}: is it finite?")

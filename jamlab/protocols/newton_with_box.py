@@ -27,19 +27,30 @@ from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.descent import load
-from jamlab.protocols.newton import GOOD, GROW, POOR, SHRINK, factorise
+from jamlab.protocols.newton import NEWTON, factorise
 
-STEPS = 40  # at most: near a minimum 4 to 20 do; first-order steps come nearer for less
-_REACH = 0.1  # longest move of a coordinate in one step, mean particle size
+
+@dataclass(frozen=True)
+class BoxNewton:
+    """Newton steps of sites and box together."""
+
+    most: int = 40  # at most: near a minimum 4 to 20 do; first-order steps come nearer for less
+    reach: float = 0.1  # longest move of a coordinate in one step, mean particle size
+    # of the Hessian's diagonal; of the strains' times the number of sites; at first, at least, at most
+    first_shift: float = 1e-4
+    least_shift: float = 1e-10
+    last_shift: float = 1e3
+    searches: int = 6  # lengths tried along one step at most
+    slack: float = 0.5  # part of the slope at its start that may be left at the end of a step, uphill
+    fallen: float = 0.2  # factor of the largest force that is good enough by itself: slopes lose their digits first
+    softest: float = 1e-9  # least curvature over the largest that a strain is divided by
+    digits: float = 1e-12  # of unbalanced stress over pressure, at the end
+    rounding: float = 3e-16  # of a stress, over the stiffness of a contact
+
+
+BOX = BoxNewton()
+
 LONGEST_STRAIN = 0.02  # of the box in one step
-# of the Hessian's diagonal; of the strains' times the number of sites
-_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT = 1e-4, 1e-10, 1e3
-_SEARCHES = 6  # lengths tried along one step at most
-_SLACK = 0.5  # part of the slope at its start that may be left at the end of a step, uphill
-_FALLEN = 0.2  # factor of the largest force that is good enough by itself: slopes lose their digits first
-_SOFTEST = 1e-9  # least curvature over the largest that a strain is divided by
-_DIGITS = 1e-12  # of unbalanced stress over pressure, at the end
-_ROUNDING = 3e-16  # of a stress, over the stiffness of a contact
 
 
 @dataclass(frozen=True)
@@ -89,12 +100,12 @@ class EnthalpyModel:
         free, follow = solution[:, 0], solution[:, 1:]
         held = 0.5 * shift * self.sites.shape[0] * np.eye(len(gradient))
         values, vectors = np.linalg.eigh(self.strains + held - self.coupling.T @ follow)
-        values = np.maximum(np.abs(values), _SOFTEST * np.abs(values).max())
+        values = np.maximum(np.abs(values), BOX.softest * np.abs(values).max())
         e = vectors @ ((vectors.T @ (-gradient - self.coupling.T @ free)) / values)
         return Step((free - follow @ e).reshape(-1, 2), e), shift
 
 
-def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float, steps: int = STEPS) -> int:
+def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float, steps: int = BOX.most) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
     The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is
@@ -110,13 +121,13 @@ def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float
         The number of steps accepted.
     """
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken = PositiveSolver(session.tally, "Newton steps with the box"), _FIRST_SHIFT, 0
+    solver, shift, taken = PositiveSolver(session.tally, "Newton steps with the box"), BOX.first_shift, 0
     model: EnthalpyModel | None = None
     size = mean_size(packing)
     for _ in range(steps):
         noise = stress_noise(packing, state)
         at_rest, excess = state.max_force <= tolerance, box_strains.excess(state.stress)
-        if (at_rest and excess <= noise) or shift > _LAST_SHIFT:
+        if (at_rest and excess <= noise) or shift > BOX.last_shift:
             break
         gradient = box_strains.gradient(state.stress, packing.area)
         try:
@@ -124,24 +135,24 @@ def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float
             whole, shift = model.step(solver, state.forces.ravel(), gradient, shift)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        step, longest = whole.within(_REACH * size, LONGEST_STRAIN)
+        step, longest = whole.within(BOX.reach * size, LONGEST_STRAIN)
         found, length = _search(session, box_strains, packing, step, step.slope(state, gradient), state.max_force)
         if found is not None:
             (packing, state), model = found, None
             taken += 1
-        elif at_rest and excess <= GROW * noise:
+        elif at_rest and excess <= NEWTON.grow * noise:
             break
-        if longest * length > GOOD:
-            shift = max(SHRINK * shift, _LEAST_SHIFT)
-        elif longest * length < POOR:
-            shift *= GROW
+        if longest * length > NEWTON.good:
+            shift = max(NEWTON.shrink * shift, BOX.least_shift)
+        elif longest * length < NEWTON.poor:
+            shift *= NEWTON.grow
     session.load(packing)
     return taken
 
 
 def stress_noise(packing: Packing, state: Evaluation) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of its load, or what rounding leaves."""
-    return max(_DIGITS * load(packing, state), _ROUNDING * stiffness_scale(packing))
+    return max(BOX.digits * load(packing, state), BOX.rounding * stiffness_scale(packing))
 
 
 def _search(
@@ -154,7 +165,7 @@ def _search(
 ) -> tuple[tuple[Packing, Evaluation] | None, float]:
     """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
     length, best, reached = 1.0, None, 0.0
-    for _ in range(_SEARCHES if slope > 0 else 0):
+    for _ in range(BOX.searches if slope > 0 else 0):
         try:
             moved = box_strains.move(packing, length * step.u, length * step.e)
             session.load(moved)
@@ -163,9 +174,9 @@ def _search(
             continue
         trial = session.evaluate()
         after = step.slope(trial, box_strains.gradient(trial.stress, moved.area))
-        if slope + after > 0 or trial.max_force < _FALLEN * max_force:
+        if slope + after > 0 or trial.max_force < BOX.fallen * max_force:
             best, reached = (moved, trial), length
-        if after >= -_SLACK * slope:
+        if after >= -BOX.slack * slope:
             break
         length *= slope / (slope - after)
     return best, reached

@@ -14,7 +14,7 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
+from jamlab.protocols.approach import BEARING, DECOMPRESSION, Approach, fell_too_often
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.makings import Making, making_of
 from jamlab.protocols.relaxation import Relaxed, relax_session, settle
@@ -106,19 +106,19 @@ class OnsetSearch(Approach[SearchState]):
     def by_bisection(self, packing: Packing, step: float) -> SearchState:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
         low = SearchState(packing, Relaxed(self.session.evaluate(), self.tolerance, False), 0.0)
-        for falls in range(MOST_FALLS + 1):
+        for falls in range(DECOMPRESSION.most_falls + 1):
             self.work.attempt = falls + 1
             low, jammed = self.bracket(low, step)
             end = self._stabilize(jammed)
             if self.jammed(end):
                 aim = packing.law.root_energy(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
                 end, _ = self.come_down(low.phi, end, aim)
-                end = self._leave_saddles(end, late=falls >= FALLS)
+                end = self._leave_saddles(end, late=falls >= DECOMPRESSION.falls)
             if self.at_end(end):
                 return end
             # it fell apart in one go and found a denser basin, or ended on a saddle: compress what is left
             low, step = end, self.protocol["step_fine"]
-        raise fell_too_often(low.phi, MOST_FALLS + 1)
+        raise fell_too_often(low.phi, DECOMPRESSION.most_falls + 1)
 
     def _stabilize(self, jammed: SearchState) -> SearchState:
         """The jammed state, relaxed to the end; compressed by growing steps where the shear of the box unjams it."""

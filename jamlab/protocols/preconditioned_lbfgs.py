@@ -16,7 +16,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
-from jamlab.protocols.newton import REACH, factorise
+from jamlab.protocols.newton import NEWTON, factorise
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class LbfgsSettings:
     """
 
     refresh: int = 20  # steps that one factorisation serves; all of them are remembered
-    reach: float = REACH
+    reach: float = NEWTON.reach
     # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
     # open and close, and every miss costs an evaluation
     longer: float = 2.0

@@ -18,41 +18,68 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.predicted_motion import follow, unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
+from jamlab.protocols.approach import BEARING, DECOMPRESSION, Approach, fell_too_often
 from jamlab.protocols.descent import Effort
-from jamlab.protocols.descent_of_droplets import MANY_DROPLETS, descend_droplets
-from jamlab.protocols.newton import ACCEPTED, DEFINITE, GOOD, GROW, POOR, REACH, SHRINK
+from jamlab.protocols.descent_of_droplets import DROPLET_STEPS, descend_droplets
+from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.preconditioned_lbfgs import NEAR
 from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.saddles import FINEST, leave_saddles
 
-# Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.
-_STEPS = 3000  # at most, in one relaxation: 3 to 340 are usual, a few that lose their contacts take 1000
-# of the Hessian's diagonal, over the stiffness of a contact, eps/delta^2
-_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT = 6e-5, 6e-12, 6.0
-# lengths tried along a step that leads uphill, and part of its slope that may be left; without, a search takes four
-# times as many factorisations
-_SEARCHES, _SLACK = 5, 0.5
-_RIM = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
-_SETTLED, _ENDED = 1e-6, 1e-9  # largest force over that of contacts, to tell jammed from loose, and at the end
-_ROUNDING = 5e-13  # of forces, over eps/delta
-_LOOSE = 0.1  # contact energy over u_contact with which a relaxation ends
-_BALANCED = 1e-4  # largest force over the largest contact force at the end of a decompression
-_STIFFNESS = 1.8  # of a droplet against a contact, over its line tension
-_SOFTEST = 1e-3  # the same over that of a rim: with less the droplets themselves are searched
-_LOWEST, _HIGHEST = 0.05, 15.0  # contact energy on the way down over that to come down to
-# slides along modes that give way at most, length of one, mean particle size, and the part that nothing has to stop
-_SLIDES, _SLIDE, _MOVED = 20, 0.05, 0.2
-# how near in phi a state is the one before, and how often it is judged before the search resumes from denser ones
-_SAME, _REPEATS = 1e-6, 2
-# tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
-_JUDGEMENTS, _CORRECTIONS = 8, 4
-_FARTHEST = 100.0  # change of the distance to onset at most, in one of them
-_GONE = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
-# steps of droplets at most: from rigid ones, from there to the smallest forces, after a slide, and where that does not
-# end; of the box around droplets, each with as many of theirs
-_DROPLET_STEPS, _FINER_STEPS, _SLIDE_STEPS, _LBFGS_STEPS, _BOX_STEPS = 600, 120, 150, 800, 12
+
+@dataclass(frozen=True)
+class RigidSteps:
+    """Searches for onset over rigid droplets.
+
+    Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.
+    """
+
+    steps: int = 3000  # at most, in one relaxation: 3 to 340 are usual, a few that lose their contacts take 1000
+    # of the Hessian's diagonal, over the stiffness of a contact, eps/delta^2
+    first_shift: float = 6e-5
+    least_shift: float = 6e-12
+    last_shift: float = 6.0
+    # lengths tried along a step that leads uphill, and part of its slope that may be left; without, a search
+    # takes four times as many factorisations
+    searches: int = 5
+    slack: float = 0.5
+    rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
+    # largest force over that of contacts, to tell jammed from loose, and at the end
+    settled: float = 1e-6
+    ended: float = 1e-9
+    rounding: float = 5e-13  # of forces, over eps/delta
+    loose: float = 0.1  # contact energy over u_contact with which a relaxation ends
+    balanced: float = 1e-4  # largest force over the largest contact force at the end of a decompression
+    stiffness: float = 1.8  # of a droplet against a contact, over its line tension
+    softest: float = 1e-3  # the same over that of a rim: with less the droplets themselves are searched
+    # contact energy on the way down over that to come down to
+    lowest: float = 0.05
+    highest: float = 15.0
+    # slides along modes that give way at most, length of one, mean particle size, and the part that nothing has
+    # to stop
+    slides: int = 20
+    slide: float = 0.05
+    moved: float = 0.2
+    # how near in phi a state is the one before, and how often it is judged before the search resumes from
+    # denser ones
+    same: float = 1e-6
+    repeats: int = 2
+    # tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
+    judgements: int = 8
+    corrections: int = 4
+    farthest: float = 100.0  # change of the distance to onset at most, in one of them
+    gone: float = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
+    # steps of droplets at most: from rigid ones, from there to the smallest forces, after a slide, and where
+    # that does not end; of the box around droplets, each with as many of theirs
+    droplet_steps: int = 600
+    finer_steps: int = 120
+    slide_steps: int = 150
+    lbfgs_steps: int = 800
+    box_steps: int = 12
+
+
+RIGID = RigidSteps()
 
 
 @dataclass(frozen=True)
@@ -66,7 +93,7 @@ class RigidSearch(Approach[RigidDroplets]):
         """Onset above a loose packing, by steps of phi that begin with `step`."""
         low = RigidDroplets.of(packing)
         seen: list[float] = []  # packing fractions at which contacts appear
-        for falls in range(MOST_FALLS + 1):
+        for falls in range(DECOMPRESSION.most_falls + 1):
             self.droplets.work.attempt = falls + 1
             low, jammed = self.bracket(low, step)
             jammed = self._stabilize(jammed)
@@ -80,16 +107,16 @@ class RigidSearch(Approach[RigidDroplets]):
                 continue
             if self.at_end(end):
                 seen.append(end.phi - gap)
-                repeats = sum(abs(seen[-1] - phi) < _SAME for phi in seen)
-                if repeats > _REPEATS:  # it came back: from ever denser ones
+                repeats = sum(abs(seen[-1] - phi) < RIGID.same for phi in seen)
+                if repeats > RIGID.repeats:  # it came back: from ever denser ones
                     low = self._relax(end, end.phi + (repeats - 1) * self.protocol["step_near"])
                     continue
-                found = self._judge(end, gap, late=falls >= FALLS)
+                found = self._judge(end, gap, late=falls >= DECOMPRESSION.falls)
                 if isinstance(found, SearchState):
                     return found
                 end = found
             low = end
-        raise fell_too_often(low.phi, MOST_FALLS + 1)
+        raise fell_too_often(low.phi, DECOMPRESSION.most_falls + 1)
 
     @property
     def _shears(self) -> bool:
@@ -107,17 +134,20 @@ class RigidSearch(Approach[RigidDroplets]):
     ) -> RigidDroplets:
         eps, delta = (float(state.droplets.params[name]) for name in ("eps", "delta"))
         stiffness = eps / delta**2
-        largest = (_ENDED if to_the_end else _SETTLED, _ROUNDING * eps / delta)  # relative to contact forces, absolute
-        loose = _LOOSE * self.protocol["u_contact"] * len(state.droplets.positions)  # energy at which nothing touches
-        reach = min(REACH, _RIM * delta)  # of a coordinate in one step
-        shifts = [shift * stiffness for shift in (_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT)]  # of the diagonal
+        # relative to contact forces, absolute; energy at which nothing touches
+        largest = (RIGID.ended if to_the_end else RIGID.settled, RIGID.rounding * eps / delta)
+        loose = RIGID.loose * self.protocol["u_contact"] * len(state.droplets.positions)
+        reach = min(NEWTON.reach, RIGID.rim * delta)  # of a coordinate in one step
+        # of the diagonal
+        shifts = [shift * stiffness for shift in (RIGID.first_shift, RIGID.least_shift, RIGID.last_shift)]
         # parts of the energy foretold that a step gains, factors of the shift, lengths tried along a step that leads
         # uphill, and the part of the slope at its start that may be left at its end
-        steps = (ACCEPTED, GOOD, POOR, SHRINK, GROW, DEFINITE, _SEARCHES, _SLACK)
+        trust = (NEWTON.accepted, NEWTON.good, NEWTON.poor, NEWTON.shrink, NEWTON.grow, NEWTON.definite)
+        steps = (*trust, RIGID.searches, RIGID.slack)
         descent = [*largest, loose, reach, *shifts, *steps]
-        saddles = _SLIDES if to_the_end else 0
+        saddles = RIGID.slides if to_the_end else 0
         found = state.relaxed(
-            descent, _STEPS, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles
+            descent, RIGID.steps, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles
         )
         self.droplets.work.reached(found.phi)
         return found
@@ -152,13 +182,13 @@ class RigidSearch(Approach[RigidDroplets]):
         """Whether droplets would be near the window of onset."""
         return (
             not state.crossed
-            and _LOWEST * self._aim <= state.energy_per_vertex <= _HIGHEST * self._aim
-            and state.max_force <= _BALANCED * state.contact_force
+            and RIGID.lowest * self._aim <= state.energy_per_vertex <= RIGID.highest * self._aim
+            and state.max_force <= RIGID.balanced * state.contact_force
         )
 
     def fallen(self, state: RigidDroplets) -> bool:
         """Whether too little touches."""
-        return not state.crossed and state.energy_per_vertex < _LOWEST * self._aim
+        return not state.crossed and state.energy_per_vertex < RIGID.lowest * self._aim
 
     def root(self, state: RigidDroplets) -> float:
         """sqrt(U) of springs."""
@@ -186,13 +216,13 @@ class RigidSearch(Approach[RigidDroplets]):
         """
         session, stopped = self.droplets.session, late
         unsettled = False  # whether droplets did not come to rest
-        for _ in range(_JUDGEMENTS):
+        for _ in range(RIGID.judgements):
             state = self._as_droplets(end, gap)
             if unsettled and not self.droplets.at_end(state):
                 state = self._relax_at_length()
             if not self.droplets.at_end(state):
                 again = self._relax(RigidDroplets.of(state.packing))
-                stuck = abs(again.energy - end.energy) < _SAME * end.energy
+                stuck = abs(again.energy - end.energy) < RIGID.same * end.energy
                 end = again
                 if stuck and unsettled:
                     break
@@ -215,51 +245,51 @@ class RigidSearch(Approach[RigidDroplets]):
         they were stopped."""
         state = RigidDroplets.of(packing)
         downhill = np.vdot(self.droplets.session.forces_at(packing.positions)[1], mode)
-        length = (_SLIDE if downhill >= 0 else -_SLIDE) * mean_size(packing)
+        length = (RIGID.slide if downhill >= 0 else -RIGID.slide) * mean_size(packing)
         ahead = RigidDroplets.of(packing._trusted(positions=packing.positions + length * mode)).coordinates
         ahead = ahead - state.coordinates
-        for _ in range(_SLIDES):
+        for _ in range(RIGID.slides):
             moved = self._relax(replace(state, coordinates=state.coordinates + ahead))
             part = np.vdot(moved.coordinates - state.coordinates, ahead) / np.vdot(ahead, ahead)
             state = moved
-            if part < _MOVED or not self.at_end(state):
-                return state, bool(part < _MOVED)
+            if part < RIGID.moved or not self.at_end(state):
+                return state, bool(part < RIGID.moved)
         return state, False
 
     def _as_droplets(self, end: RigidDroplets, gap: float) -> SearchState:
         """Droplets relaxed from rigid ones, compressed or decompressed until they lie in the window of onset."""
         aim = np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"])
         self.droplets.session.load(end.packing())
-        state = self._relax_droplets(_DROPLET_STEPS)
-        for _ in range(_CORRECTIONS):
-            if self.droplets.at_end(state) or not state.found.converged or state.energy < _GONE:
+        state = self._relax_droplets(RIGID.droplet_steps)
+        for _ in range(RIGID.corrections):
+            if self.droplets.at_end(state) or not state.found.converged or state.energy < RIGID.gone:
                 break
-            factor = float(np.clip(aim / np.sqrt(state.energy), 1 / _FARTHEST, _FARTHEST))
+            factor = float(np.clip(aim / np.sqrt(state.energy), 1 / RIGID.farthest, RIGID.farthest))
             target, gap = state.phi + gap * (factor - 1), gap * factor
             self.droplets.session.load(follow(state.packing, target))
-            state = self._relax_droplets(_DROPLET_STEPS)
+            state = self._relax_droplets(RIGID.droplet_steps)
         return state
 
     def _relax_at_length(self) -> SearchState:
         """Droplets at greater effort, where steps that converge fast near a minimum do not bring them to rest."""
-        effort = Effort(far=_LBFGS_STEPS, rounds=1, box=_BOX_STEPS, many=MANY_DROPLETS)
+        effort = Effort(far=RIGID.lbfgs_steps, rounds=1, box=RIGID.box_steps, many=DROPLET_STEPS.many)
         session, tolerance = self.droplets.session, self.droplets.tolerance
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, effort=effort))
 
     def _relax_again(self) -> Relaxed:
-        return self._relax_droplets(_SLIDE_STEPS).found
+        return self._relax_droplets(RIGID.slide_steps).found
 
     def _relax_droplets(self, steps: int) -> SearchState:
         """Droplets near a minimum, by a bounded number of steps; so far, where they get there, that contacts
         are left that stop a slide with hardly any force."""
         session, tolerance = self.droplets.session, self.droplets.tolerance
         if self._shears:
-            brief = Effort(near=steps, rounds=0, box=_BOX_STEPS)
+            brief = Effort(near=steps, rounds=0, box=RIGID.box_steps)
             return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, effort=brief))
         state = descend_droplets(session, tolerance, NEAR, steps)
         if state.max_force <= tolerance:
             reached, finest = session.packing(), min(FINEST, tolerance)
-            finer = descend_droplets(session, finest, NEAR, _FINER_STEPS)
+            finer = descend_droplets(session, finest, NEAR, RIGID.finer_steps)
             if finer.max_force <= state.max_force:
                 state = finer
             else:
@@ -272,10 +302,10 @@ def may_be_rigid(packing: Packing) -> bool:
     that does not weaken along short edges, and not far softer than their rims."""
     if packing.params.get("contact") != "outline" or packing.params["eta"]:
         return False
-    return stiffness_of_droplets(packing) >= _SOFTEST
+    return stiffness_of_droplets(packing) >= RIGID.softest
 
 
 def stiffness_of_droplets(packing: Packing) -> float:
     """Stiffness of a droplet against a contact over that of its rim, eps/delta^2, which the contact deforms as well."""
     params = packing.params
-    return float(_STIFFNESS * params["gamma"] * params["delta"] ** 2 / params["eps"])
+    return float(RIGID.stiffness * params["gamma"] * params["delta"] ** 2 / params["eps"])

@@ -7,7 +7,7 @@ the Hessian shows it. Compressed disks stay on saddles by symmetry: of 8 to 16 d
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,19 +21,34 @@ from jamlab.protocols.box_relaxation import Ensemble, minimizer
 from jamlab.protocols.descent import load
 from jamlab.protocols.relaxation import Relaxed
 
-FEW_FACTORS = 3  # of one state; more, and the log says why
+
+@dataclass(frozen=True)
+class Slides:
+    """Slides along modes that give way."""
+
+    few_factors: int = 3  # of one state; more, and the log says why
+    most: int = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
+    # longest slide, and the first try, mean particle size
+    longest: float = 0.1
+    nearest: float = 1e-6
+    bisections: int = 40  # to the contact that stops it, which then overlaps by rounding
+    # force uphill at which a slide ends, over pressure times particle size, and over the tolerance
+    held: float = 1e-3
+    pressed: float = 0.1
+    # cosine of two modes that are one, and how often it may come back
+    alike: float = 0.9
+    returns: int = 1
+    # move either way, mean particle size, that rattlers push back, and the least force that is not rounding:
+    # 1.4e-12 to 7e-10 were seen, where a curvature of -1e-11 alone leaves 1e-15
+    probe: float = 1e-4
+    pushed: float = 5e-13
+
+
+SLIDES = Slides()
+
 _log = logging.getLogger(__name__)
 
-_SLIDES = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
-_SLIDE, _NEAREST = 0.1, 1e-6  # longest slide, and the first try, mean particle size
-_BISECTIONS = 40  # to the contact that stops it, which then overlaps by rounding
-# force uphill at which a slide ends, over pressure times particle size, and over the tolerance
-_HELD, _PRESSED = 1e-3, 0.1
-_ALIKE, _RETURNS = 0.9, 1  # cosine of two modes that are one, and how often it may come back
 FINEST = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
-# move either way, mean particle size, that rattlers push back, and the least force that is not rounding: 1.4e-12 to
-# 7e-10 were seen, where a curvature of -1e-11 alone leaves 1e-15
-_PROBE, _PUSHED = 1e-4, 5e-13
 
 
 def relax_off_saddles(
@@ -62,7 +77,7 @@ def stopped_beside(session: Session, packing: Packing, found: Relaxed, relax_aga
     """The state beside a saddle in which rattlers stop all that slides. A stop pushes back, so that another slide along
     the mode leads to its other end: the first end is asked first. A rattler that gives way sets droplets free that had
     been stopped: in the end they slide until rattlers stop all of them."""
-    for returns in (0, _RETURNS, _SLIDES):
+    for returns in (0, SLIDES.returns, SLIDES.most):
         session.load(packing)
         left = leave_saddles(session, found, relax_again, returns=returns, stopped=True)
         if left.converged:
@@ -75,14 +90,14 @@ def leave_saddles(
     found: Relaxed,
     relax_again: Callable[[], Relaxed],
     *,
-    returns: int = _RETURNS,
+    returns: int = SLIDES.returns,
     stopped: bool = False,
 ) -> Relaxed:
     """The minimum beside a state that a session was relaxed to, which does not count as converged where none is found.
     `relax_again`: of what lies near a minimum; `stopped`: a state that `rests_on_rattlers` counts in the end;
-    `returns`: of a mode until it is given up; with `_SLIDES` none is, and such a state counts as soon as it is met."""
+    `returns`: of a mode until it is given up; with `SLIDES.most` none is, and such a state counts once it is met."""
     tried = np.zeros((0, session.packing().positions.size))
-    for _ in range(_SLIDES):
+    for _ in range(SLIDES.most):
         packing = session.packing()
         if not found.converged:
             return found
@@ -90,8 +105,8 @@ def leave_saddles(
             return replace(found, off_saddles=True)
         modes = unstable[0].reshape(len(unstable[0]), -1)
         modes = modes / np.linalg.norm(modes, axis=1, keepdims=True)
-        fresh = (np.abs(modes @ tried.T) > _ALIKE).sum(axis=1) <= returns
-        if not fresh.any() or (returns == _SLIDES and rests_on_rattlers(session)):
+        fresh = (np.abs(modes @ tried.T) > SLIDES.alike).sum(axis=1) <= returns
+        if not fresh.any() or (returns == SLIDES.most and rests_on_rattlers(session)):
             break  # what stops them is taken out of the Hessian, rattlers
         tried = np.vstack([tried, modes[fresh]])
         for direction in unstable[0][fresh]:
@@ -127,7 +142,7 @@ def record(session: Session, packing: Packing, found: Relaxed, **entries: Any) -
         provenance=entries,
     )
     total = session.tally.pop("factorisations", 0)
-    if total > FEW_FACTORS:
+    if total > SLIDES.few_factors:
         reasons = (f"{count} {reason}" for reason, count in session.tally.items() if count)
         _log.debug("%d factorisations: %s: %r", total, ", ".join(reasons), ended)
     session.tally.clear()
@@ -146,19 +161,19 @@ def rests_on_rattlers(session: Session) -> bool:
         unstable = unstable_directions(packing, unstable[2])
     if unstable is None or unstable[2] > len(unstable[0]):
         return False  # or modes that give way are not known
-    probe, pushes = _PROBE * mean_size(packing), []
+    probe, pushes = SLIDES.probe * mean_size(packing), []
     for direction in unstable[0]:
         unit = direction / np.linalg.norm(direction)
         moved = [session.forces_at(packing.positions + step * unit)[1] for step in (-probe, probe)]
         pushes.append([np.vdot(moved[0], unit), -np.vdot(moved[1], unit)])
     session.set_positions(packing.positions)
-    return bool(np.max(pushes, axis=1).min() > _PUSHED and np.min(pushes) > -_PUSHED)
+    return bool(np.max(pushes, axis=1).min() > SLIDES.pushed and np.min(pushes) > -SLIDES.pushed)
 
 
 def slid(session: Session, packing: Packing, direction: Array, tolerance: float) -> Array:
     """Positions downhill along a mode, where it goes uphill again: at the next contact, which is left to push back with
     a part of the tolerance on forces, so that it counts. Droplets turn and shift as they do in the mode."""
-    least = min(_HELD * load(packing, session.evaluate()) * mean_size(packing), _PRESSED * tolerance)
+    least = min(SLIDES.held * load(packing, session.evaluate()) * mean_size(packing), SLIDES.pressed * tolerance)
     if np.vdot(session.forces_at(packing.positions)[1], direction) < 0:
         direction = -direction
     path = _path(packing, direction)
@@ -167,10 +182,10 @@ def slid(session: Session, packing: Packing, direction: Array, tolerance: float)
         positions, along = path(length)
         return float(-np.vdot(session.forces_at(positions)[1], along) / np.linalg.norm(along) - least)
 
-    reached, length = 0.0, _NEAREST
-    while uphill(length) <= 0 and length < _SLIDE:
+    reached, length = 0.0, SLIDES.nearest
+    while uphill(length) <= 0 and length < SLIDES.longest:
         reached, length = length, 2 * length
-    for _ in range(_BISECTIONS):  # SciPy's takes half a second to load
+    for _ in range(SLIDES.bisections):  # SciPy's takes half a second to load
         middle = 0.5 * (reached + length)
         reached, length = (reached, middle) if uphill(middle) > 0 else (middle, length)
     return path(length)[0]

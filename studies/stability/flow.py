@@ -8,7 +8,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
-from jamlab.flow.quasistatic_shear import LIMIT
+from jamlab.flow.quasistatic_shear import QUASISTATIC
 from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
@@ -41,7 +41,7 @@ def try_shear(
 ) -> Trial:
     """Start-up at a constant rate: energy, elastic stress and, of linear drag on disks, viscous stress at the end."""
     run = _start_up(packing, rate, tolerance, background, alpha)
-    verdict = "converged" if run.energy_error <= LIMIT else "stalled"
+    verdict = "converged" if run.energy_error <= QUASISTATIC.limit else "stalled"
     checks = [energy_trial(run), elastic_trial(run)]
     if packing.model == "sp" and alpha == 1:
         checks.append(viscous_trial(run))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.disk_fire import DELAY, fire_disks, fire_numbers
+from jamlab.engine.disk_fire import FIRE, fire_disks, fire_numbers
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
@@ -40,11 +40,11 @@ def plain_fire(packing, steps, box_strains, fire):
         if power > 0:
             keep = 1 - alpha
             steer = alpha * np.sqrt((np.vdot(v, v / light) + w @ w) / (np.vdot(f, light * f) + g @ g))
-            if step - last_negative > DELAY:
+            if step - last_negative > FIRE.delay:
                 dt, alpha = min(dt * grow, tmax * first), alpha * alphashrink
         else:
             last_negative, start = step, True
-            if step >= DELAY:
+            if step >= FIRE.delay:
                 dt, alpha = max(dt * shrink, tmin * first), alpha0
             packing = box_strains.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
             v, w = 0 * v, 0 * w

@@ -1,5 +1,6 @@
 """Static response and moduli along directions, where they are easily wrong: floppy and equal modes, one particle."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import sparse
 import jamlab
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
-from jamlab.mechanics.factors import FLOPPY, HIDDEN, UnstableError, response_and_looseness, static_response
+from jamlab.mechanics.factors import FLOPPY, SOFT, UnstableError, response_and_looseness, static_response
 from jamlab.mechanics.floppy_modes import floppy_modes
 from jamlab.mechanics.stiffness import energy_terms
 
@@ -57,7 +58,7 @@ def _pushed(size, share):
 @pytest.mark.parametrize("size", SIZES)
 def test_a_floppy_mode_takes_no_part_in_the_response(size):
     """Pushed by less than what counts; its stiffness, which is rounding, would let it move a thousand times as far."""
-    matrix, mode, load = _pushed(size, 0.1 * HIDDEN)
+    matrix, mode, load = _pushed(size, 0.1 * SOFT.hidden)
     moved, free = mode @ static_response(matrix, load[:, None])[:, 0], mode @ load / (FLOPPY * 300)
     assert abs(moved) < 0.03 * free and free > 100
     matrix, mode, load = _pushed(size, 1e-4)
@@ -230,7 +231,7 @@ def test_averaging_angles_average(c, start):
 @pytest.mark.parametrize("patience", [1, 500])
 def test_negative_modes_that_are_nearly_alike_end_in_an_error_of_ours(monkeypatch, patience):
     """Of 500 coordinates 40 have curvatures that differ in the seventh digit: one of them is named, or none."""
-    monkeypatch.setattr("jamlab.mechanics.factors._PATIENT", patience)
+    monkeypatch.setattr("jamlab.mechanics.factors.SOFT", replace(SOFT, patient=patience))
     values = np.concatenate([-1e-3 * (1 + 1e-7 * np.arange(40)), np.linspace(0.1, 1.0, 460)])
     with pytest.raises(ConvergenceError) as caught:
         static_response(sparse.csc_array(sparse.diags_array(values)), np.ones((500, 1)))

@@ -16,13 +16,12 @@ from scipy.stats import ks_2samp
 import jamlab
 from jamlab.protocols import descent
 
-MANY_DISKS = descent.MANY_DISKS
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
 
 
 def onset(model, n, seed, option, value):
     """rho_J and CPU seconds, or the error."""
-    descent.MANY_DISKS = 10**9 if value == "cg" else MANY_DISKS
+    descent.QUENCH = descent.Quench(many_disks=10**9) if value == "cg" else descent.Quench()
     how = {} if option == "minimiser" else {option: value}
     began = time.process_time()
     try:

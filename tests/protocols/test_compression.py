@@ -100,7 +100,7 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
 
 def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start, monkeypatch):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
-    monkeypatch.setattr(descent, "_CG_STEPS", 1)
+    monkeypatch.setattr(descent, "QUENCH", descent.Quench(cg_steps=1))
     for module, stopped in product((relaxation, descent), ("descend_by_newton", "descend_by_lbfgs")):
         monkeypatch.setattr(module, stopped, lambda session, *_: session.evaluate(), raising=False)
     sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi")

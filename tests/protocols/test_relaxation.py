@@ -11,10 +11,10 @@ from jamlab.packing.deformation import at_phi, sheared
 from jamlab.protocols import descent as steps
 from jamlab.protocols import descent_of_droplets, newton, newton_with_box, relaxation
 from jamlab.protocols.descent_of_droplets import LOOSE_FORCE, undo_if_folded
-from jamlab.protocols.newton import DEFINITE
+from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.preconditioned_lbfgs import FAR
 from jamlab.protocols.relaxation import force_tolerance, relax_session, settle
-from jamlab.protocols.saddles import FEW_FACTORS
+from jamlab.protocols.saddles import SLIDES
 
 
 def idle(session, *_):
@@ -25,7 +25,7 @@ def idle(session, *_):
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
     """`jamlab/descend` with the usual numbers; natural units."""
     loose = [LOOSE_FORCE if not loose_energy else 1e9, loose_energy]
-    return session.descend([tolerance, steps, *loose, *astuple(FAR), first_shift, DEFINITE])
+    return session.descend([tolerance, steps, *loose, *astuple(FAR), first_shift, NEWTON.definite])
 
 
 @pytest.mark.parametrize("contact", ["outline", "segment/smooth"])
@@ -147,7 +147,7 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatc
     with Session(start) as session:
         for along_valley in (False, True):
             if along_valley:
-                monkeypatch.setattr(steps, "_CG_STEPS", 1)
+                monkeypatch.setattr(steps, "QUENCH", steps.Quench(cg_steps=1))
                 for module in (relaxation, steps):
                     monkeypatch.setattr(module, "descend_by_newton", idle)
             session.load(start)
@@ -156,14 +156,14 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatc
                 jamlab.evaluate(sp_jammed).energy, rel=1e-9
             )
     monkeypatch.undo()
-    monkeypatch.setattr(descent_of_droplets, "_SETTLE_STEPS", 1)
+    monkeypatch.setattr(descent_of_droplets, "DROPLET_STEPS", descent_of_droplets.DropletSteps(settle=1))
     with Session(at_phi(dp_dense, dp_dense.phi + 1e-4)) as session:
         assert settle(session, 1e-10).max_force <= 1e-10
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
 def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method, monkeypatch):
-    monkeypatch.setattr(steps, "MANY_DISKS", many)
+    monkeypatch.setattr(steps, "QUENCH", steps.Quench(many_disks=many))
     onset = jamlab.jam(n=32, seed=3)
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
     (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi")
@@ -180,7 +180,7 @@ def test_a_state_that_takes_many_factorisations_says_how_many_and_why_in_the_log
 
     def tried(matrix, shift, solver):
         used = factorise(matrix, shift, solver)
-        counts.append(1 + round(np.log(used / shift) / np.log(DEFINITE)))
+        counts.append(1 + round(np.log(used / shift) / np.log(NEWTON.definite)))
         return used
 
     monkeypatch.setattr(Session, "descend", counted)
@@ -188,11 +188,11 @@ def test_a_state_that_takes_many_factorisations_says_how_many_and_why_in_the_log
         monkeypatch.setattr(module, "factorise", tried)
     caplog.set_level("DEBUG", logger="jamlab")
     jamlab.relax(dp_dense.with_state(positions=dp_dense.positions + 1e-9 * np.sin(dp_dense.positions)))
-    assert 0 < sum(counts) <= FEW_FACTORS and not caplog.records
+    assert 0 < sum(counts) <= SLIDES.few_factors and not caplog.records
     sheared = dp_dense.with_state(ensemble="shear-stabilized")
     for relaxed in (lambda: list(jamlab.compress(sheared, sheared.phi + 0.01, 0.01, by="phi")), lambda: jamlab.jam(8)):
         counts.clear()
         caplog.clear()
         relaxed()
         ((total, reasons, _),) = (record.args for record in caplog.records)
-        assert total == sum(counts) > FEW_FACTORS and reasons
+        assert total == sum(counts) > SLIDES.few_factors and reasons

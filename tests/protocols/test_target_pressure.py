@@ -21,7 +21,7 @@ def crystal(spacing, side=6):
 @pytest.fixture
 def idle(monkeypatch):
     """A minimisation over disks and box that ends before forces are balanced."""
-    monkeypatch.setattr(box_relaxation, "_ROUNDS", 1)
+    monkeypatch.setattr(box_relaxation, "FREE_BOX", box_relaxation.FreeBox(rounds=1))
     monkeypatch.setattr(box_relaxation, "descend_with_box", lambda *_: None)
 
 

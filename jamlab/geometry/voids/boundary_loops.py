@@ -29,7 +29,22 @@ from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
-JOINT = 1e-6  # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
+
+@dataclass(frozen=True)
+class Rays:
+    """Joints of boundaries, and rays through voids."""
+
+    # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
+    joint: float = 1e-6
+    seam: float = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
+    # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
+    grazing: float = 1e-3
+    graze: float = 1e-12  # how far beside a circle, in radii, a ray still meets it: rounding of its place
+    # ray, in lengths of the cell; one that hits nothing in so many cells runs between all particles
+    longest: float = 1e4
+
+
+RAYS = Rays()
 
 
 @dataclass(frozen=True)
@@ -60,8 +75,8 @@ class Boundary:
 
 def chain_pieces(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> Boundary:
     """Chain k pieces into loops. `following`: (k,) piece that comes next, -1 where it is not known; `shift`: (k, 2)
-    which periodic image of it; `size`: radius that `JOINT` refers to."""
-    _join_loose_ends(pieces, following, shift, box, JOINT * size)
+    which periodic image of it; `size`: radius that `RAYS.joint` refers to."""
+    _join_loose_ends(pieces, following, shift, box, RAYS.joint * size)
     assert (np.bincount(following, minlength=len(following)) == 1).all(), "every piece follows one other"
     first, ahead = np.arange(len(following)), following
     while not np.array_equal(lower := np.minimum(first, first[ahead]), first):  # twice as far ahead every time
@@ -219,11 +234,6 @@ def _draw(edges: EdgeRings, lines: _Parts, arcs: _Parts) -> tuple[Pieces, Indice
 
 # rays through voids -------------------------------------------------------------------------------------------------
 
-SEAM = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
-GRAZING = 1e-3  # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
-GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it: rounding of its place
-LONGEST = 1e4  # ray, in lengths of the cell; one that hits nothing in so many cells runs between all particles
-
 
 def follow_rays(loops: int, casting: Indices, hit: Indices, shift: Indices) -> tuple[Indices, Indices]:
     """Follow rays, of `find_first_hits`, from loop to loop: (loops,) at which they end, (loops, 2) in which image
@@ -257,7 +267,7 @@ def find_first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: M
     area_per_particle = abs(box[0, 0] * box[1, 1]) / (pieces.particle.max() + 1)
     open_rays, length = np.arange(len(casting)), 2 * np.sqrt(area_per_particle)
     while len(open_rays):
-        if length > LONGEST * np.abs(box).sum():
+        if length > RAYS.longest * np.abs(box).sum():
             raise BoundaryError(
                 f"no boundary within {length:.3g} of {origin[open_rays[0]].tolist()}: is the box empty?"
             )
@@ -273,7 +283,7 @@ def find_first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: M
         distance, away, behind = _meet_pieces(pieces, piece, centre, d[i])
         nearest = np.full(len(open_rays), np.inf)
         np.minimum.at(nearest, i, distance)
-        seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + SEAM * reach))
+        seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + RAYS.seam * reach))
         order = seen[np.lexsort((distance[seen], away[seen], i[seen]))]
         first = order[np.unique(i[order], return_index=True)[1]]
         inner = first[behind[first]]
@@ -335,20 +345,25 @@ def _meet_pieces(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tup
     half = np.sqrt(np.maximum((radius - aside) * (radius + aside), 0.0))
     for t in (ahead + half, ahead - half):
         x, y = (t[:, None] * d - centre).T
-        turn = np.mod(np.arctan2(y, x) - pieces.begin[piece] + SEAM, 2 * np.pi) - SEAM
-        meets = (radius > 0) & (np.abs(aside) <= (1 + GRAZE) * radius) & (turn <= angle + SEAM) & (t > -SEAM * radius)
+        turn = np.mod(np.arctan2(y, x) - pieces.begin[piece] + RAYS.seam, 2 * np.pi) - RAYS.seam
+        meets = (
+            (radius > 0)
+            & (np.abs(aside) <= (1 + RAYS.graze) * radius)
+            & (turn <= angle + RAYS.seam)
+            & (t > -RAYS.seam * radius)
+        )
         forward = (x * d[:, 1] - y * d[:, 0]) / np.where(radius > 0, radius, 1.0)
         distance[meets] = t[meets]
-        behind[meets] = (x * d[:, 0] + y * d[:, 1] > GRAZING * radius)[meets]
-        away[meets] = np.where(turn < SEAM, forward, np.where(turn > angle - SEAM, -forward, -1.0))[meets]
+        behind[meets] = (x * d[:, 0] + y * d[:, 1] > RAYS.grazing * radius)[meets]
+        away[meets] = np.where(turn < RAYS.seam, forward, np.where(turn > angle - RAYS.seam, -forward, -1.0))[meets]
     e = 0.5 * (pieces.end - pieces.start)[piece]
     sine = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     crosses = (radius == 0) & (sine != 0)
     t = np.divide(centre[:, 0] * e[:, 1] - centre[:, 1] * e[:, 0], sine, out=np.full_like(sine, np.inf), where=crosses)
     u = np.divide(-aside, sine, out=np.full_like(sine, np.inf), where=crosses)
-    meets = crosses & (np.abs(u) <= 1 + SEAM) & (t > -SEAM)
+    meets = crosses & (np.abs(u) <= 1 + RAYS.seam) & (t > -RAYS.seam)
     forward = np.einsum("ij,ij->i", e, d) / np.where(sine != 0, np.hypot(*e.T), 1.0)
     distance[meets] = t[meets]
-    behind[meets] = (sine > GRAZING * np.hypot(*e.T))[meets]
-    away[meets] = np.where(u < SEAM - 1, forward, np.where(u > 1 - SEAM, -forward, -1.0))[meets]
+    behind[meets] = (sine > RAYS.grazing * np.hypot(*e.T))[meets]
+    away[meets] = np.where(u < RAYS.seam - 1, forward, np.where(u > 1 - RAYS.seam, -forward, -1.0))[meets]
     return distance, away, behind
