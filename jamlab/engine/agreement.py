@@ -94,7 +94,7 @@ def _analysed(packing: Packing) -> _Own | None:
     )
 
 
-def compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
+def _compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
     """Compare what a carrier evaluates of a packing with the law of the analysis; whether the state can tell.
 
     Args:
@@ -159,7 +159,7 @@ class Comparison:
         else:  # at the first, second, fourth ... state
             wanted = self._seen & (self._seen - 1) == 0
         if wanted and np.isfinite(energy) and (given := carried()) is not None:
-            self._open = not compare(self._compared, *given)
+            self._open = not _compare(self._compared, *given)
             self._weak = max(self._weak, energy)
 
 
