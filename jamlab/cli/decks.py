@@ -250,9 +250,21 @@ def _rules(path: Path) -> dict[str, tuple[str, Callable[[str], bool]]]:
     from jamlab.engine.deck_defaults import LIMITS, settings
 
     known, limits = settings(path.parent, path.name), settings(path.parent, path.name, what=LIMITS)
+    limits |= _limits_of_law(path, known)
     rules = {name: _rule(limits.get(name) or _usual(default)) for name, default in known.items()}
     words = "a name without spaces and quotes, which LAMMPS takes"
     return rules | dict.fromkeys(("data", "out"), (words, lambda text: bool(text) and not set(text) & set(" \t\"'$&#")))
+
+
+def _limits_of_law(path: Path, known: Mapping[str, str]) -> dict[str, str]:
+    """Limits of the parameters of the force law of a deck that are numbers, as the law declares them."""
+    from jamlab.packing.kinds import MODELS
+
+    text = path.read_text()
+    parts = (name for name in MODELS.names() if name == known.get("model") or f'/parts/{name}"' in text)
+    declared = {name: each for part in parts for name, each in MODELS.get(part).parameters(None, {}).items()}
+    numbers = {name: each.limits for name, each in declared.items() if not (each.choices or each.each)}
+    return {name: f"[{least:g}, {largest:g}]" for name, (least, largest) in numbers.items()}
 
 
 def _usual(default: str) -> str:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from jamlab.engine.installation import lammps_program
 from jamlab.errors import InputError
-from jamlab.packing.lammps_files import MAX_TYPES, types
+from jamlab.packing.facts import law_columns
+from jamlab.packing.lammps_files import MAX_TYPES, MOST_TYPES, types
 from jamlab.packing.packing import Packing
 from jamlab.processes.child import dying_line
 
@@ -16,8 +17,12 @@ def law_settings(packing: Packing) -> dict[str, object]:
     found = packing.kind.lammps_variables(packing)
     if not packing.kind.sizes_by_atom:
         if (table := types(packing)).classes:
-            raise InputError(f"more than {MAX_TYPES} sizes of disks: decks take a size from its type; use Python")
+            most = MAX_TYPES if packing.law.sizes_by_disk else MOST_TYPES
+            raise InputError(f"more than {most} sizes of disks: decks take a size from its type; use Python")
         found |= {f"d{k}": d for k, d in enumerate(table.values, start=1)}
+        if "law" in packing.params:
+            columns = law_columns(packing)
+            found |= {"column": tuple(columns), "column_value": tuple(columns.values())}
     return found
 
 
@@ -35,5 +40,6 @@ def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words:
     )
     line += [lammps_program(), "-in", path, "-nocite", *words]
     for name, value in {"dir": path.parent, **variables}.items():
-        line += ["-var", name, f"{value:.17g}" if isinstance(value, float) else value]
+        each = value if isinstance(value, tuple) else (value,)
+        line += ["-var", name, *(f"{one:.17g}" if isinstance(one, float) else one for one in each)]
     return dying_line([str(word) for word in line])

@@ -46,6 +46,7 @@ from jamlab.packing.strain_map import shapes_of_stress
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
+_SOFTEST, _STIFFEST = 1e-2, 1e6  # contacts, over the natural stiffness, whose time steps are those of others
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
 
 
@@ -186,10 +187,11 @@ class Session(Hinted):
             self._run(f'variable {name} index "{text(value)}"')
 
     @checked
-    def use_minimizer(self, style: str) -> None:
-        """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks."""
+    def use_minimizer(self, style: str, *, pace: float = 1.0) -> None:
+        """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks; `pace`: factor of
+        its time steps."""
         numbers = defaults("minimizers")
-        self._run(f"timestep {numbers['timestep']}")
+        self._run(f"timestep {text(float(numbers['timestep']) * pace)}")
         self._run(f"min_style {style}")
         own = f"tmax {numbers['tmax']}" if style == "fire" else "line forcezero"
         self._run(f"min_modify {own} norm max dmax {numbers['dmax']}")
@@ -253,7 +255,7 @@ class Session(Hinted):
                 raise InputError(
                     f"box_strains= and fire= need a box three diameters wide, not {self._packing.box.tolist()}"
                 )
-        self.use_minimizer(style)
+        self.use_minimizer(style, pace=self._pace())
         self._run("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
             self._run(f"minimize 0.0 {text(component)} {stretch} {10 * stretch}")
@@ -422,6 +424,13 @@ class Session(Hinted):
         self._contact_energy = found.contact_energy
         self._deck.see(found.contact_energy, lambda: (self._state(), Carried(found.forces, found.energy, found.stress)))
         return found
+
+    def _pace(self) -> float:
+        """Factor of time steps: of laws beside jamlab's own, whose stiffness may be any, that of the present state."""
+        if self.law.deck_part or self._own_forces:
+            return 1.0
+        stiffness = self.law.stiffness_at(max(self.evaluate().pressure, 0.0))
+        return float(np.clip(stiffness, _SOFTEST, _STIFFEST) ** -0.5)
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""

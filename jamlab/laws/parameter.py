@@ -55,10 +55,11 @@ class Parameter:
                 )
 
 
-# names of the strength of contacts: the units in which it is 1, and the parameter that holds it
+# names of the strength of contacts: the units in which it is 1, and the parameter that holds it. Steps of minimisers in
+# decks are those of a strength near 1
 STRENGTHS: Mapping[str, Parameter] = {
-    "eps": Parameter(energy=1, default=None, made=(1 / WIDEST, WIDEST)),
-    "k": Parameter(energy=1, length=-2, default=None, made=(1 / WIDEST, WIDEST)),
+    "eps": Parameter(energy=1, made=(1e-3, 100.0)),
+    "k": Parameter(energy=1, length=-2, made=(1e-3, 100.0)),
 }
 UNITS = tuple(STRENGTHS)
 

@@ -23,7 +23,7 @@ from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
-from jamlab.laws.parameter import STRENGTHS, WIDEST, Parameter
+from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
 from jamlab.models.model import Model
 from jamlab.packing.kinds import UnitNames
@@ -42,7 +42,7 @@ _AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its 
 _PARAMETERS = {
     "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST)),  # line tension
     "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST)),  # area elasticity
-    "eps": STRENGTHS["eps"],  # repulsion of rims
+    "eps": Parameter(energy=1, made=(1 / WIDEST, WIDEST)),  # repulsion of rims
     **RimLaw.parameters,
     "eta": Parameter(length=1, may_vanish=True, made=(1 / WIDEST, WIDEST_RIM)),  # rounds the energy of short edges
     "contact": Parameter(choices=CONTACT_FORMS),

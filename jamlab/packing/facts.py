@@ -21,7 +21,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.laws.parameter import Parameter
+from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import KNOWN, Packing
@@ -152,6 +152,12 @@ def _fact_of_word(name: str, text: str, chosen: Mapping[str, tuple[str, ...]]) -
     except ValueError:
         raise InputError(f"{f'{name}={text}'!r} is no number: give it as name=number") from None
     return bool(number) if isinstance(STATE.get(name), bool) else number
+
+
+def law_columns(packing: Packing) -> dict[str, float]:
+    """Columns that say the force law, beside its strength."""
+    law = {name: value for name, value in law_of(packing).items() if name not in UNITS}
+    return {name: value for name, value in columns_of(law).items() if name not in STATE}
 
 
 def columns_of(facts: Mapping[str, Any]) -> dict[str, float]:

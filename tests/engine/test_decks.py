@@ -80,7 +80,7 @@ def test_limits_of_decks_are_those_of_python(protocol, name, limits):
         ("in.sp.jam", "gama", 7),
         ("in.sp.jam", "n", 7),
         ("in.sp.jam", "to", 5),
-        ("in.sp.jam", "law", "foo"),
+        ("in.sp.jam", "units", "foo"),
         ("in.sp.jam", "eps", 0),
         ("in.dp.jam", "eps", 1e300),
         ("in.sp.jam", "force", -1e-9),
@@ -89,7 +89,7 @@ def test_limits_of_decks_are_those_of_python(protocol, name, limits):
         ("in.sp.startup", "alpha", 0.3),
         ("in.sp.shear", "data", "absent.data"),
         ("in.dp.shear", "data", "packing.data"),
-        ("in.sp.shear", "law", "k"),
+        ("in.sp.shear", "units", "k"),
         ("in.sp.shear", "d2", 2),
         ("in.sp.shear", "d2", "wide"),
         ("in.sp.shear", "ratio", 1.4),
@@ -417,7 +417,7 @@ SHORTER = {
     "in.sp.startup": ("strain 1", "strain 0.02"),
     "in.sp.oscillate": ("omega 0.1", "omega 1"),
     "in.sp.pressure": ("n 256", "n 64"),
-    "in.sp.minimize": ("law k", "law eps"),
+    "in.sp.minimize": ("units k", "units eps"),
 }
 FIRST = ["in.sp.jam", "in.sp.compress", "in.dp.jam"]  # make what the others read
 

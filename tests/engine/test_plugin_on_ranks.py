@@ -34,7 +34,7 @@ fix shape all ave/time 1 1 1 c_shape[1] c_shape[2] mode vector file {name}.shape
 def law(packing, data):
     """Variables that the parts of decks need."""
     values = {key: value for key, value in packing.params.items() if key != "a0"}
-    values |= {"law": packing.units, "skin": 0.1, "longest_edge": 1.5, "out": "x", "of_python": "yes", "data": data}
+    values |= {"units": packing.units, "skin": 0.1, "longest_edge": 1.5, "out": "x", "of_python": "yes", "data": data}
     if packing.model == "sp":
         values |= {"exponent": 2} | {f"d{k}": size for k, size in enumerate(np.unique(packing.diameters), start=1)}
     texts = {key: f"{value:.17g}" if isinstance(value, float) else value for key, value in values.items()}

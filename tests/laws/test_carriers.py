@@ -58,8 +58,11 @@ def push_of_wca(s, r):
     return (48 * (sigma / r) ** 12 - 24 * (sigma / r) ** 6) / r
 
 
-@pytest.mark.parametrize("units", ["eps", "k"])
-@pytest.mark.parametrize("sizes", [None, np.linspace(0.8, 1.3, 70)], ids=["two sizes", "70 sizes"])
+@pytest.mark.parametrize(
+    ("units", "sizes"),
+    [("eps", None), ("k", None), pytest.param("k", np.linspace(0.8, 1.3, 70), marks=pytest.mark.slow)],
+    ids=["eps", "k", "70 sizes"],
+)
 def test_lammps_and_numpy_evaluate_wca_as_plain_loops_do(units, sizes):
     p = squeezed(units, sizes, law="wca")
     energy, force, work = plain(p, of_wca, push_of_wca)
@@ -91,10 +94,11 @@ def test_protocols_take_a_law_of_others():
     low = jamlab.decompress(p, 1e-2)
     assert jamlab.evaluate(low).pressure == pytest.approx(1e-2, rel=1e-6) and low.phi < p.phi
     assert jamlab.evaluate(jamlab.relax(low)).max_force < 1e-10
-    ramp = jamlab.pack(16, 1e-3, seed=1, law="ramp", form="cube")
+    ramp = jamlab.pack(16, 1e-3, seed=1, law="ramp", weight=0.7)
     assert ramp.units == "eps" and jamlab.evaluate(ramp).pressure == pytest.approx(1e-3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_onset_and_compression_of_a_law_of_others():
     onset = jamlab.jam(16, seed=5, law="wca")
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic

@@ -34,7 +34,7 @@ def test_force_and_stiffness_are_derivatives_of_the_energy(law):
     distance = np.linspace(0.8, 0.999, 40) * (contact + law.range)
     distance = distance[np.abs(distance - contact - 0.5 * law.range) > 1e-3]  # where a sticky bond begins to yield
     contact = contact[: len(distance)]
-    energy, slope, stiffness = law(contact, distance)
+    _, slope, stiffness = law(contact, distance)
     (up, up_slope, _), (down, down_slope, _) = law(contact, distance + h), law(contact, distance - h)
     np.testing.assert_allclose(slope, (up - down) / (2 * h), rtol=1e-6, atol=1e-7)
     np.testing.assert_allclose(stiffness, (up_slope - down_slope) / (2 * h), rtol=1e-5, atol=1e-6)

@@ -22,9 +22,11 @@ def run(deck, folder, code=0, inputs=None, ranks=1, words=(), law=True, **variab
     """
     decks = inputs or installed("lammps_inputs")
     known = law_settings(jamlab.read(folder / variables["data"])) if law and "data" in variables else {}
-    settings = [f"-var {name} {value}" for name, value in {"dir": decks, **known, **variables}.items()]
+    settings = []
+    for name, value in {"dir": decks, **known, **variables}.items():
+        settings += ["-var", name, *map(str, value if isinstance(value, tuple) else (value,))]
     several = [str(LMP.parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
-    command = [*several, str(LMP), "-in", str(decks / deck), *" ".join(settings).split(), "-log", "none", *words]
+    command = [*several, str(LMP), "-in", str(decks / deck), *settings, "-log", "none", *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == code, done.stdout[-2000:]
     return done.stdout
