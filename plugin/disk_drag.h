@@ -83,7 +83,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   // in from nothing, within a layer that steps would have to resolve
   void set_least_overlap(double part) { thinnest = part; }
   bool rubs() const { return rubbing > 0; }
-  double rubbing_pairs() const override { return rubbing; }
+  double marginal_pairs() const override { return static_cast<double>(marginal.size()); }
   bool rubs(const Field &u, double rate) const;    // a pair that is faster than the least speed
   void set_min_speed(double speed) { min_speed = speed; }    // slower pairs need not fit
   std::vector<double> thetas() const { return of_marginals(&MarginalContact::theta); }

@@ -87,7 +87,7 @@ class DragSolver {
   virtual bool touched(int /*i*/) const { return true; }    // i drags on anything
   // sum, of this rank, of forces times places from the centers of droplets whose areas are kept
   virtual double moment_of_kept(const Field &) const { return 0.0; }
-  virtual double rubbing_pairs() const { return 0.0; }    // of disks, which press with no energy
+  virtual double marginal_pairs() const { return 0.0; }    // of disks, whose gap tells no state
   virtual double memory_usage() const { return 6.0 * residual.capacity() * sizeof(Vec3); }
 
  protected:

@@ -256,7 +256,7 @@ double OverdampedFlow::column(int n) const
       last_iterations, update->dt, iterations, s.contacts, state.unsettled,
       // shear stress and pressure on the lower wall and on the upper one
       s.walls[0] / width, -s.walls[1] / width, -s.walls[2] / width, s.walls[3] / width,
-      solver ? solver->rubbing_pairs() : 0.0};
+      solver ? solver->marginal_pairs() : 0.0};
   return n < COLUMNS ? columns[n] : 0.0;
 }
 

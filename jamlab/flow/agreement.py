@@ -25,6 +25,13 @@ _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force th
 # thin contacts of disks that stiffen drag as at a least overlap, see LAYER in plugin/disk_flow.cpp; and what moves
 # least drags as if it moved a little, where drag is a power of the velocity
 _THIN, _OF_THIN, _OF_POWERS = 4e-3, 1e-2, 1e-6
+# of stresses, where the gap of a pair does not tell whether it touches; of the drag, for each such pair of all contacts
+_OF_MARGINAL, _EACH_MARGINAL = 1e-3, 20.0
+_OF_MOVED, _LOOSEST = (
+    0.2,
+    0.3,
+)  # of the drag at contacts, where places were corrected since, in the first steps of a flow
+_NOISE = 1e-13  # of velocities, whose differences at contacts may be small beside them: rounding, with room
 _FASTER = 10.0  # squared velocity at thin contacts over the mean one, at most
 _OF_SPINS = 1e-5  # of the power: errors of the spins, which the tolerance of the solver leaves
 _STEP = 1e-2  # of the fastest rate, by which spins are changed
@@ -41,7 +48,9 @@ class Evaluated(NamedTuple):
     elastic_stress: float
     dissipation: float
     rate: float
+    marginal: float  # pairs of disks of which the gap does not tell whether they touch, and which may drag in part
     velocities: Array  # (sites, 3) beside the affine flow, and spins
+    moved: bool  # whether places were corrected after the drag was summed
 
 
 def agrees(key: Hashable) -> bool:
@@ -65,7 +74,7 @@ def compare(key: Hashable, packing: Packing, law: DragLaw, background: float, fo
     overlap = packing.law.range - packing.kind.contact_forces(packing).gap
     if not len(overlap):
         return False
-    loose = _DIGITS + _ROUNDING * size / float(overlap.mean())
+    loose = _DIGITS + _ROUNDING * size / float(overlap.mean()) + _OF_MARGINAL * bool(found.marginal)
     who = f"the force law of {packing.kind.particles}, {packing.law},"
     energies = np.concatenate([term.energy for term in terms]) / packing.area
     _check("elastic energy per area", found.energy, float(energies.sum()), loose * float(np.abs(energies).sum()), who)
@@ -73,17 +82,28 @@ def compare(key: Hashable, packing: Packing, law: DragLaw, background: float, fo
     _check("elastic shear stress", found.elastic_stress, -float(stress(packing)[0, 1]), loose * largest, who)
     if overlap.min() < _EDGE * size:
         return False
+    loose += _share_of_thin(packing, overlap) + _OF_POWERS * (law.alpha != 1)
+    loose += _OF_MOVED * found.moved * law.at_contacts + _EACH_MARGINAL * found.marginal / len(overlap)
+    if loose > _LOOSEST or not _compare_drag(packing, law, background, found, loose):
+        return False
+    _agreed.add(key)
+    return True
+
+
+def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Evaluated, loose: float) -> bool:
+    """Compare the dissipated power, and tell whether particles dissipate that do not follow the flow."""
     rates, who = _rates(packing, found), f"the drag law, {law},"
     expected = _power(packing, law, background, rates) / packing.area
     beside_flow = _power(packing, law, background, np.append(rates[:-1], 0.0)) / packing.area
-    loose += _share_of_thin(packing, overlap) + _OF_POWERS * (law.alpha != 1)
-    allowed = loose * min(expected, beside_flow) + _SUMS * expected
-    _check("dissipated power per area", found.dissipation, expected, allowed, who)
     if not beside_flow > _TELLING * expected:
         return False
+    noise = 1.0 + _NOISE * np.random.default_rng(len(rates)).standard_normal(len(rates))
+    rounding = abs(_power(packing, law, background, rates * noise) / packing.area - expected)
+    allowed = loose * min(expected, beside_flow) + _SUMS * expected + rounding
+    _check("dissipated power per area", found.dissipation, expected, allowed, who)
     least = expected - _gain_by_spins(packing, law, background, rates) / packing.area
-    _check("dissipated power per area, beside that of slower spins,", expected, least, _OF_SPINS * beside_flow, who)
-    _agreed.add(key)
+    allowed = max(_OF_SPINS, loose) * beside_flow + rounding
+    _check("dissipated power per area, beside that of other spins,", expected, least, allowed, who)
     return True
 
 

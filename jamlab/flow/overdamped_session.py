@@ -72,7 +72,7 @@ class FlowState(NamedTuple):
     lower_pressure: float
     upper_stress: float
     upper_pressure: float
-    rubbing: float  # pairs of disks whose gap is zero and that press with no energy
+    marginal: float  # pairs of disks whose gap, zero but for an error of the step, does not tell whether they touch
 
 
 _STRESSES = (
@@ -129,6 +129,7 @@ class OverdampedSession:
         settings |= {"background": background, "fluid": 0.0}
         settings |= carried(damping)
         self._scales, self._outlines = unit_scales(packing), ""
+        self._starts = True  # no step has been taken
         self._agrees = False  # the plugin with the analysis, as far as this flow has shown
         self._own: dict[str, float] = {}  # parameters that differ from those of the packing
         natural = self._scales.to_natural(packing)
@@ -181,10 +182,9 @@ class OverdampedSession:
         if self._own:
             now = now.with_state(params={**now.params, **self._own})
         state = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
-        if state.rubbing:
-            return
-        numbers = state.energy, state.elastic_stress, state.dissipation, state.rate
-        found = Evaluated(*numbers, self._session.fix_rows("flow", 3))
+        numbers = state.energy, state.elastic_stress, state.dissipation, state.rate, state.marginal
+        moved = self._session.kind.corrects_flow and not self._starts
+        found = Evaluated(*numbers, self._session.fix_rows("flow", 3), moved)
         self._agrees = compare(self._words, now, self._damping, self._background, found)
 
     def close(self) -> None:
@@ -212,7 +212,9 @@ class OverdampedSession:
             )
             self._driven = True
             self._session.command("run 0 post no")
+        self._starts = True
         self._compare()
+        self._starts = False
         state = self.state()
         self._looked = self.steps(), state.time
         return self._counted(state)
