@@ -57,7 +57,7 @@ def settings(folder: Path, name: str, model: str = "", what: re.Pattern[str] = _
 def defaults(name: str) -> dict[str, float | str]:
     """Values of the section `# [name]` of the decks: numbers as float, the rest as str."""
     model = name.partition(".")[0]
-    sections = _sections(MODELS.get(model).part if model in MODELS.names() else None)
+    sections = _sections(MODELS.get(model).part, model) if model in MODELS.names() else _sections(None, "")
     if name not in sections:
         raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
     return {key: _parsed(value) for key, value in _INDEX.findall(sections[name])} | _OF_PYTHON.get(name, {})
@@ -70,11 +70,12 @@ def numbers(name: str) -> Mapping[str, float]:
 
 
 @cache
-def _sections(part: Path | None) -> dict[str, str]:
-    """Sections of the decks, or of the part of a model."""
+def _sections(part: Path | None, model: str) -> dict[str, str]:
+    """Sections of the decks, or of the part of a model; those of a part that models share begin with `${model}`."""
     folder = installed("lammps_inputs")
     files = [*folder.glob("parts/*"), *folder.glob("in.*")] if part is None else [part]
-    return {name: lines for path in files for name, lines in _SECTION.findall(path.read_text())}
+    found = [each for path in files for each in _SECTION.findall(path.read_text())]
+    return {name.replace("${model}", model): lines for name, lines in found}
 
 
 def _parsed(text: str) -> float | str:

@@ -8,7 +8,7 @@ and `jamlab.engine.agreement` compares each with the analysis.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -27,6 +27,11 @@ _TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
 _BISECTIONS = 60  # of its logarithm: float64 has no more digits
 HELP = "docs/extending"  # page that tells how to write what a law lacks
+
+
+def formulas(coefficients: Iterable[str]) -> str:
+    """Formulas as words of a command of LAMMPS, which computes them; a text with `$(...)` is taken as it is."""
+    return " ".join(word if "$(" in word else f"$({word}:%.17g)" for word in coefficients)
 
 
 @dataclass(frozen=True)
@@ -49,8 +54,7 @@ class PairStyle:
 
     def variables(self) -> dict[str, object]:
         """Variables of `lammps_inputs/parts/sp`."""
-        words = (word if "$(" in word else f"$({word}:%.17g)" for word in self.coefficients)
-        found: dict[str, object] = {"pair_style": self.style, "pair_coeff": " ".join(words)}
+        found: dict[str, object] = {"pair_style": self.style, "pair_coeff": formulas(self.coefficients)}
         return found | ({"pair_modify": self.modify} if self.modify else {})
 
 

@@ -74,6 +74,10 @@ class State(Part):
         """
         self.lacks("parameters")
 
+    def values(self, packing: Packing) -> dict[str, Any]:
+        """Parameters of the packing by name, those that it does not say at their defaults."""
+        return {name: packing.params.get(name, each.default) for name, each in packing.parameters.items()}
+
     def law(self, packing: Packing) -> PairLaw:
         """The law of its contacts."""
         self.lacks("law")
@@ -83,7 +87,8 @@ class State(Part):
         self.lacks("free_area")
 
     def shape(self, diameters: Array, params: Mapping[str, Any]) -> Array:
-        """(n, sites, 2) positions of free particles from their centres, not turned."""
+        """(n, sites, 2) positions of free particles from their centres, not turned. `params`: each by name, those that
+        nobody gave at their defaults."""
         if self.sites != 1:
             self.lacks("shape")
         return np.zeros((len(diameters), 1, 2))
@@ -242,8 +247,8 @@ class Lammps(Part):
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         """Variables of the deck part, by default the units and every parameter that is one number or text."""
-        shared = {name: packing.params[name] for name, each in packing.parameters.items() if not each.each}
-        return {"units": packing.units, **shared}
+        values = packing.kind.values(packing)
+        return {"units": packing.units} | {name: values[name] for name in values if not packing.parameters[name].each}
 
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
         """Columns of dumps of which each particle has its own value."""

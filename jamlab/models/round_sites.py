@@ -7,13 +7,18 @@ image, repel by the law of contacts; what holds the disks of one particle togeth
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_disks
+from jamlab.installed_files import installed_file
+from jamlab.laws.laws import declared, law_class
+from jamlab.laws.pair_law import PairLaw, formulas
+from jamlab.laws.parameter import Parameter
 from jamlab.models.disks import DISKS
 from jamlab.models.model import Model
 from jamlab.packing.derived import per_packing
@@ -43,14 +48,45 @@ def as_disks(packing: Packing) -> Packing:
 
 
 class RoundSites(Model):
-    """What follows from the disks of particles. A model adds to it the law of contacts, `free_area`, `shape`,
-    `shape_terms` and its part of the decks, see `State`, `Contacts` and `Lammps` of `jamlab.models.model`."""
+    """What follows from the disks of particles and the bonds between them.
 
+    A model says what its particles are: `name`, `particles`, `sites`, `shape` and `free_area`, see
+    `jamlab.models.model.State`; and its bonds, by default from each disk to the next of its particle, see `bonds`: their
+    parameters `own`, their energy in `bond_energy`, and the same for LAMMPS in `bond_style` and `bond_coefficients`.
+    Contacts follow any force law of disks.
+    """
+
+    own: ClassVar[Mapping[str, Parameter]] = {}  # parameters beside those of the force law
+    bond_style: ClassVar[str]  # of LAMMPS
+    # arguments of `bond_coeff`: formulas of v_d, the diameter of the particle, and of the parameters, such as v_bond
+    bond_coefficients: ClassVar[tuple[str, ...]]
+    unit_names = DISKS.unit_names
+    atom_style = "molecular"
+    bonds_by_size = True
     points = staticmethod(touching_sites)
     fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {
         "exact": lambda packing: cover_by_disks(as_disks(packing)),
         "nominal": lambda packing: packing.phi,
     }
+
+    def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
+        return {**declared(params, units), **self.own}
+
+    def law(self, packing: Packing) -> PairLaw:
+        """Any law of disks; `law` in the parameters names it."""
+        return law_class(packing.params).of(packing.params, packing.units, float(packing.disk_diameters.mean()))
+
+    def bond_energy(
+        self, length: Array, diameters: Array, values: Mapping[str, Any]
+    ) -> tuple[Array, Array, Array | float]:
+        """Energy U, tension U' and stiffness U'' of bonds.
+
+        Args:
+            length: (m,) of each bond.
+            diameters: (m,) of the disks of its particle.
+            values: parameters by name.
+        """
+        self.lacks("bond_energy")
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
         if -growth >= packing.disk_diameters.min():
@@ -80,6 +116,28 @@ class RoundSites(Model):
         pairs = np.column_stack([near.i, near.j])
         contacts = pair_terms("contact", pairs, near.r, energy, slope[:, None] * normal, block)
         return [contacts, *self.shape_terms(packing)]
+
+    def shape_terms(self, packing: Packing) -> list[Terms]:
+        bonds = self.bonds(packing)
+        r = np.diff(packing.positions[bonds], axis=1)[:, 0]
+        length, sizes = np.hypot(*r.T), site_diameters(packing)[bonds[:, 0]]
+        energy, tension, stiffness = self.bond_energy(length, sizes, self.values(packing))
+        normal = r / length[:, None]
+        block = central_block(normal, np.broadcast_to(stiffness, length.shape), tension / length)
+        return [pair_terms("tension", bonds, r, energy, tension[:, None] * normal, block)]
+
+    @property
+    def part(self) -> Path:
+        return installed_file("lammps_inputs", "parts/round_sites")
+
+    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+        values = self.values(packing)
+        return {
+            **packing.law.lammps_variables(),
+            **{name: values[name] for name in self.own},
+            "bond_style": self.bond_style,
+            "bond_coeff": formulas(self.bond_coefficients),
+        }
 
     def rigidity(self, packing: Packing) -> Array:
         near, distance, _ = _touching(packing)

@@ -65,7 +65,7 @@ def types(packing: Packing) -> TypeTable:
     """Sort the particles of a packing by size into LAMMPS atom types, up to 64 sizes one type a size, or up to 256
     where the pair style of the law takes sizes from types alone."""
     values, rank = np.unique(packing.kind.type_sizes(packing), return_inverse=True)
-    own = packing.kind.sizes_by_atom or packing.law.sizes_by_disk
+    own = packing.kind.sizes_by_atom or (packing.kind.sizes_by_disk and packing.law.sizes_by_disk)
     if len(values) <= (MAX_TYPES if own else MOST_TYPES):
         return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
     # of equal ratio: a class of wide ratio has long neighbor lists, an empty one is left out

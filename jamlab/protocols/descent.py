@@ -92,6 +92,18 @@ class DescentOfDisks:
         return descend_by_newton(session, tolerance, QUENCH.near_steps)
 
 
+class DescentOfBonds(DescentOfDisks):
+    """Of disks on stiff bonds, whose steps of FIRE would be far too long."""
+
+    def name(self, session: Session) -> str:
+        return "cg"
+
+    def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
+        if round_ % 2 == 0:
+            return descend_by_lbfgs(session, tolerance, effort.far)
+        return session.minimize(tolerance, style="cg", steps=_CG_STEPS)
+
+
 def load(held: Packing | Session, state: Evaluation) -> float:
     """Mean contact force over the mean size, which forces that are left are small or large beside. Where contacts only
     push, the pressure stands for it, which a state tells by itself; where they pull as well, it may vanish."""

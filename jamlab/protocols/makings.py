@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number
@@ -21,9 +22,12 @@ from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
-from jamlab.protocols.descent import Descent, DescentOfDisks
+from jamlab.protocols.descent import Descent, DescentOfBonds
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 from jamlab.registry import Registry
+
+ComplexArray = NDArray[np.complex128]
+_TRIES = 100  # places for a particle; at phi = 0.2 two are enough for most
 
 if TYPE_CHECKING:
     from jamlab.protocols.onset_search import OnsetSearch, SearchState
@@ -49,7 +53,7 @@ class Making:
     """
 
     name: str
-    descent: Descent = DescentOfDisks()
+    descent: Descent = DescentOfBonds()
     version: ClassVar[int] = 1
     stiffening_version: ClassVar[int] = 1
     compression_version: ClassVar[int] = 1
@@ -114,7 +118,8 @@ class Making:
         return self.place(n, seed, phi, disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes), law)
 
     def place(self, n: int, seed: int, phi: float, sizes: Array, law: Mapping[str, Any]) -> Packing:
-        """Place particles at random, turned at random; they may overlap, since minimising pushes them apart.
+        """Place particles at random, turned at random, one after the other, each where it touches none before it; where
+        there is hardly room for one it lies upon others.
 
         Args:
             n: number of particles.
@@ -124,17 +129,17 @@ class Making:
             law: parameters that replace defaults.
         """
         check_number("phi", phi, 2.0)
-        params, random = self.params("eps", **law), np.random.default_rng(seed)
-        centres, turns = random.random((n, 2)), 2 * np.pi * random.random(n)
-        z = MODELS.get(self.name).shape(sizes, params) @ [1, 1j] * np.exp(1j * turns)[:, None]
-        shapes = np.stack([z.real, z.imag], axis=-1)
+        kind, params, random = MODELS.get(self.name), self.params("eps", **law), np.random.default_rng(seed)
+        usual = {name: each.default for name, each in kind.parameters("eps", params).items()}
+        shapes = kind.shape(sizes, {**usual, **params}) @ np.array([1, 1j])
 
-        def placed(side: float) -> Packing:
-            positions = (side * centres[:, None] + shapes).reshape(-1, 2)
-            return Packing(self.name, np.diag([side, side]), positions, params, "eps", sizes)
+        def placed(side: float, positions: Array) -> Packing:
+            return Packing(self.name, np.diag([side, side]), positions.reshape(-1, 2), params, "eps", sizes)
 
-        wide = placed(float(np.sqrt(np.sum(sizes**2) / phi)))
-        return placed(float(np.sqrt(wide.phi * wide.area / phi)))
+        wide = float(np.sqrt(np.sum(sizes**2) / phi))
+        loose = placed(wide, np.stack([shapes.real, shapes.imag], axis=-1))
+        side = float(np.sqrt(loose.phi * loose.area / phi))
+        return placed(side, _beside_each_other(shapes / side, sizes / side, random) * side)
 
     # search ---------------------------------------------------------------------------------------------------------
 
@@ -145,6 +150,20 @@ class Making:
     def find_onset(self, search: OnsetSearch, loose: Packing, step: float) -> tuple[SearchState, str]:
         """Onset above a loose packing by steps of phi that begin with `step`, and the method."""
         return search.by_bisection(loose, step), self.descent.name(search.session)
+
+
+def _beside_each_other(shapes: ComplexArray, sizes: Array, random: np.random.Generator) -> Array:
+    """(n, sites, 2) positions in a box of side 1, shapes given as complex numbers."""
+    found = np.empty_like(shapes)
+    for k, shape in enumerate(shapes):
+        reach = 0.5 * (sizes[:k, None, None] + sizes[k])
+        for _ in range(_TRIES):
+            x, y, turn = random.random(3)
+            found[k] = x + 1j * y + shape * np.exp(2j * np.pi * turn)
+            r = found[:k, :, None] - found[k]
+            if (np.hypot(r.real - np.round(r.real), r.imag - np.round(r.imag)) >= reach).all():
+                break
+    return np.stack([found.real, found.imag], axis=-1)
 
 
 MAKINGS: Registry[Making] = Registry("jamlab.makings", "making of the model")
