@@ -5,10 +5,19 @@ import pickle
 import dimers
 import numpy as np
 import pytest
+from campaigns import run_here, written
+from commands import call
 
 import jamlab
+from jamlab.campaign.observable import DECLARED
 from jamlab.engine.deck_defaults import numbers
 from jamlab.mechanics.stiffness import energy_terms, forces, stress
+
+
+@pytest.fixture(scope="module", autouse=True)
+def register():
+    with dimers.registered():
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +141,7 @@ def test_what_it_leaves_out_is_refused_by_name(dense):
         "Shape.outline": lambda: jamlab.measure(dense, ["z", "shape"]),
         "Shape.relative_areas": lambda: jamlab.measure([dense, dense], "area"),
         "Flow.jacobian": lambda: jamlab.complex_modulus(dense, [1.0]),
+        "Flow.carrier": lambda: jamlab.shear(dense, rate=1e-2, strain=0.01),
     }
     for method, ask in asked.items():
         with pytest.raises(jamlab.InputError, match=rf"model dimer does not say `{method}`.*class Dimers"):
@@ -147,6 +157,37 @@ def test_flat_walls_are_refused_and_rough_ones_hold_it(dense):
         and walled.walls
         and np.abs(jamlab.evaluate(walled).forces[walled.frame.fixed_sites]).max() == 0
     )
+
+
+def test_quasistatic_shear_needs_no_drag(dense):
+    run = jamlab.quasistatic_shear(dense, 4e-3, 2e-3)
+    assert np.isfinite(run.stress).all() and run.stress[-1] != run.stress[0]
+
+
+def test_the_command_makes_it(tmp_path):
+    done = call(tmp_path, "jam", "--model", "dimers", "--n", "8", "--law", "aspect=0.7", "--out", "d.h5")
+    assert done.exit_code == 0, done.stderr
+    found = jamlab.read(tmp_path / "d.h5")
+    assert found.model == "dimer" and found.params["aspect"] == 0.7 and found.converged
+
+
+def strongest(packing):
+    return jamlab.contacts(packing).forces.size.max()
+
+
+def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monkeypatch):
+    """In this process, which alone knows both: other processes find what is an entry point."""
+    monkeypatch.setitem(DECLARED._entries, "strongest", strongest)
+    sweep = {"model": "dimers", "n": 8, "seeds": 1, "compress": {"to": 0.93, "step": 0.03}}
+    file = written(tmp_path / "c.toml", **sweep, observables=["states", "strongest"])
+    campaign = jamlab.open_campaign(file, tmp_path / "c")
+    run_here(campaign)
+    states = campaign.table("states")
+    assert set(states["model"]) == {"dimer"} and states["converged"].all()
+    assert (np.diff(states["rho"]) > 0).all() and states["strongest"].iloc[-1] > states["strongest"].iloc[0] > 0
+    assert states["shape"].isna().all() and not states["g"].isna().all()
+    with pytest.raises(jamlab.InputError, match="pressures are for model sp: give dimers a separate sweep"):
+        jamlab.open_campaign(written(file, model="dimer", n=8, compress=None, pressures=[1e-2]))
 
 
 def test_its_deck_part_lies_in_its_own_folder():

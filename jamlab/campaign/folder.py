@@ -142,7 +142,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             tables={
                 name: {column: _column(values[()]) for column, values in stored.items()}
                 for name, stored in file.get("tables", {}).items()
-                if table in (None, "states" if ":" in name else name)
+                if table in (None, "states" if name in parameters.own else name)
             },
             converged=group["converged"][()],
             target_pressure=group["target_pressure"][()],

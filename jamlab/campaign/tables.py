@@ -108,7 +108,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     """Return the columns of the user's own observables, and note in `known` which observable each belongs to."""
     found: dict[str, Any] = {}
     for observable, columns in file.tables.items():
-        if observable not in OBSERVABLES:
+        if observable in file.parameters.own:
             for column in columns:
                 if known.setdefault(column, observable) != observable:
                     both = f"{observable} and {known[column]}"

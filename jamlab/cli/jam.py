@@ -234,8 +234,9 @@ def demo(
 
     from jamlab.checks import check_number
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
+    from jamlab.models.disks import DISKS
+    from jamlab.models.droplets import DROPLETS
     from jamlab.packing.hdf5 import read_observables
-    from jamlab.packing.kinds import MODELS
     from jamlab.protocols.onset import jam as begin
     from jamlab.protocols.particle_numbers import check_bidisperse
     from jamlab.storage.atomic_file import make_folder
@@ -246,10 +247,11 @@ def demo(
     make_folder(out)
     check_target(out / "index.html", replace=force)
     task = {"--n": n, "--seed": seed, "--to": to}
-    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in MODELS.names()}
+    models = {model.name: model for model in (DISKS, DROPLETS)}
+    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in models}
     describe_kept(lambda: _describe_demo(out))
     sections = []
-    for name, model in ((name, MODELS.get(name)) for name in MODELS.names()):
+    for name, model in models.items():
         sweep = sweeps[name]
         if not sweep.states:
             with progress_bar(f"{model.particles} to onset") as progress:
