@@ -17,7 +17,7 @@ from functools import cache, cached_property
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Generic, TypeVar
 
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 
 T = TypeVar("T")
 
@@ -34,6 +34,7 @@ class Registry(Generic[T]):
     def __init__(self, group: str, what: str, check: Callable[[str, T], None] | None = None) -> None:
         self.group, self.what, self._check = group, what, check
         self._entries: dict[str, T] = {}
+        self._broken: set[str] = set()
 
     def register(self, name: str, entry: T) -> T:
         """Make an object known by a name in this process, and give it back.
@@ -72,6 +73,18 @@ class Registry(Generic[T]):
                 ) from error
             self._entries[name] = self._checked(name, entry)
         return self._entries[name]
+
+    def each(self) -> dict[str, T]:
+        """All objects by name; one that cannot be imported is left out, with a warning, once."""
+        found: dict[str, T] = {}
+        for name in self.names():
+            if name not in self._broken:
+                try:
+                    found[name] = self.get(name)
+                except InputError as error:  # nobody asked for it: all others go on
+                    self._broken.add(name)
+                    warn(str(error))
+        return found
 
     def _checked(self, name: str, entry: T) -> T:
         own = getattr(entry, "name", name)

@@ -4,6 +4,7 @@ import importlib.metadata
 import pickle
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -57,6 +58,31 @@ def test_a_broken_package_is_named_and_does_not_hide_the_others(monkeypatch):
     assert things.get("colour")
     with pytest.raises(jamlab.InputError, match=r"unknown thing 'x': known are broken, colour.*jamlab\.things"):
         things.get("x")
+
+
+def test_what_asks_all_leaves_a_broken_package_out_and_says_so_once(monkeypatch):
+    things = declared(monkeypatch, ("broken", "no_such_module:THING"), ("colour", "colorsys:rgb_to_hsv"))
+    with pytest.warns(jamlab.JamlabWarning, match="thing 'broken'.*No module named"):
+        assert list(things.each()) == ["colour"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert list(things.each()) == ["colour"]
+    with pytest.raises(jamlab.InputError, match="'broken'"):
+        things.get("broken")
+
+
+def test_a_broken_package_is_in_nobodys_way(tmp_path, monkeypatch):
+    """Files without the word of a model and words of users ask all models."""
+    installed = registry._installed()
+    broken = importlib.metadata.EntryPoint("broken", "no_such_module:MODEL", "jamlab.models")
+    monkeypatch.setattr(registry, "_installed", lambda: importlib.metadata.EntryPoints([*installed, broken]))
+    monkeypatch.setattr(MODELS, "_broken", set())
+    monkeypatch.delitem(vars(MODELS), "_points", raising=False)
+    p = jamlab.pack(8, 1e-2)
+    with pytest.warns(jamlab.JamlabWarning, match="model 'broken'"):
+        jamlab.write(tmp_path / "p.dump", p)
+    assert jamlab.read(tmp_path / "p.dump") == p and jamlab.jam(8, "Disks").model == "sp"
+    del vars(MODELS)["_points"]
 
 
 def test_two_packages_with_one_name_are_refused(monkeypatch):

@@ -2,9 +2,9 @@
 
 import pickle
 
-import dimers
 import numpy as np
 import pytest
+import twins
 from campaigns import run_here, written
 from commands import call
 
@@ -16,13 +16,13 @@ from jamlab.mechanics.stiffness import energy_terms, forces, stress
 
 @pytest.fixture(scope="module", autouse=True)
 def register():
-    with dimers.registered():
+    with twins.registered():
         yield
 
 
 @pytest.fixture(scope="module")
 def onset():
-    return jamlab.jam(16, "dimer", 1)
+    return jamlab.jam(16, "twin", 1)
 
 
 @pytest.fixture(scope="module")
@@ -55,18 +55,18 @@ def test_forces_are_the_slope_of_the_energy(dense):
 
 
 def test_jam_makes_what_is_asked_for(onset):
-    """Both disks of a dimer are where their spring holds them, and nothing is loose; by its word, too."""
-    assert onset.model == "dimer" and onset.n == 16 and len(onset.positions) == 32
+    """Both disks of a twin are where their spring holds them, and nothing is loose; by its word, too."""
+    assert onset.model == "twin" and onset.n == 16 and len(onset.positions) == 32
     assert onset.converged and onset.onset == onset.phi and 0.8 < onset.phi < 0.92
     assert 0 < jamlab.evaluate(onset).contact_energy < 32 * numbers("onset")["u_jammed"]
     lengths = np.hypot(*np.diff(onset.positions.reshape(-1, 2, 2), axis=1)[:, 0].T)
     assert np.allclose(lengths, 0.5 * onset.diameters, rtol=1e-5)
     count = jamlab.maxwell_count(onset)
     assert count.self_stress_states == 1 and count.floppy_modes == 0
-    assert onset.provenance["protocol_version"] == 1 and jamlab.jam(16, "Dimers", 1) == onset
+    assert onset.provenance["protocol_version"] == 1 and jamlab.jam(16, "Twins", 1) == onset
     with pytest.raises(jamlab.InputError, match=r"gamma = 0\.4: it is a parameter of model dp"):
-        jamlab.jam(16, "dimer", gamma=0.4)
-    with pytest.raises(jamlab.InputError, match="ranks = 2: dimers"):
+        jamlab.jam(16, "twin", gamma=0.4)
+    with pytest.raises(jamlab.InputError, match="ranks = 2: twins"):
         jamlab.compress(onset, to=0.95, ranks=2)
 
 
@@ -103,7 +103,7 @@ def test_files_and_pictures_hold_it(onset, dense, tmp_path):
     assert {name for name, value in measured.items() if np.isnan(value)} == (unsaid | of_edges) & measured.keys()
     jamlab.write_page(tmp_path / "d.html", [onset, dense])
     page = (tmp_path / "d.html").read_text()
-    assert "16 dimers" in page and "does not say where dimers end" in page
+    assert "16 twins" in page and "does not say where twins end" in page
 
 
 @pytest.mark.parametrize("name", ["d.data", "d.dump", "d.xyz"])
@@ -118,16 +118,16 @@ def test_half_a_particle_is_refused(dense, tmp_path):
     jamlab.write(tmp_path / "d.xyz", dense)
     lines = (tmp_path / "d.xyz").read_text().splitlines()
     (tmp_path / "d.xyz").write_text("\n".join(["31", *lines[1:-1]]) + "\n")
-    with pytest.raises(jamlab.JamlabError, match="31 atoms are no dimers, of 2 atoms each"):
+    with pytest.raises(jamlab.JamlabError, match="31 atoms are no twins, of 2 atoms each"):
         jamlab.read(tmp_path / "d.xyz")
 
 
 def test_a_universe_gives_it_back_also_where_the_box_has_cut_it(dense):
-    """A dimer on the edge of the box, wrapped atom by atom, is whole again."""
+    """A twin on the edge of the box, wrapped atom by atom, is whole again."""
     universe = jamlab.universe(dense)
     assert len(universe.bonds) == 16
     (back,) = jamlab.from_universe(universe)
-    assert back.model == "dimer" and np.allclose(back.positions, dense.positions, atol=1e-5)
+    assert back.model == "twin" and np.allclose(back.positions, dense.positions, atol=1e-5)
     universe.load_new(universe.atoms.wrap(inplace=False)[None], dimensions=universe.dimensions[None], order="fac")
     (cut,) = jamlab.from_universe(universe)
     moved = cut.positions - dense.positions
@@ -144,12 +144,12 @@ def test_what_it_leaves_out_is_refused_by_name(dense):
         "Flow.carrier": lambda: jamlab.shear(dense, rate=1e-2, strain=0.01),
     }
     for method, ask in asked.items():
-        with pytest.raises(jamlab.InputError, match=rf"model dimer does not say `{method}`.*class Dimers"):
+        with pytest.raises(jamlab.InputError, match=rf"model twin does not say `{method}`.*class Twins"):
             ask()
 
 
 def test_flat_walls_are_refused_and_rough_ones_hold_it(dense):
-    with pytest.raises(jamlab.InputError, match="flat: model dimer"):
+    with pytest.raises(jamlab.InputError, match="flat: model twin"):
         jamlab.with_walls(dense, flat=True)
     walled = jamlab.relax(jamlab.with_walls(dense, thickness=1.2))
     assert (
@@ -165,10 +165,10 @@ def test_quasistatic_shear_needs_no_drag(dense):
 
 
 def test_the_command_makes_it(tmp_path):
-    done = call(tmp_path, "jam", "--model", "dimers", "--n", "8", "--law", "aspect=0.7", "--out", "d.h5")
+    done = call(tmp_path, "jam", "--model", "twins", "--n", "8", "--law", "aspect=0.7", "--out", "d.h5")
     assert done.exit_code == 0, done.stderr
     found = jamlab.read(tmp_path / "d.h5")
-    assert found.model == "dimer" and found.params["aspect"] == 0.7 and found.converged
+    assert found.model == "twin" and found.params["aspect"] == 0.7 and found.converged
 
 
 def strongest(packing):
@@ -178,17 +178,17 @@ def strongest(packing):
 def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monkeypatch):
     """In this process, which alone knows both: other processes find what is an entry point."""
     monkeypatch.setitem(DECLARED._entries, "strongest", strongest)
-    sweep = {"model": "dimers", "n": 8, "seeds": 1, "compress": {"to": 0.93, "step": 0.03}}
+    sweep = {"model": "twins", "n": 8, "seeds": 1, "compress": {"to": 0.93, "step": 0.03}}
     file = written(tmp_path / "c.toml", **sweep, observables=["states", "strongest"])
     campaign = jamlab.open_campaign(file, tmp_path / "c")
     run_here(campaign)
     states = campaign.table("states")
-    assert set(states["model"]) == {"dimer"} and states["converged"].all()
+    assert set(states["model"]) == {"twin"} and states["converged"].all()
     assert (np.diff(states["rho"]) > 0).all() and states["strongest"].iloc[-1] > states["strongest"].iloc[0] > 0
     assert states["shape"].isna().all() and not states["g"].isna().all()
-    with pytest.raises(jamlab.InputError, match="pressures are for model sp: give dimers a separate sweep"):
-        jamlab.open_campaign(written(file, model="dimer", n=8, compress=None, pressures=[1e-2]))
+    with pytest.raises(jamlab.InputError, match="pressures are for model sp: give twins a separate sweep"):
+        jamlab.open_campaign(written(file, model="twin", n=8, compress=None, pressures=[1e-2]))
 
 
 def test_its_deck_part_lies_in_its_own_folder():
-    assert dimers.DIMERS.part.parent.name == "support" and dimers.DIMERS.part.is_file()
+    assert twins.TWINS.part.parent.name == "support" and twins.TWINS.part.is_file()

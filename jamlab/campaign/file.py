@@ -201,7 +201,7 @@ class Sweep(FileTable):
         """Refuse what is for some models only where the sweep has another."""
         for other in self.model:
             if not holds(MODELS.get(other)):
-                model = ", ".join(name for name in MODELS.names() if holds(MODELS.get(name)))
+                model = ", ".join(name for name, kind in MODELS.each().items() if holds(kind))
                 raise ValueError(f"{what} for model {model}: give {MODELS.get(other).particles} a separate sweep")
 
     def _check_packings(self) -> None:
@@ -234,8 +234,8 @@ class Sweep(FileTable):
                     raise ValueError(f"{said}: add {' or '.join(map(repr, users))}, or leave {key} out")
                 if field.is_required() and getattr(self, key) is None and name in self.observables:
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
-            if observable.only is not None and name in self.observables:
-                self._only(observable.only, f"observable {name!r} is")
+            if name in self.observables:
+                self._only(observable.serves, f"observable {name!r} is")
         laws = {each: defaults(each) | self.force_law for each in self.model}
         for wanted in self.measured:
             wanted.check(max(site_count(n, model, law) for n in self.n for model, law in laws.items()))

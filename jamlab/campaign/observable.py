@@ -161,8 +161,12 @@ class Observable(FileTable):
     name: ClassVar[str]  # in `observables` of a sweep, and of its table
     columns: ClassVar[tuple[str, ...]]  # of its table
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
-    only: ClassVar[Callable[[Model], bool] | None] = None  # models that it is for; None: all
     refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
+
+    @staticmethod
+    def serves(kind: Model) -> bool:
+        """Whether it is for packings of a model."""
+        return True
 
     def check(self, sites: float) -> None:
         """Raise ValueError for packings of so many sites that cannot be measured."""

@@ -14,6 +14,7 @@ from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.nonaffine_response import nonaffine_response
+from jamlab.models.model import Model
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations
@@ -27,6 +28,10 @@ class Linear(Driven):
     """An observable of the linear response at finite frequency, with and without prestress."""
 
     prestress: Prestress = Field(default=[True])
+
+    @staticmethod
+    def serves(kind: Model) -> bool:
+        return kind.sites == 1
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         laws = super().cases()
@@ -54,12 +59,16 @@ class SpectraOfStates(Linear):
 class Quasistatic(Observable):
     """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
 
-    name, only = "quasistatic", staticmethod(lambda kind: kind.sites == 1)
+    name = "quasistatic"
     _KINDS: ClassVar = ("approach", "sliding", "nonaffine", "sheared")
     _MEANS: ClassVar = tuple(f"mean_{kind}" for kind in _KINDS)
     columns = (*STATE, "prestress", *_KINDS, *_MEANS)
 
     prestress: Prestress = Field(default=[True])
+
+    @staticmethod
+    def serves(kind: Model) -> bool:
+        return kind.sites == 1
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         return [({"prestress": p}, {"prestress": p}) for p in self.prestress]
@@ -93,9 +102,13 @@ class Correlation(Linear):
 class ModesOfStates(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
 
-    name, only = "modes", staticmethod(lambda kind: kind.has_outlines)
+    name = "modes"
     _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeCharacter`
     columns = (*STATE, *LAW, *_OF_MODES)
+
+    @staticmethod
+    def serves(kind: Model) -> bool:
+        return kind.has_outlines
 
     def check(self, sites: float) -> None:
         super().check(sites)

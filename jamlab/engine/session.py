@@ -158,7 +158,7 @@ class Session(Hinted):
 
     def _hold(self, packing: Packing) -> None:
         _check_fits(packing)
-        self._packing = packing._trusted(**MINIMUM)
+        self._packing: Packing = packing._trusted(**MINIMUM)
 
     @checked
     def command(self, line: str) -> None:

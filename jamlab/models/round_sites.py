@@ -38,7 +38,7 @@ def touching_sites(packing: Packing) -> Pairs:
 
 def site_diameters(packing: Packing) -> Array:
     """(len(positions),) diameter of each disk, that of its particle."""
-    return packing.disk_diameters[packing.particle]
+    return np.asarray(packing.disk_diameters[packing.particle])
 
 
 def as_disks(packing: Packing) -> Packing:
@@ -51,9 +51,9 @@ class RoundSites(Model):
     """What follows from the disks of particles and the bonds between them.
 
     A model says what its particles are: `name`, `particles`, `sites`, `shape` and `free_area`, see
-    `jamlab.models.model.State`; and its bonds, by default from each disk to the next of its particle, see `bonds`: their
-    parameters `own`, their energy in `bond_energy`, and the same for LAMMPS in `bond_style` and `bond_coefficients`.
-    Contacts follow any force law of disks.
+    `jamlab.models.model.State`; and its bonds, by default from each disk to the next of its particle, see `bonds`:
+    their parameters `own`, their energy in `bond_energy`, and the same for LAMMPS in `bond_style` and
+    `bond_coefficients`. Contacts follow any force law of disks.
     """
 
     own: ClassVar[Mapping[str, Parameter]] = {}  # parameters beside those of the force law

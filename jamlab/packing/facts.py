@@ -204,13 +204,14 @@ def law_parameters(law: str | None = None) -> Mapping[str, Parameter]:
     Raises:
         InputError: no such law is known.
     """
-    return _law_parameters(tuple(MODELS.names()), law)
+    return _law_parameters(tuple(MODELS.each()), law)
 
 
 @cache
 def _law_parameters(models: tuple[str, ...], law: str | None) -> Mapping[str, Parameter]:
     params = {} if law is None else {"law": law}
-    return {name: each for kind in map(MODELS.get, models) for name, each in kind.parameters(None, params).items()}
+    kinds = map(MODELS.get, reversed(models))  # of one name the parameter of the first counts
+    return {name: each for kind in kinds for name, each in kind.parameters(None, params).items()}
 
 
 def shared_parameters(law: str | None = None) -> list[str]:

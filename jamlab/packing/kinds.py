@@ -35,10 +35,10 @@ MODELS: Registry[Model] = Registry("jamlab.models", "model", _check)
 
 def model_named(word: str) -> str:
     """The name of the model that a user's word means, such as that of soft disks for "disks"; another word as it is."""
-    known, small = MODELS.names(), word.lower()
-    if small in known:
+    small = word.lower()
+    if small in MODELS.names():
         return small
-    return next((name for name in known if small in MODELS.get(name).words), word)
+    return next((name for name, kind in MODELS.each().items() if small in kind.words), word)
 
 
 def optional_parameters(model: str, params: Mapping[str, Any] | None = None) -> dict[str, Parameter]:

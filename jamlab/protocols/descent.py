@@ -101,7 +101,7 @@ class DescentOfBonds(DescentOfDisks):
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_ % 2 == 0:
             return descend_by_lbfgs(session, tolerance, effort.far)
-        return session.minimize(tolerance, style="cg", steps=_CG_STEPS)
+        return session.minimize(tolerance, style="cg", steps=QUENCH.cg_steps)
 
 
 def load(held: Packing | Session, state: Evaluation) -> float:

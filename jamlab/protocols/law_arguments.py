@@ -26,7 +26,7 @@ def check_law_arguments(function: Callable[..., Any], model: str, given: Mapping
         where = f"{function.__name__}: {name} = {value!r}"
         if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
-        for other in set(MODELS.names()) - {model}:
+        for other in MODELS.each().keys() - {model}:
             if name in making_of(other).arguments(given):
                 raise InputError(f"{where}: it is a parameter of model {other}, and this packing has model {model}")
         own = [each.name for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]

@@ -261,10 +261,9 @@ class Sites:
         if wanted is None:
             law = {**self.entries, **(params or {})}
             names = {*({"law", *shared_parameters(law.get("law"))} & self.entries.keys()), *(params or {})}
-            own = {kind: {*_every_name(kind, law), *MODELS.get(kind).unit_names} for kind in MODELS.names()}
-            fit = [
-                kind for kind in MODELS.names() if names <= own[kind] and units in (None, *MODELS.get(kind).unit_names)
-            ]
+            known = MODELS.each()
+            own = {name: {*_every_name(name, law), *kind.unit_names} for name, kind in known.items()}
+            fit = [name for name, kind in known.items() if names <= own[name] and units in (None, *kind.unit_names)]
             wanted = DISKS.name if self.rings is None else DROPLETS.name
             if len(fit) == 1 and (
                 (self.rings is not None and self.guessed) or fit[0] not in (DISKS.name, DROPLETS.name)

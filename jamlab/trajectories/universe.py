@@ -196,8 +196,8 @@ class UniverseFrames:
             raise InputError(f"the group has atom {named[counts > 1][0]} twice: give `group.unique`")
         self._types = _types(group, radii)
         self._lines = _lines(group)
-        named = self._model or next((line["model"] for line in self._lines if "model" in line), DROPLETS.name)
-        bonds = _bonds(group) if MODELS.get(named).has_outlines else np.empty((0, 2), dtype=np.int64)
+        model = self._model or next((line["model"] for line in self._lines if "model" in line), DROPLETS.name)
+        bonds = _bonds(group) if MODELS.get(model).has_outlines else np.empty((0, 2), dtype=np.int64)
         self._rings = rings_of_bonds(bonds, len(group)) if len(bonds) else None
         residues = _attribute(group.residues, "rest_areas", None)
         self._a0 = None if residues is None else group.rest_areas

@@ -1,4 +1,4 @@
-"""A third model from outside of jamlab: dimers, two disks of one size on a stiff spring."""
+"""A third model from outside of jamlab: twins, two disks of one size on a stiff spring, with a deck part of its own."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -7,19 +7,20 @@ import numpy as np
 
 from jamlab.laws.parameter import STRENGTHS, Parameter
 from jamlab.laws.power import PowerLaw
+from jamlab.models.model import Model
 from jamlab.models.round_sites import RoundSites
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.terms import central_block, pair_terms
 
 
-class Dimers(RoundSites):
-    name = "dimer"
-    particles = "dimers"
-    words = ("dimers",)
+class Twins(RoundSites):
+    name = "twin"
+    particles = "twins"
+    words = ("twins",)
     sites = 2
     atom_style = "molecular"
     bonds_by_size = True
-    part = Path(__file__).with_name("dimers.lammps")
+    part = Path(__file__).with_name("twins.lammps")
 
     def parameters(self, units, params):
         each = Parameter(energy=1, length=-2)
@@ -31,6 +32,9 @@ class Dimers(RoundSites):
     def shape(self, diameters, params):
         half = 0.5 * params["aspect"] * diameters
         return np.stack([np.column_stack([-half, 0 * half]), np.column_stack([half, 0 * half])], axis=1)
+
+    def lammps_variables(self, packing):
+        return Model.lammps_variables(self, packing)  # of a part of its own
 
     def free_area(self, packing):  # two disks without the lens that they share
         a = packing.params["aspect"]
@@ -46,14 +50,14 @@ class Dimers(RoundSites):
         return [pair_terms("tension", bonds, r, 0.5 * stiffness * stretch**2, slope[:, None] * normal, block)]
 
 
-DIMERS = Dimers()
+TWINS = Twins()
 
 
 @contextmanager
 def registered():
-    """Dimers as a package of somebody else registers them, for a while."""
-    MODELS.register("dimer", DIMERS)
+    """Twins as a package of somebody else registers them, for a while."""
+    MODELS.register("twin", TWINS)
     try:
-        yield DIMERS
+        yield TWINS
     finally:
-        del MODELS._entries["dimer"]
+        del MODELS._entries["twin"]
