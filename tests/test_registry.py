@@ -14,6 +14,7 @@ import jamlab.registry as registry
 from jamlab.laws.parameter import STRENGTHS
 from jamlab.models.model import Model
 from jamlab.packing.kinds import MODELS
+from jamlab.protocols.makings import making_of
 from jamlab.registry import Registry
 
 
@@ -96,6 +97,16 @@ def test_jamlabs_own_models_are_entry_points_like_any_other():
     assert all(isinstance(MODELS.get(name), Model) for name in ("sp", "dp"))
     with pytest.raises(jamlab.InputError, match="register one object"):
         MODELS.register("own", Model)
+
+
+def test_disks_and_droplets_have_descents_of_their_own():
+    """Not the one that a model without a making has: their packings would be others."""
+    found = [making_of(name) for name in ("sp", "dp")]
+    assert [type(each.descent).__name__ for each in found] == ["DescentOfDisks", "DescentOfDroplets"]
+    assert [(each.version, each.stiffening_version, each.compression_version) for each in found] == [
+        (1, 2, 2),
+        (5, 2, 4),
+    ]
 
 
 class Points(Model):

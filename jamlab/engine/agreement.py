@@ -86,7 +86,7 @@ def _analysed(packing: Packing) -> _Own | None:
     return _Own(
         forces=packing.frame.hold(own),
         energy=sum(float(term.energy.sum()) for term in terms),
-        stress=stress,
+        stress=np.asarray(stress),
         strongest=strongest,
         noise=noise,
         of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms) + moved * (pushes + noise * size),

@@ -78,6 +78,8 @@ class Session(Hinted):
         32
     """
 
+    _packing: Packing  # as LAMMPS holds it
+
     @checked
     def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
         check_ranks(ranks, packing.kind)
@@ -158,7 +160,7 @@ class Session(Hinted):
 
     def _hold(self, packing: Packing) -> None:
         _check_fits(packing)
-        self._packing: Packing = packing._trusted(**MINIMUM)
+        self._packing = packing._trusted(**MINIMUM)
 
     @checked
     def command(self, line: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from jamlab.arrays import Array
 from jamlab.models.disks import DISKS
 from jamlab.packing.packing import Packing
+from jamlab.protocols.descent import DescentOfDisks
 from jamlab.protocols.makings import Making
 from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
 
@@ -16,6 +17,7 @@ class MakingOfDisks(Making):
     """See `Making`; without droplets, "direct" starts do not exist."""
 
     name = DISKS.name
+    descent = DescentOfDisks()
     stiffening_version = 2  # 1 left forces beside the contact forces
     compression_version = 2  # leaves saddles
 
