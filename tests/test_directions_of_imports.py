@@ -17,7 +17,8 @@ CONTRACTS = SETTINGS["tool"]["importlinter"]["contracts"]
 LAYERS = [line.replace(" ", "").split("|") for each in CONTRACTS for line in each.get("layers", ())]
 LEVEL = {name: level for level, names in enumerate(reversed(LAYERS)) for name in names}
 FORBIDDEN = [each for each in CONTRACTS if each["type"] == "forbidden"]
-GROUPS = {*SETTINGS["project"]["entry-points"]}  # some are named as the module that has them
+# some are named as the module that has them; of observables jamlab itself declares none
+GROUPS = {*SETTINGS["project"]["entry-points"], "jamlab.observables"}
 FACE = "jamlab"
 NAMED = re.compile(r"jamlab(\.\w+)*(:[\w.]+)?")
 

@@ -126,8 +126,7 @@ class Session(Hinted):
     @property
     def has_kernel(self) -> bool:
         """Whether FIRE in compiled code knows the particles and their law, and none of them is fixed."""
-        known = self.kind.compiled_fire and self.law.kernel_arguments() is not None
-        return known and self._packing.frame.all_free
+        return self.kind.compiled_fire and self.law.kernel_arguments() is not None and self._packing.frame.all_free
 
     @property
     def size(self) -> int:

@@ -113,11 +113,7 @@ class OverdampedSession:
         residual: float | None = None,
         end: End | None = None,
     ) -> None:
-        if not packing.kind.carrier:
-            packing.kind.lacks("carrier")
-        check_flowing(damping, tolerance, background)
-        refuse_slip(packing, damping, background)
-        packing.kind.points(packing)  # refuses outlines that cross
+        _check_start(packing, damping, tolerance, background)
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
@@ -367,6 +363,15 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
             f"background_drag = {background:g}: {damping.name} drag is a background drag already; leave it out, or use "
             "a larger tau"
         )
+
+
+def _check_start(packing: Packing, damping: DragLaw, tolerance: float, background: float) -> None:
+    """Refuse a packing that cannot flow."""
+    if not packing.kind.carrier:
+        packing.kind.lacks("carrier")
+    check_flowing(damping, tolerance, background)
+    refuse_slip(packing, damping, background)
+    packing.kind.points(packing)  # refuses outlines that cross
 
 
 def default_background(packing: Packing, damping: DragLaw, background: float | None) -> float:
