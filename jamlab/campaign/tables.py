@@ -17,9 +17,11 @@ from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.laws.parameter import UNITS
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.quantities import COLUMNS
 from jamlab.statistics.confidence import CONFIDENCE, bootstrap
 
@@ -58,11 +60,12 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     check_choice("table", name, TABLES)
     parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
-    of_laws: dict[str, None] = {}  # columns of parameters of drag laws, of which each sweep has its own
+    of_laws: dict[str, None] = {}  # columns of parameters of laws, of which each sweep has its own
     for task in names:
         file = read_task_file(folder.task_file(task), name)
         if name == "states":
             columns = _states(file) | _own(file, own)
+            of_laws |= dict.fromkeys(each for each in _of_named_law(file) if each not in TABLE_COLUMNS[name])
         elif name == "onset":
             columns = _onset(file)
         else:
@@ -101,7 +104,18 @@ def _states(file: TaskFile) -> dict[str, Any]:
         **{name: file.observables[name] for name in COLUMNS},
         **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
         "contact": str(law.get("contact", "")),
+        **_of_named_law(file),
     }
+
+
+def _of_named_law(file: TaskFile) -> dict[str, Any]:
+    """The force law that a sweep names, and those of its parameters that are no columns of every table."""
+    law = file.parameters.force_law
+    if "law" not in law:
+        return {}
+    own = MODELS.get(file.parameters.model).parameters(None, law)
+    values = {name: law.get(name, each.default) for name, each in own.items() if name not in {*UNITS, "law"}}
+    return {"force_law": law["law"], **{name: value for name, value in values.items() if name not in _OF_LAWS}}
 
 
 def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:

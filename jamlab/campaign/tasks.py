@@ -205,12 +205,14 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
 
 
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
-    usual = {name: each.default for name, each in optional_parameters(model).items()}
+    usual = {name: each.default for name, each in optional_parameters(model, sweep.force_law).items()}
+    kind = MODELS.get(model)  # of a named law, parameters of other laws in the deck say nothing
+    foreign = kind.parameters(None, {}).keys() - kind.parameters(None, sweep.force_law).keys()
     law = {
         name: value
         for name, value in (defaults(model) | sweep.force_law).items()
-        # the protocol sets `law`, `longest_edge` affects speed only, and what has its default is left to the law
-        if name not in ("law", "longest_edge") and usual.get(name) != value
+        # the protocol sets `units`, `longest_edge` affects speed only, and what has its default is left to the law
+        if name not in {"units", "longest_edge", *foreign} and usual.get(name) != value
     }
     search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out

@@ -82,11 +82,11 @@ def _analysed(packing: Packing) -> _Own | None:
     sites = np.concatenate([term.sites.ravel() for term in terms])
     slopes = np.concatenate([term.gradient.reshape(-1, 2) for term in terms])
     own = np.column_stack([-np.bincount(sites, each, size) for each in slopes.T])
-    stress = -sum(np.tensordot(term.gradient, term.local, ((0, 1), (0, 1))) for term in terms) / packing.area
+    work = np.sum([np.tensordot(term.gradient, term.local, ((0, 1), (0, 1))) for term in terms], axis=0)
     return _Own(
         forces=packing.frame.hold(own),
         energy=sum(float(term.energy.sum()) for term in terms),
-        stress=np.asarray(stress),
+        stress=np.asarray(-work / packing.area),
         strongest=strongest,
         noise=noise,
         of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms) + moved * (pushes + noise * size),

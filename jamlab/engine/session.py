@@ -146,7 +146,7 @@ class Session(Hinted):
         stretched = packing.kind.longest_edge(self._packing) > _EDGE_KEPT * self._edge_limit
         if anew or stretched or self._packing.difference(before) is not None:
             if self._own_forces:
-                self._packing = before
+                self._hold(before)
                 raise InputError(
                     "load: these are other particles, for which LAMMPS is set up anew without your commands that "
                     "change forces; open another Session"

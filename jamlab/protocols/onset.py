@@ -111,7 +111,7 @@ def jam(
     making = making_of(model)
     placed = making.start(n, seed, start=start, ratio=size_ratio, large=fraction_large, sizes=sizes, law=parameters)
     if placed.law.range:
-        raise InputError("sticky disks have no onset at zero contact energy: use pack, or compress")
+        raise InputError(f"{placed.law}: what attracts has no onset at zero contact energy; use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
         "protocol_version": making.version_of(placed.law),

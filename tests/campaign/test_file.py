@@ -213,7 +213,7 @@ def test_names_of_tasks_survive_their_files_and_depend_on_the_defaults_of_the_de
     assert Batch("", read, [1]).name_of(read.seed) == task.name
     assert task.parameters.force_law["ka"] == defaults("dp")["ka"]
     # what affects speed only, or when to give up, is no part of a name
-    assert {"longest_edge", "law"}.isdisjoint(read.force_law) and "increment_least" not in read.search
+    assert {"longest_edge", "units"}.isdisjoint(read.force_law) and "increment_least" not in read.search
     before = set(names(path))
     assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))
 

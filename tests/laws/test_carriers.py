@@ -280,7 +280,7 @@ def test_a_state_without_contacts_proves_nothing(monkeypatch):
 
 def test_a_law_that_softens_at_contact_is_refused_by_name(monkeypatch):
     monkeypatch.setattr(Wca, "__call__", energies(WCA_CALL, 1, -1))
-    with pytest.raises(jamlab.InputError, match="law 'wca': the stiffness U'' .* check the derivatives of Wca"):
+    with pytest.raises(jamlab.InputError, match=r"law 'wca': the stiffness U'' .* check the derivatives of Wca"):
         jamlab.relax(squeezed(law="wca"))
 
 

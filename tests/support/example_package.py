@@ -15,7 +15,9 @@ def install(folder: Path, source: Path = SOURCE) -> Path:
     head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
     (info / "METADATA").write_text(head, encoding="utf-8")
     groups = project["entry-points"].items()
-    lines = [f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in points.items()) for group, points in groups]
+    lines = [
+        f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in points.items()) for group, points in groups
+    ]
     (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
     (folder / name).symlink_to(source / name)
     return folder
