@@ -28,7 +28,7 @@ from jamlab.geometry import contact_network, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
 from jamlab.mechanics.elasticity import MODULI_DEFINITION
 from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
-from jamlab.packing.kinds import optional_parameters
+from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols import relaxation, size_distributions, target_pressure
 from jamlab.protocols.makings import making_of
