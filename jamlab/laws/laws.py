@@ -22,10 +22,16 @@ UNNAMED = ("power", "sticky")  # laws of a packing that names none: the second w
 def _check(name: str, law: type[PairLaw]) -> None:
     if not (isinstance(law, type) and issubclass(law, PairLaw)):
         raise InputError(f"force law {name!r} is {law!r}: register a class derived from jamlab.laws.pair_law.PairLaw")
+    if not name.isidentifier():  # variables of LAMMPS and columns of dumps are called by it
+        raise InputError(f"force law {name!r}: its name must be letters, digits and underscores")
     if not law.strengths or (foreign := law.strengths.keys() - set(UNITS)):
         raise InputError(f"force law {name!r}: its strengths must be among {', '.join(UNITS)}, not {sorted(foreign)}")
     if taken := {*UNITS, "law"} & law.parameters.keys():
         raise InputError(f"force law {name!r}: no parameter of its own may be called {min(taken)!r}")
+    if words := [
+        word for each in law.parameters.values() for word in each.choices if not word or set(word) & set(" =\t")
+    ]:
+        raise InputError(f"force law {name!r}: {words[0]!r} is no word, as files hold one for a choice")
 
 
 LAWS: Registry[type[PairLaw]] = Registry("jamlab.laws", "force law", _check)

@@ -64,7 +64,7 @@ def push_of_wca(s, r):
     ids=["eps", "k", "70 sizes"],
 )
 def test_lammps_and_numpy_evaluate_wca_as_plain_loops_do(units, sizes):
-    p = squeezed(units, sizes, law="wca")
+    p = squeezed(units, sizes, law="wca_here")
     energy, force, work = plain(p, of_wca, push_of_wca)
     e = jamlab.evaluate(p)
     np.testing.assert_allclose([e.energy, sum(t.energy.sum() for t in energy_terms(p))], energy, rtol=1e-12)
@@ -87,7 +87,7 @@ def test_a_text_chooses_the_pair_style(form):
 
 
 def test_protocols_take_a_law_of_others():
-    p = jamlab.pack(16, 0.5, seed=1, law="wca", ensemble="shear-stabilized")
+    p = jamlab.pack(16, 0.5, seed=1, law="wca_here", ensemble="shear-stabilized")
     assert p.units == "k" and p.converged and jamlab.evaluate(p).pressure == pytest.approx(0.5, rel=1e-6)
     assert p.provenance["pressure"] == pytest.approx(0.5, rel=1e-6)
     assert jamlab.shear_modulus(p, "finite-strain") == pytest.approx(jamlab.shear_modulus(p), rel=1e-6)
@@ -100,7 +100,7 @@ def test_protocols_take_a_law_of_others():
 
 @pytest.mark.slow
 def test_onset_and_compression_of_a_law_of_others():
-    onset = jamlab.jam(16, seed=5, law="wca")
+    onset = jamlab.jam(16, seed=5, law="wca_here")
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
     states = list(jamlab.compress(onset, to=onset.phi + 0.03, step=0.015))
     pressures = [jamlab.evaluate(state).pressure for state in states]
@@ -109,7 +109,7 @@ def test_onset_and_compression_of_a_law_of_others():
     assert bulk == pytest.approx(jamlab.bulk_modulus(states[-1]), rel=0.3)
 
 
-@pytest.mark.parametrize("law", [{"law": "wca"}, {}], ids=["wca", "springs"])
+@pytest.mark.parametrize("law", [{"law": "wca_here"}, {}], ids=["wca_here", "springs"])
 def test_rough_walls(law):
     walled = jamlab.with_walls(jamlab.pack(36, phi=0.9, seed=1, **law), 1.5)
     moved = walled.with_state(positions=walled.positions + 1e-3 * np.sin(7 * walled.positions))
@@ -185,13 +185,13 @@ def styled(*coefficients, modify="shift yes", style="lj/cut 1.0"):
 
 MUTANTS = {
     # pair style of a law: prefactor, sign, distance, cutoff, shift of the energy, exponents
-    "style: prefactor": ("wca", styled("v_eps*(1+1e-6)", "v_s/2^(1/6)", "v_s")),
-    "style: sign": ("wca", styled("-v_eps", "v_s/2^(1/6)", "v_s")),
-    "style: distance": ("wca", styled("v_eps", "v_s", "v_s")),
-    "style: cutoff, longer": ("wca", styled("v_eps", "v_s/2^(1/6)", "1.2*v_s")),
-    "style: cutoff, shorter": ("wca", styled("v_eps", "v_s/2^(1/6)", "0.98*v_s")),
-    "style: no shift": ("wca", styled("v_eps", "v_s/2^(1/6)", "v_s", modify="")),
-    "style: exponents": ("wca", styled("v_eps", "v_s/2^(1/6)", "v_s", style="lj96/cut 1.0")),
+    "style: prefactor": ("wca_here", styled("v_eps*(1+1e-6)", "v_s/2^(1/6)", "v_s")),
+    "style: sign": ("wca_here", styled("-v_eps", "v_s/2^(1/6)", "v_s")),
+    "style: distance": ("wca_here", styled("v_eps", "v_s", "v_s")),
+    "style: cutoff, longer": ("wca_here", styled("v_eps", "v_s/2^(1/6)", "1.2*v_s")),
+    "style: cutoff, shorter": ("wca_here", styled("v_eps", "v_s/2^(1/6)", "0.98*v_s")),
+    "style: no shift": ("wca_here", styled("v_eps", "v_s/2^(1/6)", "v_s", modify="")),
+    "style: exponents": ("wca_here", styled("v_eps", "v_s/2^(1/6)", "v_s", style="lj96/cut 1.0")),
     # part of the decks: prefactor, exponent, units, sign, width of the shell
     "deck: prefactor": ("power", (PowerLaw, "lammps_variables", lambda law: DECK(law) | {"k": 1.3 * (1 + 1e-6)})),
     "deck: exponent": ("hertz", (PowerLaw, "lammps_variables", lambda law: DECK(law) | {"exponent": 2.5 + 1e-6})),
@@ -209,13 +209,13 @@ MUTANTS = {
     # analysis: energy alone, force alone, both, exponent, sign, cutoff
     "analysis: energy": ("power", (PowerLaw, "__call__", energies(POWER_CALL, 1 + 1e-6, 1))),
     "analysis: force": ("power", (PowerLaw, "__call__", energies(POWER_CALL, 1, 1 + 1e-6))),
-    "analysis: both": ("wca", (Wca, "__call__", energies(WCA_CALL, 1 - 1e-6, 1 - 1e-6))),
+    "analysis: both": ("wca_here", (Wca, "__call__", energies(WCA_CALL, 1 - 1e-6, 1 - 1e-6))),
     "analysis: sign": ("power", (PowerLaw, "__call__", energies(POWER_CALL, 1, -1))),
     "analysis: exponent": (
         "hertz",
         (PowerLaw, "__call__", lambda law, s, r: POWER_CALL(replace(law, exponent=2.6), s, r)),
     ),
-    "analysis: reach": ("wca", (Wca, "range", 0.3)),
+    "analysis: reach": ("wca_here", (Wca, "range", 0.3)),
     # droplets
     "rims: prefactor": (
         "droplets",
@@ -243,7 +243,7 @@ def states():
         "kernel": squeezed("k", np.linspace(0.9, 1.1, 40), exponent=2.5),
         "hertz": squeezed("k", exponent=2.5),
         "sticky": squeezed("k", stickiness=0.03),
-        "wca": squeezed(law="wca"),
+        "wca_here": squeezed(law="wca_here"),
         "droplets": droplets,
     }
 
@@ -280,12 +280,12 @@ def test_a_state_without_contacts_proves_nothing(monkeypatch):
 
 def test_a_law_that_softens_at_contact_is_refused_by_name(monkeypatch):
     monkeypatch.setattr(Wca, "__call__", energies(WCA_CALL, 1, -1))
-    with pytest.raises(jamlab.InputError, match=r"law 'wca': the stiffness U'' .* check the derivatives of Wca"):
-        jamlab.relax(squeezed(law="wca"))
+    with pytest.raises(jamlab.InputError, match=r"the stiffness U'' .* check the derivatives of WcaLaw"):
+        jamlab.relax(squeezed(law="wca_here"))
 
 
 def test_each_law_is_compared_once():
-    states = [squeezed("k"), squeezed("k", exponent=2.5), squeezed(law="wca")]
+    states = [squeezed("k"), squeezed("k", exponent=2.5), squeezed(law="wca_here")]
     agreement._agreed.clear()
     for packing in states:
         jamlab.evaluate(packing)

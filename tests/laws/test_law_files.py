@@ -13,7 +13,11 @@ from jamlab.engine.deck_defaults import settings
 from jamlab.installed_files import installed
 from jamlab.packing.kinds import MODELS
 
-LAWS = {"wca": {"law": "wca"}, "ramp": {"law": "ramp", "form": "cube", "weight": 0.7}, "power": {"law": "power"}}
+LAWS = {
+    "wca": {"law": "wca_here"},
+    "ramp": {"law": "ramp", "form": "cube", "weight": 0.7},
+    "power": {"law": "power"},
+}
 
 
 def packed(name, n=16, **how):
@@ -43,7 +47,7 @@ def test_a_file_of_an_unknown_law_is_refused_by_name(tmp_path):
         file = tmp_path / f"p.{ending}"
         p = packed("wca")
         jamlab.write(file, p if ending == "data" else [p])
-        file.write_bytes(file.read_bytes().replace(b"law=wca", b"law=wcb").replace(b"law_wca", b"law_wcb"))
+        file.write_bytes(file.read_bytes().replace(b"law=wca_here", b"law=wcb").replace(b"law_wca_here", b"law_wcb"))
         with pytest.raises(jamlab.JamlabError, match="unknown force law 'wcb'"):
             jamlab.read(file)
 
@@ -88,7 +92,7 @@ def test_a_deck_that_needs_a_power_law_refuses_others(tmp_path):
     given = law_settings(packed("wca")) | {"n": 16}
     given = {name: value for name, value in given.items() if not name.startswith(("d1", "d2", "column"))}
     run("in.sp.pressure", tmp_path, code=1, **given)
-    assert "REFUSED: law law=wca" in (tmp_path / "sp.txt").read_text()
+    assert "REFUSED: law law=wca_here" in (tmp_path / "sp.txt").read_text()
 
 
 @pytest.mark.parametrize("model", ["sp", "dp"])
@@ -117,11 +121,17 @@ def test_tables_of_campaigns_have_the_law_and_its_parameters(tmp_path):
     row = campaign.table("states").iloc[0]
     assert (row["force_law"], row["form"], row["weight"], row["units"]) == ("ramp", "square", 0.7, "eps")
     assert row["converged"] and np.isnan(row["exponent"]) and np.isnan(row["stickiness"])
-    assert campaign.packings(campaign.finished()[0])[0].params == {"eps": 1.0, **law}
+    assert campaign.packings(campaign.finished()[0])[0].params == {
+        "eps": 1.0,
+        "law": "ramp",
+        "weight": 0.7,
+    }  # the rest is the default
     plain = written(tmp_path / "p.toml", n=16, seeds=1, compress=None, phi=[0.9], force_law={})
     assert {"force_law", "units", "law"}.isdisjoint(_parameters_of(plain))
     with pytest.raises(jamlab.InputError, match="unknown force law 'lj'"):
-        jamlab.open_campaign(written(tmp_path / "d.toml", n=16, seeds=1, phi=[0.9], force_law={"law": "lj"}))
+        jamlab.open_campaign(
+            written(tmp_path / "d.toml", n=16, seeds=1, compress=None, phi=[0.9], force_law={"law": "lj"})
+        )
 
 
 def _parameters_of(file):

@@ -17,8 +17,8 @@ OF_EACH = {
     "power of eps": PowerLaw("eps", 1.3, 2.5),
     "sticky": StickyLaw("k", 1.3, 0.05, 0.05),
     "rim": RimLaw("eps", 1.3, 1.0),
-    "wca": Wca("eps", 1.3),
-    "wca of k": Wca("k", 1.3),
+    "wca_here": Wca("eps", 1.3),
+    "wca_here of k": Wca("k", 1.3),
     "nodeck": LAWS.get("nodeck")("eps", 1.3),
     "ramp": Ramp("eps", 1.3, 2.0, "cube"),
 }
@@ -59,7 +59,7 @@ def test_what_is_typical_follows_from_the_energy(exponent):
 
 def test_the_law_is_the_one_that_is_named():
     assert law_class({"k": 1.0}) is PowerLaw and law_class({"k": 1.0, "stickiness": 0.1}) is StickyLaw
-    assert law_class({"law": "wca"}) is Wca
+    assert law_class({"law": "wca_here"}) is Wca
     assert set(declared({}, "k")) == {"k", "exponent", "stickiness"}
     assert set(declared({"law": "ramp"})) == {"eps", "law", "weight", "form"}
     named, plain = (jamlab.pack(16, phi=0.9, seed=2, **law) for law in ({"law": "power"}, {}))
@@ -76,23 +76,26 @@ def two(params, units="eps"):
 REFUSED = {
     "no such law": (lambda: two({"eps": 1.0, "law": "lj"}), "unknown force law 'lj': known are power, sticky"),
     "not a name": (lambda: two({"eps": 1.0, "law": 3}), "params['law'] is 3"),
-    "a list": (lambda: two({"eps": 1.0, "law": ["wca"]}), "params['law'] is ['wca']"),
-    "of another law": (lambda: two({"eps": 1.0, "law": "wca", "exponent": 2.0}), "law 'wca' of model sp in units eps"),
+    "a list": (lambda: two({"eps": 1.0, "law": ["wca_here"]}), "params['law'] is ['wca_here']"),
+    "of another law": (
+        lambda: two({"eps": 1.0, "law": "wca_here", "exponent": 2.0}),
+        "law 'wca_here' of model sp in units eps",
+    ),
     "those it has": (lambda: two({"eps": 1.0, "law": "ramp", "wait": 1.0}), "use eps, law, weight, form"),
     "units": (lambda: two({"k": 1.0, "law": "ramp"}, "k"), "law 'ramp' has no units 'k': use eps"),
     "a number": (lambda: two({"eps": 1.0, "law": "ramp", "weight": 11.0}), "'weight'] is 11.0: must be a number from"),
     "a text": (lambda: two({"eps": 1.0, "law": "ramp", "weight": "much"}), "'weight'] is 'much'"),
     "a choice": (lambda: two({"eps": 1.0, "law": "ramp", "form": "round"}), "form 'round': use one of square, cube"),
-    "strength as text": (lambda: two({"eps": "much", "law": "wca"}), "params['eps'] is 'much'"),
+    "strength as text": (lambda: two({"eps": "much", "law": "wca_here"}), "params['eps'] is 'much'"),
     "power with stickiness": (lambda: two({"eps": 1.0, "law": "power", "stickiness": 0.1}), "'stickiness'"),
     "sticky without": (lambda: two({"eps": 1.0, "law": "sticky"}), "needs a stickiness above 0"),
     "text among own": (lambda: two({"eps": 1.0, "stickiness": 0.1, "exponent": "hertz"}), "'hertz'"),
-    "pack": (lambda: jamlab.pack(16, 1e-2, law="wca", exponent=2.5), "no argument 'exponent'"),
-    "pack, too high": (lambda: jamlab.pack(16, 1e4, law="wca"), "10000.0"),
-    "pack, as text": (lambda: jamlab.pack(16, "high", law="wca"), "high"),
-    "pack, tension": (lambda: jamlab.pack(16, -1e-3, law="wca"), "-0.001"),
+    "pack": (lambda: jamlab.pack(16, 1e-2, law="wca_here", exponent=2.5), "no argument 'exponent'"),
+    "pack, too high": (lambda: jamlab.pack(16, 1e4, law="wca_here"), "10000.0"),
+    "pack, as text": (lambda: jamlab.pack(16, "high", law="wca_here"), "high"),
+    "pack, tension": (lambda: jamlab.pack(16, -1e-3, law="wca_here"), "-0.001"),
     "jam": (lambda: jamlab.jam(16, law="lj"), "unknown force law 'lj'"),
-    "droplets": (lambda: jamlab.jam(8, "dp", law="wca"), "parameter of model sp"),
+    "droplets": (lambda: jamlab.jam(8, "dp", law="wca_here"), "parameter of model sp"),
 }
 
 
@@ -109,7 +112,7 @@ def test_a_law_that_breaks_the_rules_is_not_registered():
         with pytest.raises(jamlab.InputError, match=said):
             LAWS.register("other", law)
     with pytest.raises(jamlab.InputError, match="taken"):
-        LAWS.register("wca", type("Wca", (Wca,), {}))
+        LAWS.register("wca_here", type("Wca", (Wca,), {}))
 
 
 def test_what_no_carrier_can_do_is_refused_by_name():
@@ -118,9 +121,9 @@ def test_what_no_carrier_can_do_is_refused_by_name():
         jamlab.evaluate(lone)
     assert len(jamlab.contacts(lone).pairs) == 1  # analysis has no need of it
     assert Wca("eps", 1.0).carriers == {"deck"} and PowerLaw("k", 1.0).carriers == {"deck", "kernel", "plugin"}
-    walls = jamlab.with_walls(jamlab.pack(16, phi=0.9, seed=1, law="wca"), flat=True)
-    with pytest.raises(jamlab.EngineError, match="law 'wca' has no flat walls"):
+    walls = jamlab.with_walls(jamlab.pack(16, phi=0.9, seed=1, law="wca_here"), flat=True)
+    with pytest.raises(jamlab.EngineError, match="law 'wca_here' has no flat walls"):
         jamlab.evaluate(walls)
     many = jamlab.pack(300, phi=0.3, seed=1, sizes=np.linspace(0.9, 1.1, 300))
-    with pytest.raises(jamlab.EngineError, match="law 'wca': more than 256 sizes"):
-        jamlab.evaluate(many.with_state(params={"k": 1.0, "law": "wca"}))
+    with pytest.raises(jamlab.EngineError, match="law 'wca_here': more than 256 sizes"):
+        jamlab.evaluate(many.with_state(params={"k": 1.0, "law": "wca_here"}))

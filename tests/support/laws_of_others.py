@@ -8,18 +8,7 @@ import numpy as np
 from jamlab.laws.laws import LAWS
 from jamlab.laws.pair_law import PairLaw, PairStyle
 from jamlab.laws.parameter import Parameter
-
-
-@dataclass(frozen=True)
-class Wca(PairLaw):
-    """Weeks, Chandler & Andersen, J. Chem. Phys. 54, 5237 (1971): U = eps [(s/r)^6 - 1]^2 for r < s."""
-
-    name: ClassVar[str] = "wca"
-    pair_style: ClassVar[PairStyle] = PairStyle("lj/cut 1.0", ("v_eps", "v_s/2^(1/6)", "v_s"), "shift yes")
-
-    def __call__(self, contact, distance):
-        x, eps = (contact / distance) ** 6, self.energy_of(contact)
-        return eps * (x - 1) ** 2, -12 * eps * (x**2 - x) / distance, 12 * eps * (13 * x**2 - 7 * x) / distance**2
+from tests.support.wca_law import WcaLaw as Wca
 
 
 @dataclass(frozen=True)
@@ -57,5 +46,5 @@ class NoDeck(Wca):
     pair_style: ClassVar[PairStyle | None] = None
 
 
-for law in (Wca, Ramp, NoDeck):
+for law in (Ramp, NoDeck):
     LAWS.register(law.name, law)

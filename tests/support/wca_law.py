@@ -14,7 +14,7 @@ from jamlab.laws.pair_law import PairLaw, PairStyle
 class WcaLaw(PairLaw):
     """U = 4 eps [(sigma/r)^12 - (sigma/r)^6] + eps up to s = 2^(1/6) sigma."""
 
-    name: ClassVar[str] = "wca"
+    name: ClassVar[str] = "wca_here"  # that of an installed package may be wca
     pair_style: ClassVar[PairStyle] = PairStyle("lj/cut 1.0", ("v_eps", "v_s/2^(1/6)", "v_s"), "shift yes")
 
     def __call__(self, contact, distance):
