@@ -157,6 +157,8 @@ class DragLaw(ABC):
 
 
 def _check_law(name: str, law: type[DragLaw]) -> None:
+    if not name.isidentifier():
+        raise InputError(f"drag law {name!r}: its name must be one word, as it is part of names of columns and options")
     if not (isinstance(law, type) and issubclass(law, DragLaw) and is_dataclass(law)):
         raise InputError(
             f"drag law {name!r}: must be a frozen dataclass under jamlab.rheology.drag_law.DragLaw, not {law!r}"

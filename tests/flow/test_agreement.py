@@ -191,7 +191,7 @@ def test_bubbles_flow_by_the_plugin_and_respond_as_their_matrix_says():
     assert run.storage == pytest.approx(linear.storage[0], rel=1e-4)
     assert run.loss == pytest.approx(linear.loss[0], rel=1e-4)
     droplets = STATES["droplets"]()
-    with pytest.raises(jamlab.InputError, match="'carried bubble' for disks alone"):
+    with pytest.raises(jamlab.InputError, match="'carried_bubble' for disks alone"):
         start(droplets, law)
 
 

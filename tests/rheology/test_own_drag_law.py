@@ -125,6 +125,8 @@ def test_laws_are_made_by_name_from_declared_parameters():
         make_law("bubble", {"tau": -1})
     with pytest.raises(jamlab.InputError, match="unknown drag law 'bubbles'"):
         make_law("bubbles", {})
+    with pytest.raises(jamlab.InputError, match="one word"):
+        DRAGS.register("two words", type("Two", (BubbleDrag,), {"name": "two words"}))
     with pytest.raises(jamlab.InputError, match="frozen dataclass"):
         DRAGS.register("none", object)
 

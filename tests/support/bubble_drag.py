@@ -32,7 +32,7 @@ class BubbleDrag(DragLaw):
 class CarriedBubbleDrag(BubbleDrag):
     """The same, which says how the plugin has it."""
 
-    name: ClassVar[str] = "carried bubble"
+    name: ClassVar[str] = "carried_bubble"
 
     def lammps_variables(self):
         return {"tau": self.tau, "beta": 1.0, "arms": "none", "even": 1.0}
