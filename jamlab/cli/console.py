@@ -114,7 +114,6 @@ def _time_left(share: float, before: float, elapsed: float) -> str:
 
 G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
 _MARKS = {True: "yes", False: "NO", None: "-"}
-_MODULI = ("g", "g_x", "b")
 
 
 def print_packings(
@@ -174,6 +173,8 @@ def print_packings(
 
 
 def _cell(name: str, value: float, form: str) -> str:
+    from jamlab.measure import MODULI
+
     if value != value:
-        return "not stable" if name in _MODULI else "-"
+        return "not stable" if name in MODULI else "-"
     return f"{value:{form}}"

@@ -28,7 +28,7 @@ from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
-EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
+EMPTY = 1e-14  # a cell smaller than this part of R^2, or a void than this of A/n, is a hundred times rounding
 # Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a void.
 TOUCH = 1e-12
 

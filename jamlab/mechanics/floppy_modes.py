@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.mechanics.factors import PositiveSolver, SymmetricFactors
+from jamlab.mechanics.factors import SOFT, PositiveSolver, SymmetricFactors
 
-_DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
 _PASSES = 3  # of inverse iteration: each divides what is not floppy by its stiffness over that of rounding, 1e3 or more
 
 
@@ -22,7 +21,7 @@ def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
     """(n, k) orthonormal basis of the floppy modes of a stable packing. `matrix`: (n, n) Hessian without negative
     eigenvalues; `floppy`: see `PairLaw`."""
     size, least = matrix.shape[0], floppy * float(matrix.diagonal().max())
-    if size <= _DENSE:
+    if size <= SOFT.dense:
         values, vectors = np.linalg.eigh(matrix.toarray())
         return np.asarray(vectors[:, values <= least])
     raised = least * sparse.eye_array(size, format="csc")

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.factors import SymmetricFactors
+from jamlab.mechanics.factors import SOFT, SymmetricFactors
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -24,7 +24,6 @@ from jamlab.plotting.palette import BLACK, BLUE
 class Iteration:
     """How the lowest modes are found."""
 
-    dense: int = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
     # eigenvalue over the largest that counts as zero: above the rounding of the Hessian, 1e-16 and what factors
     # lose, below the softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k
     zero: float = 1e-9
@@ -107,7 +106,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
     matrix = _free_hessian(packing, prestress)
-    if size <= ITERATION.dense or count > size // 4:
+    if size <= SOFT.dense or count > size // 4:
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:

@@ -24,13 +24,12 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
 from jamlab.packing.derived import per_packing
+from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
     from jamlab.packing.terms import Terms
-
-_ROUNDING = 1e-12  # of a generator, over its largest element
 
 
 class Frame:
@@ -116,7 +115,7 @@ class Frame:
         """Whether strains (2, 2) or (m, 2, 2), generators of displacement gradients, are defined."""
         basis, wanted = self.strains.reshape(-1, 4), np.reshape(generators, (-1, 4))
         left = wanted - wanted @ basis.T @ basis
-        return bool(np.abs(left).max() <= _ROUNDING * np.abs(wanted).max())
+        return bool(np.abs(left).max() <= ROUNDING * np.abs(wanted).max())
 
     def undefined(self, what: str) -> str:
         """Say why something is not defined."""

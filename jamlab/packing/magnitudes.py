@@ -8,6 +8,7 @@ from jamlab.errors import InputError
 LONGEST = 1e100  # areas, their squares and ratios then stay far from the ends of float64, 1e308 and 1e-308
 FLATTEST = 1e6  # width over height of the box, and tilt over width: a search walks over as many images
 FARTHEST = 1e9  # distance from the origin over the size of the box: float64 then keeps seven digits of where in the box
+ROUNDING = 1e-12  # relative difference of lengths, or of elements of a matrix, that rounding may cause
 DENSEST = 1e3  # sum of squared sizes over the area of the box: pairs that overlap grow alike; jammed packings are at 1
 
 

@@ -16,12 +16,12 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from jamlab.laws.pair_law import PairLaw
+from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import NUMBER
 
 P = ParamSpec("P")
 R = TypeVar("R")
-_SAME = 1e-12  # by which rounding moves a mean size of 1
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def unit_scales(packing: Packing) -> Scales:
     and forces with numbers, and take one path in all units.
     """
     length = mean_size(packing)
-    if abs(length - 1.0) < _SAME:
+    if abs(length - 1.0) < ROUNDING:
         length = 1.0
     strength, power = _strength(packing)
     return Scales(length, strength * packing.law.stiffness * length**-power)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.magnitudes import ROUNDING
 
-_SAME_LENGTH = 1e-12  # relative difference of two lengths that rounding may cause
 MOST_IMAGES = 20_000_000  # copies of points that a search may reach: more take minutes, and gigabytes to list
 
 _OUT = (INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, REALS)
@@ -64,12 +64,12 @@ def shortest_images(vectors: Array, box: Array) -> Indices:
     vector that no image is shorter than, but for rounding, has zeros. `box`: (2, 2), rows are the lattice vectors."""
     cell, whole = _reduced(box)
     found = np.zeros(vectors.shape, dtype=np.int64)
-    long = np.flatnonzero(np.hypot(*vectors.T) >= 0.5 * np.hypot(*cell[0]) * (1 - _SAME_LENGTH))
+    long = np.flatnonzero(np.hypot(*vectors.T) >= 0.5 * np.hypot(*cell[0]) * (1 - ROUNDING))
     around = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
     near = np.rint(vectors[long] @ np.linalg.inv(cell))[:, None] + around
     lengths = np.hypot(*np.moveaxis(vectors[long, None] - near @ cell, -1, 0))
     best = lengths.argmin(axis=1)[:, None]
-    shorter = np.take_along_axis(lengths, best, axis=1)[:, 0] < np.hypot(*vectors[long].T) * (1 - _SAME_LENGTH)
+    shorter = np.take_along_axis(lengths, best, axis=1)[:, 0] < np.hypot(*vectors[long].T) * (1 - ROUNDING)
     taken = np.take_along_axis(near, best[..., None], axis=1)[:, 0].astype(np.int64) @ whole
     found[long] = np.where(shorter[:, None], taken, 0)
     return found

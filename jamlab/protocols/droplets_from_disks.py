@@ -28,7 +28,7 @@ from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.compression import LARGEST_TOLERANCE, SWEEP
 from jamlab.protocols.law_arguments import check_law_arguments
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import Relaxed, check_tolerance
@@ -41,8 +41,6 @@ from jamlab.storage.verified_file import versions
 class HandOver:
     """How droplets take over from disks."""
 
-    rho_tolerance: float = 1e-6  # as the last state of a sweep
-    steps: int = 12  # secant steps in phi at most
     # beyond, the hand-over is called discontinuous
     z_jump: float = 0.5
     kept: float = 0.75
@@ -102,7 +100,7 @@ def droplets_from_disks(
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
-    found = relax_at_rho(droplets, rho, HAND_OVER.rho_tolerance, partial(relax_off_saddles, tolerance=tolerance))
+    found = relax_at_rho(droplets, rho, SWEEP.met_last, partial(relax_off_saddles, tolerance=tolerance))
     before, after = contacts(packing), contacts(found)
     kept = _common(before.pairs, after.pairs)
     continuous = bool(abs(after.z - before.z) <= HAND_OVER.z_jump and kept >= HAND_OVER.kept)
@@ -116,7 +114,7 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
     """Relax a packing at nominal packing fractions until the true one, rho, is met to a tolerance."""
     reached = float("nan")
     with Session(start) as session:
-        for _ in range(HAND_OVER.steps):
+        for _ in range(SWEEP.secant_steps):
             found = relax(session)
             state = session.packing()
             reached = packing_fraction(state)

@@ -36,9 +36,8 @@ class BoxNewton:
 
     most: int = 40  # at most: near a minimum 4 to 20 do; first-order steps come nearer for less
     reach: float = 0.1  # longest move of a coordinate in one step, mean particle size
-    # of the Hessian's diagonal; of the strains' times the number of sites; at first, at least, at most
+    # of the Hessian's diagonal; of the strains' times the number of sites; at first, and at most
     first_shift: float = 1e-4
-    least_shift: float = 1e-10
     last_shift: float = 1e3
     searches: int = 6  # lengths tried along one step at most
     slack: float = 0.5  # part of the slope at its start that may be left at the end of a step, uphill
@@ -143,7 +142,7 @@ def descend_with_box(session: Session, box_strains: BoxStrains, tolerance: float
         elif at_rest and excess <= NEWTON.grow * noise:
             break
         if longest * length > NEWTON.good:
-            shift = max(NEWTON.shrink * shift, BOX.least_shift)
+            shift = max(NEWTON.shrink * shift, NEWTON.least_shift)
         elif longest * length < NEWTON.poor:
             shift *= NEWTON.grow
     session.load(packing)

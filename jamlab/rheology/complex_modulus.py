@@ -28,7 +28,7 @@ from jamlab.rheology.relaxation_spectrum import (
     build_spectrum,
     find_all_modes,
 )
-from jamlab.rheology.rounding_error import relative_parts, rounding_error, solve_frequency, variational_modulus
+from jamlab.rheology.rounding_error import NOTHING, relative_parts, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
 # version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, without free droplets; 2
@@ -53,7 +53,6 @@ class Solving:
     fastest: float = 1e100
     # relative rounding of the last sums, over Maxwell elements or columns
     sums: float = 32 * float(np.finfo(np.float64).eps)
-    least: float = 1e-200  # |G*|, k: below, it is 0
     same: float = 1e-12  # relative: frequencies are one
 
 
@@ -213,11 +212,9 @@ def linear_modulus(
 
 def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:
     """Warn where rounding may change the modulus |G*| by more than a tenth."""
-    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(
-        np.abs(modulus), SOLVING.least
-    )
+    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(np.abs(modulus), NOTHING)
     worst = int(np.argmax(error))
-    if error[worst] > LOST and abs(modulus[worst]) > SOLVING.least:
+    if error[worst] > LOST and abs(modulus[worst]) > NOTHING:
         warn(
             f"G* at omega = {omega[worst]:g} may be wrong by {100 * error[worst]:.2g} % through rounding, see "
             "error_bound: use method='direct', a beta nearer to 1, or a lower frequency"

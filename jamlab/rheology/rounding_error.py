@@ -71,7 +71,7 @@ class _Driftless:
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 _DRAGLESS = 1e-14  # drag along a floppy mode, over the largest, that is rounding
-_NOTHING = 1e-200  # below every modulus at a frequency that is allowed
+NOTHING = 1e-200  # below every modulus at a frequency that is allowed
 
 
 def least_drag(motion: EquationOfMotion, floppy: Array, drag: NDArray[Any]) -> NDArray[Any]:
@@ -109,8 +109,8 @@ def _quadratic_form(
 
 def relative_parts(error: Complex, modulus: Complex) -> Complex:
     """(f,) relative error of G' and, imaginary, of G''; enormous where one of them is 0."""
-    storage = np.abs(error.real) / np.maximum(np.abs(modulus.real), _NOTHING)
-    loss = np.abs(error.imag) / np.maximum(np.abs(modulus.imag), _NOTHING)
+    storage = np.abs(error.real) / np.maximum(np.abs(modulus.real), NOTHING)
+    loss = np.abs(error.imag) / np.maximum(np.abs(modulus.imag), NOTHING)
     return np.asarray(storage + 1j * loss)
 
 

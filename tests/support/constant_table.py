@@ -9,6 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from scaled_constants import Constant, Tree
 
@@ -23,8 +24,13 @@ def table(folder: Path) -> pd.DataFrame:
     kinds = json.loads((folder / "modules.json").read_text())["kinds"]
     base = {row["scenario"]: row for row in map(json.loads, (folder / "base.jsonl").read_text().splitlines())}
     runs: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
-    for row in map(json.loads, (folder / "trials.jsonl").read_text().splitlines()):
+    rows = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
+    for row in rows:
         runs[row["constant"], row["factor"]].append(row)
+    for name, row in base.items():  # a number seldom changes the cost: the median is that of the code as it is
+        own = [each for each in rows if each["scenario"] == name and "cpu" in each]
+        row["usual cpu"] = float(np.median([each["cpu"] for each in own])) if own else row["cpu"]
+        row["usual calls"] = float(np.median([each["calls_ratio"] for each in own])) if own else 1.0
     return pd.DataFrame([_row(tree, each, kinds, base, runs) for each in tree.constants])
 
 
@@ -50,10 +56,10 @@ def _effects(rows: list[dict[str, Any]], base: Any) -> dict[str, Any]:
         f"{row['scenario']}: {row.get('failed') or row['raised']}" for row in rows if {"failed", "raised"} & {*row}
     ]
     changes = [(row["change"], f"{row['scenario']}{row['where']}") for row in ran if row["change"] > 0]
-    calls = {row["scenario"]: row["calls_ratio"] for row in ran}
+    calls = {row["scenario"]: row["calls_ratio"] / base[row["scenario"]]["usual calls"] for row in ran}
     cpu = {}
     for row in ran:
-        before = base[row["scenario"]]["cpu"]
+        before = base[row["scenario"]]["usual cpu"]
         if abs(row["cpu"] - before) > max(NOISY_CPU[0] * before, NOISY_CPU[1]):
             cpu[row["scenario"]] = row["cpu"] / before
     return {

@@ -21,6 +21,7 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.power_cells import EMPTY
 from jamlab.geometry.vertex_contacts import unique_rows
 from jamlab.geometry.voids.boundary_loops import Boundary, find_first_hits, follow_rays, trace
 from jamlab.packing.derived import per_packing
@@ -32,8 +33,7 @@ from jamlab.plotting.drawable import CELL, LABEL, drawn, label_axes
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 
 VOIDS_DEFINITION = 1  # version, see jamlab.campaign.tasks
-EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
-SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY
+SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below `EMPTY`
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706
 
 
