@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache, lru_cache
 from itertools import takewhile
@@ -19,10 +20,21 @@ from jamlab.errors import ArgumentError
 from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
-_MISSPELT = 0.85  # likeness of two spellings of one name
-_REMEMBERED = 10_000  # names
-_AT_A_GLANCE = 25  # names listed at most
-_MOST_LISTED = 60  # names in a message
+
+@dataclass(frozen=True)
+class Likeness:
+    """Which names are like another, and how many are told."""
+
+    misspelt: float = 0.85  # likeness of two spellings of one name
+    remembered: int = 10_000  # names
+    at_a_glance: int = 25  # names listed at most
+    most_listed: int = 60  # names in a message
+    short: int = 3  # letters of names whose words are in one order only
+    parts: int = 2  # of a name in a message
+
+
+LIKENESS = Likeness()
+
 # parts that say little of what is meant
 _VAGUE = {
     *("elastic", "viscous", "complex", "plastic", "local", "mean", "total", "average", "real", "relative", "error")
@@ -34,8 +46,6 @@ _VAGUE |= {*("index", "size", "values", "list", "array", "table", "scale", "time
 _VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "sweep", "network", "state", "full")}
 # words beside a known part that leave its meaning as it is
 _NEUTRAL = {*("mean", "average", "avg", "data", "value", "values", "list", "array", "table", "of", "the", "all", "per")}
-_SHORT = 3  # letters of names whose words are in one order only
-_PARTS = 2  # of a name in a message
 _ARGUMENT = re.compile(r"`(\w+)`")
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
 _WHOLE = {"frac": "fraction", "mod": "modulus", "moduli": "modulus", "freq": "frequency", "dist": "distribution"}
@@ -75,7 +85,7 @@ def _targets(use: str) -> set[str]:
     return {found[1]} if (found := _ARGUMENT.match(use)) else set()
 
 
-@lru_cache(_REMEMBERED)
+@lru_cache(LIKENESS.remembered)
 def _concepts(name: str, argument: bool) -> list[Concept]:
     words = _ARGUMENTS if argument else _ATTRIBUTES
     if name.endswith("Error") and not argument:
@@ -83,7 +93,7 @@ def _concepts(name: str, argument: bool) -> list[Concept]:
     return next((words[form] for form in (name, *_forms(name)) if form in words), [])
 
 
-@lru_cache(_REMEMBERED)
+@lru_cache(LIKENESS.remembered)
 def _forms(name: str) -> tuple[str, ...]:
     """Other forms of a name with its meaning: in small letters, unless it is one letter, one or several, without a verb
     or "number of", without what says that it is an array, and with its words in any order or without a gap."""
@@ -123,7 +133,7 @@ def hint(
         return f": did you mean `{near}`?"
     if use := _by_parts(name, kinds, known):
         return f"; {use}"
-    if len(known) > _MOST_LISTED:
+    if len(known) > LIKENESS.most_listed:
         shared = [each for each in known if _parts(each) & _parts(name)]
         if shared:
             return f"; names with a word of it: {', '.join(shared)}; help(jamlab) lists all"
@@ -133,11 +143,11 @@ def hint(
 
 def _listed(name: str, known: list[str]) -> str:
     """The names that there are, the most like one first if there are many."""
-    if len(known) <= _AT_A_GLANCE:
+    if len(known) <= LIKENESS.at_a_glance:
         return ", ".join(known)
     parts = _parts(name)
     near = sorted(known, key=lambda each: (-len(_parts(each) & parts), -_begun_alike(each, name)))
-    return f"{', '.join(near[:_AT_A_GLANCE])}, and {len(known) - _AT_A_GLANCE} more, which dir() lists"
+    return f"{', '.join(near[: LIKENESS.at_a_glance])}, and {len(known) - LIKENESS.at_a_glance} more, which dir() lists"
 
 
 def _begun_alike(one: str, other: str) -> int:
@@ -153,13 +163,13 @@ def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
     found: dict[tuple[int, int], str] = {}
     for start, stop in sorted(spans, key=lambda span: (span[0] - span[1], -span[1])):
         part = "_".join(words[start:stop])
-        if len(part) <= _SHORT or part in _VAGUE or part == name:
+        if len(part) <= LIKENESS.short or part in _VAGUE or part == name:
             continue
         if any(start < end and begin < stop for begin, end in found):
             continue
         place = "jamlab." * (kinds[0] == MODULE)
         use = f"`{place}{part}`" if part in known else meant(part, kinds, known)
-        if use and use != LIMITS and len(found) < _PARTS:
+        if use and use != LIMITS and len(found) < LIKENESS.parts:
             found[start, stop] = f"for {part!r} use {use}"
     told = {at for start, stop in found for at in range(start, stop)}
     if any(at not in told and word not in _NEUTRAL for at, word in enumerate(words)):
@@ -193,7 +203,7 @@ def misspelt(name: str, known: Iterable[str]) -> str:
     parts = sorted(name.split("_"))
     alike = [each for each in known if each[:1] == name[:1]]
     turned = [each for each in known if sorted(each.split("_")) == parts]
-    return (turned or get_close_matches(name, alike, 1, _MISSPELT) or [""])[0]
+    return (turned or get_close_matches(name, alike, 1, LIKENESS.misspelt) or [""])[0]
 
 
 def instead_of(function: str, wanted: Iterable[str], value: object) -> str:
@@ -240,7 +250,8 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
     for concept in concepts:
         for word in concept.words.split():
             found.setdefault(word, []).append(concept)
-    for word in [word for word in found if len(word) > _SHORT and word.islower()]:  # not classes of other programs
+    # not classes of other programs
+    for word in [word for word in found if len(word) > LIKENESS.short and word.islower()]:
         for form in _alike(word):
             found.setdefault(form, found[word])
     return found

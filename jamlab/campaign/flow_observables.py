@@ -13,13 +13,9 @@ from jamlab.campaign.observable import LAW, STATE, Driven, FileTable, Grid, Row
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep_and_relaxation import LARGEST_STRESS, LONGEST, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
-from jamlab.flow.oscillate import FASTEST, LARGEST_AMPLITUDE, MOST_CYCLES, SLOWEST, oscillate
+from jamlab.flow.oscillate import OSCILLATION_LIMITS, oscillate
 from jamlab.flow.overdamped_session import (
-    LARGEST_BACKGROUND,
-    LARGEST_TOLERANCE,
-    LEAST_STRAIN,
-    LEAST_TIME,
-    LEAST_TOLERANCE,
+    FLOW_LIMITS,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     check_flowing,
@@ -32,8 +28,8 @@ from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
 from jamlab.statistics.confidence import FEWEST_BLOCKS
 
-Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
-FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
+Background = Annotated[float, Field(ge=0, le=FLOW_LIMITS.largest_background)]
+FlowTolerance = Annotated[float, Field(ge=FLOW_LIMITS.least_tolerance, le=FLOW_LIMITS.largest_tolerance)]
 
 
 def _zero_or_resolved(rate: float) -> float:
@@ -66,17 +62,18 @@ class Flowing(_Driving):
 class Oscillating(_Driving):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
-    omega: Grid[Annotated[float, Field(ge=SLOWEST, le=FASTEST)]]  # frequencies, 1/tau_1
-    amplitudes: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_AMPLITUDE)]]  # of the strain
-    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
+    # frequencies, 1/tau_1, and amplitudes of the strain
+    omega: Grid[Annotated[float, Field(ge=OSCILLATION_LIMITS.slowest, le=OSCILLATION_LIMITS.fastest)]]
+    amplitudes: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=OSCILLATION_LIMITS.largest_amplitude)]]
+    cycles: Annotated[int, Field(ge=2, le=OSCILLATION_LIMITS.most_cycles)] = 20  # at most
 
 
 class Creeping(_Driving):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
     # beside the residual one, in natural units of the packing
-    stresses: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_STRESS)]]
-    duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # tau_1
+    stresses: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=LARGEST_STRESS)]]
+    duration: Annotated[float, Field(ge=FLOW_LIMITS.least_time, le=LONGEST)]  # tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 10.0  # at which a run ends early
 
 

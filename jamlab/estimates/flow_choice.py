@@ -17,7 +17,7 @@ from jamlab.errors import InputError
 from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
-from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
+from jamlab.flow.oscillate import OSCILLATION_LIMITS, oscillate
 from jamlab.flow.shear import EVENTS, LARGEST_RATE
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.natural_units import stiffness_scale
@@ -96,7 +96,7 @@ def choose_flow(
     assert omega is not None
     check_number("omega", omega, 1e3)
     if amplitude is not None:
-        check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
+        check_number("amplitude", amplitude, OSCILLATION_LIMITS.largest_amplitude)
     elif law.alpha < 1:
         raise InputError(f"{law}: the moduli depend on the amplitude, however small; give amplitude")
     return _for_oscillation(packing, law, omega, amplitude, tolerance)

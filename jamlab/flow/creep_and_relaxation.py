@@ -15,8 +15,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
-    LEAST_STRAIN,
-    LEAST_TIME,
+    FLOW_LIMITS,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
@@ -168,8 +167,8 @@ def creep(
             f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
         )
     scale = natural_scales(packing).stress
-    check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
-    check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_number("stress", stress, LARGEST_STRESS * scale, FLOW_LIMITS.least_strain * scale)
+    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("largest_strain", largest_strain, 1e4)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
@@ -314,9 +313,11 @@ def relax_stress(
     Raises:
         InputError, ConvergenceError, StorageError: see `oscillate`.
     """
-    if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
-        raise InputError(f"strain = {strain!r}: must be {LEAST_STRAIN:g} to 1 in magnitude; or use stop_flow")
-    check_number("duration", duration, LONGEST, LEAST_TIME)
+    if not (is_number(strain) and FLOW_LIMITS.least_strain <= abs(strain) <= 1.0):
+        raise InputError(
+            f"strain = {strain!r}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
+        )
+    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
@@ -370,7 +371,7 @@ def stop_flow(
     Raises:
         InputError, ConvergenceError, StorageError: see `shear`.
     """
-    check_number("duration", duration, LONGEST, LEAST_TIME)
+    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
     accuracy, task = (tolerance, background_drag), {"strain": 0}

@@ -280,10 +280,17 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
     }
 
 
-TRIAL = 0.5  # s at each rate
-_STEPS = 100  # of a trial between two looks at the clock
-_LONGEST_TRIAL = 0.2  # strain
-_FLOW_OVER_START = 2.0  # cost of a unit of strain in flow over that of start-up, which the trial sees
+@dataclass(frozen=True)
+class Trials:
+    """Trials that foretell the cost of a flow."""
+
+    seconds: float = 0.5  # s at each rate
+    steps: int = 100  # of a trial between two looks at the clock
+    longest: float = 0.2  # strain
+    flow_over_start: float = 2.0  # cost of a unit of strain in flow over that of start-up, which the trial sees
+
+
+TRIALS = Trials()
 
 
 @checked
@@ -339,10 +346,10 @@ def _cost(packing: Packing, rate: float, law: DragLaw, tolerance: float, backgro
     """Seconds per unit of strain."""
     with OverdampedSession(packing, law, tolerance, background) as session:
         session.drive(f"rate {rate:.17g}", 1e3 / rate)
-        begun = session.advance(_STEPS).strain  # the first steps are shorter than those that follow
+        begun = session.advance(TRIALS.steps).strain  # the first steps are shorter than those that follow
         clock = time.process_time()
         while True:
-            strain = session.advance(_STEPS).strain - begun
+            strain = session.advance(TRIALS.steps).strain - begun
             seconds = time.process_time() - clock
-            if seconds > TRIAL or strain > _LONGEST_TRIAL:
-                return _FLOW_OVER_START * seconds / strain
+            if seconds > TRIALS.seconds or strain > TRIALS.longest:
+                return TRIALS.flow_over_start * seconds / strain

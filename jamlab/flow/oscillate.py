@@ -12,7 +12,7 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import (
-    LEAST_STRAIN,
+    FLOW_LIMITS,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
@@ -127,9 +127,21 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
 
 OSCILLATION_DEFINITION = 2  # version, see jamlab.campaign.tasks
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
-MOST_CYCLES, MOST_POINTS = 10_000, 100_000
-LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow
-SLOWEST, FASTEST = 1e-8, 1e3
+
+
+@dataclass(frozen=True)
+class OscillationLimits:
+    """What oscillations take."""
+
+    most_cycles: int = 10_000
+    most_points: int = 100_000
+    largest_amplitude: float = 2.0  # beyond, every half cycle is steady flow
+    # 1/tau_1
+    slowest: float = 1e-8
+    fastest: float = 1e3
+
+
+OSCILLATION_LIMITS = OscillationLimits()
 
 
 @checked
@@ -178,11 +190,11 @@ def oscillate(
         ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: see `shear`.
     """
-    check_number("omega", omega, FASTEST, SLOWEST)
-    check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
-    check_number("cycles", cycles, MOST_CYCLES, 2)
+    check_number("omega", omega, OSCILLATION_LIMITS.fastest, OSCILLATION_LIMITS.slowest)
+    check_number("amplitude", amplitude, OSCILLATION_LIMITS.largest_amplitude, FLOW_LIMITS.least_strain)
+    check_number("cycles", cycles, OSCILLATION_LIMITS.most_cycles, 2)
     check_flow_tolerance(tolerance, trajectory_error)
-    check_number("points", points, MOST_POINTS, 2 * HARMONICS + 2)
+    check_number("points", points, OSCILLATION_LIMITS.most_points, 2 * HARMONICS + 2)
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
     period = 2 * np.pi / omega

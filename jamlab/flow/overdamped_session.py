@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -29,19 +30,46 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import shapes_of_stress
 from jamlab.rheology.drag_law import HOW_TO, DragLaw, refuse_slip
 
-LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
-LARGEST_BETA_IN_TIME = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
-LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
-_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps keep their length; above, they get shorter
-_COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
-# contacts there, with errors far below it
-_LEAST_RESIDUAL = 1e-13  # that rounding leaves
-MOST_STEPS = 1e8  # of a run: an hour of eight disks, days of some hundred
-_LOOK = 20_000  # steps between two looks at how long they are
-# mean step within a row, in tau_1 and in strain, below which a flow leads nowhere: a smooth one takes 1e4 times as long
-# steps at the largest tolerance that is usual, and steps that go as the root of the tolerance
-_CRAWL, _USUAL = (5e-5, 2e-6), 1e-2
+
+@dataclass(frozen=True)
+class FlowLimits:
+    """What flows take."""
+
+    # relative error of velocities in a step
+    least_tolerance: float = 1e-9
+    largest_tolerance: float = 0.1
+    largest_background: float = 1e3  # k tau_1; beyond, contacts count for nothing beside it
+    # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
+    largest_beta: float = 1e5
+    # below, what moves is lost in the rounding of positions, 1e-16
+    least_strain: float = 1e-12
+    least_time: float = 1e-9
+
+
+FLOW_LIMITS = FlowLimits()
+
+
+@dataclass(frozen=True)
+class FlowSteps:
+    """How long steps of overdamped flow are."""
+
+    # residual over tolerance: below, steps keep their length; above, they get shorter
+    kept: float = 1e-4
+    shortened: float = 1e-2
+    # tolerance above which the residual grows faster than it, and by how much at most: steps end at contacts
+    # there, with errors far below it
+    coarse: tuple[float, float] = (1e-3, 10.0)
+    least_residual: float = 1e-13  # that rounding leaves
+    most: float = 1e8  # of a run: an hour of eight disks, days of some hundred
+    look: int = 20_000  # steps between two looks at how long they are
+    # mean step within a row, in tau_1 and in strain, below which a flow leads nowhere: a smooth one takes 1e4
+    # times as long steps at the largest tolerance that is usual, and steps that go as the root of the tolerance
+    crawl: tuple[float, float] = (5e-5, 2e-6)
+    usual: float = 1e-2
+
+
+STEPS = FlowSteps()
+
 _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
 
 
@@ -224,13 +252,13 @@ class OverdampedSession:
         state = self.state()
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
-            now = min(_LOOK, _LOOK if steps is None else steps)
+            now = min(STEPS.look, STEPS.look if steps is None else steps)
             with self._flow_errors():
                 self._session.command(f"run {now} post no")
             state = self.state()
             if steps is not None:
                 steps -= now
-            self._watch(state, within_row=now == _LOOK and state.time < end * (1 - 1e-12))
+            self._watch(state, within_row=now == STEPS.look and state.time < end * (1 - 1e-12))
         if self._session.kind.corrects_flow:
             state = self._corrected(state)
         self._compare()
@@ -260,14 +288,14 @@ class OverdampedSession:
         """Give up a flow that would never end: look every so many steps how long they are. `within_row`: whether they
         all lie between two rows, so that no row made them short."""
         taken = self.steps() - self._looked[0]
-        if taken < _LOOK:
+        if taken < STEPS.look:
             return
         step = (state.time - self._looked[1]) / taken
         self._looked = self.steps(), state.time
         left = self.end.left(state) / step if self.end else 0.0
-        smooth = min(_CRAWL[0] * self._damping.tau, _CRAWL[1] / abs(state.rate) if state.rate else np.inf)
-        crawls = within_row and step < smooth * min(1.0, (self._tolerance / _USUAL) ** 0.5)
-        if not crawls and left <= MOST_STEPS:
+        smooth = min(STEPS.crawl[0] * self._damping.tau, STEPS.crawl[1] / abs(state.rate) if state.rate else np.inf)
+        crawls = within_row and step < smooth * min(1.0, (self._tolerance / STEPS.usual) ** 0.5)
+        if not crawls and left <= STEPS.most:
             return
         remedies = [self.end.shorter if self.end else "a lower rate"]
         if crawls and self._damping.at_contacts:
@@ -276,11 +304,11 @@ class OverdampedSession:
                 f"background_drag = {more:g} (now {self._background:g}) for motion without drag",
                 *remedies,
             ]
-        many = f"at least {left:.1g} more would be needed, and at most {MOST_STEPS:.0g} are allowed"
+        many = f"at least {left:.1g} more would be needed, and at most {STEPS.most:.0g} are allowed"
         short = f"a flow without sudden changes takes steps of {smooth:.2g}, so this one would hardly advance"
         raise ConvergenceError(
             f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} "
-            f"long: {many if left > MOST_STEPS else short}. Use {', or '.join(remedies)}"
+            f"long: {many if left > STEPS.most else short}. Use {', or '.join(remedies)}"
         )
 
     def state(self) -> FlowState:
@@ -327,7 +355,12 @@ def _between_walls(packing: Packing) -> Array:
 
 def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
     """Refuse tolerances out of range; with `trajectory_error` a run at a finer one follows."""
-    check_number("tolerance", tolerance, LARGEST_TOLERANCE, LEAST_TOLERANCE / (FINER if trajectory_error else 1.0))
+    check_number(
+        "tolerance",
+        tolerance,
+        FLOW_LIMITS.largest_tolerance,
+        FLOW_LIMITS.least_tolerance / (FINER if trajectory_error else 1.0),
+    )
 
 
 def disk_style(damping: DragLaw) -> str:
@@ -351,11 +384,13 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
     """Refuse what cannot flow in time."""
     check_flow_tolerance(tolerance)
     carried(damping)
-    if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
-        raise InputError(f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g}, over k tau_1")
-    if damping.at_contacts and damping.contrast > LARGEST_BETA_IN_TIME:
+    if not (is_number(background) and 0 <= background <= FLOW_LIMITS.largest_background):
         raise InputError(
-            f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA_IN_TIME:g}), since "
+            f"background_drag = {background!r}: must be 0 to {FLOW_LIMITS.largest_background:g}, over k tau_1"
+        )
+    if damping.at_contacts and damping.contrast > FLOW_LIMITS.largest_beta:
+        raise InputError(
+            f"beta = {damping.contrast:g}: too large for flow in time (at most {FLOW_LIMITS.largest_beta:g}), since "
             "normal damping is lost to rounding; use a smaller beta, or complex_modulus"
         )
     if background and not damping.at_contacts:
@@ -392,7 +427,7 @@ def solver_residual(damping: DragLaw, tolerance: float, background: float) -> fl
     """Residual of the velocities over the driving force, so small that its noise stays below the error of a step. A
     residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0
-    least, most = _COARSE
+    least, most = STEPS.coarse
     linear = damping.linear() == damping  # a power law drags most what moves least, and small errors are large there
     looser = min(max(tolerance / least, 1.0), most) if linear else 1.0
-    return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST) * looser, _STIFFEST))
+    return max(STEPS.least_residual, tolerance * min(max(softest, STEPS.kept) * looser, STEPS.shortened))

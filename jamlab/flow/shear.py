@@ -13,7 +13,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import LEAST_STRAIN, End, check_flow_tolerance, default_background
+from jamlab.flow.overdamped_session import FLOW_LIMITS, End, check_flow_tolerance, default_background
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
@@ -325,7 +325,7 @@ def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Arr
                 f"rate = {speed!r}: must be {LEAST_RATE:g} to {LARGEST_RATE:g} in magnitude, in 1/tau_1; at rate 0 "
                 "use quasistatic_shear"
             )
-        check_number("strain", by, LARGEST_STRAIN, LEAST_STRAIN)
+        check_number("strain", by, LARGEST_STRAIN, FLOW_LIMITS.least_strain)
     return np.array(parts, dtype=np.float64)
 
 

@@ -1,15 +1,28 @@
 """Limits on lengths: beyond them numbers overflow or lose their digits, and searches never end."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 
-LONGEST = 1e100  # areas, their squares and ratios then stay far from the ends of float64, 1e308 and 1e-308
-FLATTEST = 1e6  # width over height of the box, and tilt over width: a search walks over as many images
-FARTHEST = 1e9  # distance from the origin over the size of the box: float64 then keeps seven digits of where in the box
+
+@dataclass(frozen=True)
+class Extremes:
+    """What float64 and searches bear of lengths."""
+
+    longest: float = 1e100  # areas, their squares and ratios then stay far from the ends of float64, 1e308 and 1e-308
+    flattest: float = 1e6  # width over height of the box, and tilt over width: a search walks over as many images
+    # distance from the origin over the size of the box: float64 then keeps seven digits of where in the box
+    farthest: float = 1e9
+    # sum of squared sizes over the area of the box: pairs that overlap grow alike; jammed packings are at 1
+    densest: float = 1e3
+
+
+EXTREMES = Extremes()
+
 ROUNDING = 1e-12  # relative difference of lengths, or of elements of a matrix, that rounding may cause
-DENSEST = 1e3  # sum of squared sizes over the area of the box: pairs that overlap grow alike; jammed packings are at 1
 
 
 def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
@@ -22,23 +35,27 @@ def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
     """
     width, height, tilt = float(box[0, 0]), float(box[1, 1]), abs(float(box[1, 0]))
     lengths = [width, height, float(sizes.min()), float(sizes.max())]
-    if min(lengths) < 1 / LONGEST or max(lengths) > LONGEST:
+    if min(lengths) < 1 / EXTREMES.longest or max(lengths) > EXTREMES.longest:
         raise InputError(
             f"box {box.tolist()} and sizes from {sizes.min():.6g} to {sizes.max():.6g}: lengths must lie between "
-            f"{1 / LONGEST:g} and {LONGEST:g}; choose another unit of length"
+            f"{1 / EXTREMES.longest:g} and {EXTREMES.longest:g}; choose another unit of length"
         )
-    if max(width, height) > FLATTEST * min(width, height) or tilt > FLATTEST * width:
-        raise InputError(f"box {box.tolist()} is flatter or more tilted than 1 : {FLATTEST:g}: check its numbers")
+    if max(width, height) > EXTREMES.flattest * min(width, height) or tilt > EXTREMES.flattest * width:
+        raise InputError(
+            f"box {box.tolist()} is flatter or more tilted than 1 : {EXTREMES.flattest:g}: check its numbers"
+        )
     far = np.abs(positions).max(axis=1)
-    if far.max() > FARTHEST * max(width, height):
+    if far.max() > EXTREMES.farthest * max(width, height):
         k = int(far.argmax())
         raise InputError(
-            f"positions[{k}] is {positions[k].tolist()}, more than {FARTHEST:g} boxes away: move it into the box"
+            f"positions[{k}] is {positions[k].tolist()}, more than {EXTREMES.farthest:g} boxes away: move it into "
+            "the box"
         )
     filled = float(np.sum(sizes**2)) / (width * height)
-    if filled > DENSEST:
+    if filled > EXTREMES.densest:
         raise InputError(
-            f"squared sizes sum up to {filled:.4g} times the area of box {box.tolist()}, more than {DENSEST:g}: "
+            f"squared sizes sum up to {filled:.4g} times the area of box {box.tolist()}, more than "
+            f"{EXTREMES.densest:g}: "
             "check both"
         )
 

@@ -28,20 +28,34 @@ from jamlab.protocols.particle_numbers import check_bidisperse, check_count
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 
 SIZES_PROTOCOL = 3  # version, see jamlab.campaign.tasks: 2 and 3 differ by rounding
-LARGEST_RATIO = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
-WIDEST_RATIO = 100.0  # of any two disks: neighbor lists grow with the square of the ratio
+
+
+@dataclass(frozen=True)
+class SizeLimits:
+    """Which sizes disks may have, and how finely distributions are drawn."""
+
+    largest_ratio: float = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
+    widest_ratio: float = 100.0  # of any two disks: neighbor lists grow with the square of the ratio
+    fine: int = 64  # points in each stratum, by which its mean is taken
+    width: float = 1e-6  # least: sizes in less are alike but for rounding
+    any: float = 1e100  # of a length: any that float64 bears
+
+
+SIZE_LIMITS = SizeLimits()
+
 FROM_FILE = "from-file:"
 _RANDOM = "random"
-_FINE = 64  # points in each stratum, by which its mean is taken
-_WIDTH = 1e-6  # least: sizes in less are alike but for rounding
-_ANY = 1e100
 _LAWS: dict[str, dict[str, tuple[float, float]]] = {  # numbers of each law, and their limits
     "monodisperse": {},
-    "bidisperse": {"RATIO": (1.0, WIDEST_RATIO), "SHARE": (1e-6, 1 - 1e-6)},
-    "uniform": {"WIDTH": (_WIDTH, 0.55)},
-    "gaussian": {"WIDTH": (_WIDTH, 0.5)},
-    "lognormal": {"WIDTH": (_WIDTH, 1.0)},
-    "power-law": {"EXP": (-20.0, 20.0), "SMALLEST": (1 / _ANY, _ANY), "LARGEST": (1 / _ANY, _ANY)},
+    "bidisperse": {"RATIO": (1.0, SIZE_LIMITS.widest_ratio), "SHARE": (1e-6, 1 - 1e-6)},
+    "uniform": {"WIDTH": (SIZE_LIMITS.width, 0.55)},
+    "gaussian": {"WIDTH": (SIZE_LIMITS.width, 0.5)},
+    "lognormal": {"WIDTH": (SIZE_LIMITS.width, 1.0)},
+    "power-law": {
+        "EXP": (-20.0, 20.0),
+        "SMALLEST": (1 / SIZE_LIMITS.any, SIZE_LIMITS.any),
+        "LARGEST": (1 / SIZE_LIMITS.any, SIZE_LIMITS.any),
+    },
 }
 _WRITTEN = {name: name + ":"[: len(limits)] + ",".join(limits) for name, limits in _LAWS.items()}
 USAGE = ", ".join([*_WRITTEN.values(), f"{FROM_FILE}PATH"])
@@ -81,9 +95,10 @@ class SizeDistribution:
         for number, (word, (low, high)) in zip(numbers, limits.items(), strict=True):
             if not low <= number <= high:
                 raise InputError(f"sizes = {text!r}: {word} is {number:g}, must be from {low:g} to {high:g}")
-        if name == "power-law" and not numbers[1] < numbers[2] <= WIDEST_RATIO * numbers[1]:
+        if name == "power-law" and not numbers[1] < numbers[2] <= SIZE_LIMITS.widest_ratio * numbers[1]:
             raise InputError(
-                f"sizes = {text!r}: LARGEST = {numbers[2]:g} must be above SMALLEST, at most {WIDEST_RATIO:g} times it"
+                f"sizes = {text!r}: LARGEST = {numbers[2]:g} must be above SMALLEST, at most "
+                f"{SIZE_LIMITS.widest_ratio:g} times it"
             )
         return cls(name, numbers, random)
 
@@ -164,9 +179,9 @@ class SizeDistribution:
         width, skewness = self.width, self.skewness
         if width == 0.0:
             return np.ones(n)
-        nodes, weights = np.polynomial.legendre.leggauss(_FINE)
+        nodes, weights = np.polynomial.legendre.leggauss(SIZE_LIMITS.fine)
         shares = (np.arange(n)[:, None] + 0.5 * (nodes + 1)) / n
-        means = self.quantiles(shares.ravel()).reshape(n, _FINE) @ (0.5 * weights)
+        means = self.quantiles(shares.ravel()).reshape(n, SIZE_LIMITS.fine) @ (0.5 * weights)
         straight = _standard(means)
         # a parabola up to where it begins to fall at an end, an exponential up to where one disk alone is large
         shapes = [straight]
@@ -242,9 +257,10 @@ def _two_sizes(n: int, seed: int, ratio: float | None, large: float) -> Array:
     check_bidisperse(n, seed, 1.0, large)
     if ratio is None:
         ratio = float(defaults(DISKS.name)["ratio"])
-    elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
+    elif not is_number(ratio) or not 1 <= ratio <= SIZE_LIMITS.largest_ratio:
         raise InputError(
-            f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}"
+            f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to "
+            f"{SIZE_LIMITS.largest_ratio:g}"
         )
     small, many = 2 / (1 + ratio), round(large * n)
     return np.repeat([small, ratio * small], [n - many, many])
@@ -265,10 +281,10 @@ def _checked(n: int, diameters: Array) -> Array:
         raise InputError(f"sizes hold {len(diameters)} diameters for n = {n} disks: {remedy}")
     check_count(n, None)
     check_positive("sizes", diameters)
-    if diameters.max() > WIDEST_RATIO * diameters.min():
+    if diameters.max() > SIZE_LIMITS.widest_ratio * diameters.min():
         raise InputError(
             f"sizes from {diameters.min():.6g} to {diameters.max():.6g}: the largest diameter may be at "
-            f"most {WIDEST_RATIO:g} times the smallest; use a smaller width"
+            f"most {SIZE_LIMITS.widest_ratio:g} times the smallest; use a smaller width"
         )
     return diameters
 

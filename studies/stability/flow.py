@@ -7,7 +7,7 @@ import numpy as np
 from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
-from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
+from jamlab.flow.overdamped_session import FLOW_LIMITS, SMALL_STRAIN_TOLERANCE
 from jamlab.flow.quasistatic_shear import QUASISTATIC
 from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
@@ -53,7 +53,7 @@ def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
     trial = try_shear(packing, rate, tolerance)
     if trial.verdict != "converged":
         return trial
-    run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, LEAST_TOLERANCE))
+    run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, FLOW_LIMITS.least_tolerance))
     change = abs(run.stress[-1] - finest.stress[-1]) / np.abs(finest.stress).max()
     return _as("another basin" if change > _PARTED else "converged", trial, f"{change:.1g} from the finest steps")
 
@@ -120,7 +120,7 @@ MAPS = (
     Map(
         "flow-tolerance",
         lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
-        lambda *_: LARGEST_TOLERANCE,
+        lambda *_: FLOW_LIMITS.largest_tolerance,
         (TOLERANCE, None),
     ),
     Map(

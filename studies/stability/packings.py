@@ -18,7 +18,7 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax_session
-from jamlab.protocols.size_distributions import LARGEST_RATIO
+from jamlab.protocols.size_distributions import SIZE_LIMITS
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
 from studies.stability.map import Map, Trial, balanced, judge_descent, worst_of
 from studies.stability.plain_physics import plain_forces, plain_packing_fraction, plain_pressure, plain_shear_modulus
@@ -196,7 +196,7 @@ MAPS = (
     Map(
         "polydisperse",
         lambda ratio, large, seed: try_pressure(1e-2, 24, seed, size_ratio=ratio, fraction_large=large),
-        lambda *_: LARGEST_RATIO,
+        lambda *_: SIZE_LIMITS.largest_ratio,
         (1.4, 0.5),
     ),
     Map(

@@ -8,6 +8,7 @@ import pytest
 from commands import call
 
 import jamlab
+from jamlab.flow.flow_curve import Trials
 
 RUNS = {  # words after the file -> columns of the table, and a note
     ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): ("N₁", "start-up"),
@@ -70,7 +71,7 @@ def test_a_flow_is_stopped(folder):
 
 
 def test_refusals(folder, monkeypatch):
-    monkeypatch.setattr("jamlab.flow.flow_curve.TRIAL", 0.0)
+    monkeypatch.setattr("jamlab.flow.flow_curve.TRIALS", Trials(seconds=0.0))
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "p.h5",

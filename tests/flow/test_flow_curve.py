@@ -104,6 +104,10 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
     assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
 
 
+def change_steps(monkeypatch, **numbers):
+    monkeypatch.setattr(overdamped_session, "STEPS", replace(overdamped_session.STEPS, **numbers))
+
+
 @pytest.mark.parametrize(
     ("call", "remedy"),
     [
@@ -117,7 +121,7 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
     ],
 )
 def test_a_run_that_would_never_end_is_given_up(disks, monkeypatch, call, remedy):
-    monkeypatch.setattr(overdamped_session, "_LOOK", 200)
+    change_steps(monkeypatch, look=200)
     with pytest.raises(jamlab.ConvergenceError) as refusal:
         call(disks)
     assert remedy in str(refusal.value)
@@ -125,8 +129,8 @@ def test_a_run_that_would_never_end_is_given_up(disks, monkeypatch, call, remedy
 
 def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
-    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
-    monkeypatch.setattr(overdamped_session, "_CRAWL", (1e3, 1e3))
+    change_steps(monkeypatch, look=10)
+    change_steps(monkeypatch, crawl=(1e3, 1e3))
     for given, more in (
         (0.0, "background_drag = 0.01 "),
         (None, "background_drag = 0.01 "),
@@ -139,11 +143,11 @@ def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
 
 def test_steps_that_remain_are_counted_in_every_cycle(disks, monkeypatch):
     """An oscillation that is given up in its fourth cycle names no negative number of steps."""
-    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
+    change_steps(monkeypatch, look=10)
 
     def give_up(share, _):
         if share >= 0.75:
-            monkeypatch.setattr(overdamped_session, "MOST_STEPS", 1.0)
+            change_steps(monkeypatch, most=1.0)
 
     with pytest.raises(jamlab.ConvergenceError, match=r": at least \d[.e+\d]* more would be needed"):
         jamlab.oscillate(disks, 1.0, 0.2, cycles=4, points=16, tolerance=1e-4, progress=give_up)
@@ -151,7 +155,7 @@ def test_steps_that_remain_are_counted_in_every_cycle(disks, monkeypatch):
 
 def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):
     """Those that rows or a fine tolerance make short; and power laws make few that are long."""
-    monkeypatch.setattr(overdamped_session, "_LOOK", 100)
+    change_steps(monkeypatch, look=100)
     assert jamlab.shear(disks, 1.0, 1e-4, n_rows=300).steps == 300
     assert jamlab.shear(disks, 0.01, 0.01, n_rows=2, tolerance=1e-9).steps > 1000
     assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), n_rows=2).balanced
