@@ -6,6 +6,7 @@ import json
 import math
 import os
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,19 +23,15 @@ def table(folder: Path) -> pd.DataFrame:
     """One row for each constant and field: what it is, which runs read it, what half and double change, a verdict."""
     tree = Tree(Path(os.environ.get("JAMLAB_TREE") or Path(__file__).parents[2]))
     kinds = json.loads((folder / "modules.json").read_text())["kinds"]
-    base = {row["scenario"]: row for row in map(json.loads, (folder / "base.jsonl").read_text().splitlines())}
     runs: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
-    rows = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
-    for row in rows:
-        runs[row["constant"], row["factor"]].append(row)
-    for name, row in base.items():  # a number seldom changes the cost: the median is that of the code as it is
-        own = [each for each in rows if each["scenario"] == name and "cpu" in each]
-        row["usual cpu"] = float(np.median([each["cpu"] for each in own])) if own else row["cpu"]
-        row["usual calls"] = float(np.median([each["calls_ratio"] for each in own])) if own else 1.0
-    return pd.DataFrame([_row(tree, each, kinds, base, runs) for each in tree.constants])
+    for row in map(json.loads, (folder / "trials.jsonl").read_text().splitlines()):
+        own = runs[row["constant"], row["factor"]]
+        own.append(row | {"usual": (row["scenario"], bool(own))})  # the first run of a process costs more
+    usual = _usual_cost([row for own in runs.values() for row in own if "cpu" in row])
+    return pd.DataFrame([_row(tree, each, kinds, usual, runs) for each in tree.constants])
 
 
-def _row(tree: Tree, constant: Constant, kinds: Any, base: Any, runs: Any) -> dict[str, Any]:
+def _row(tree: Tree, constant: Constant, kinds: Any, usual: Any, runs: Any) -> dict[str, Any]:
     sort = tree.sort(constant, kinds)
     row = {"constant": constant.label, "value": constant.text[:40], "sort": sort, "runs": 0, "half": "", "double": ""}
     if sort != "tunable":
@@ -44,33 +41,56 @@ def _row(tree: Tree, constant: Constant, kinds: Any, base: Any, runs: Any) -> di
         return row | {"verdict": "not run"}
     if both[0][0]["scenario"] == "none":
         return row | {"verdict": "no run reads it"}
-    found = [_effects(rows, base) for rows in both]
+    found = [_effects(rows, usual) for rows in both]
     row |= {"runs": len(both[0]), "half": _words(found[0]), "double": _words(found[1])}
     return row | {"verdict": _verdict(found)}
 
 
-def _effects(rows: list[dict[str, Any]], base: Any) -> dict[str, Any]:
+def _effects(rows: list[dict[str, Any]], usual: Any) -> dict[str, Any]:
     """Over all runs of a number and factor: failures, largest change of a result, texts, converged states, cost."""
     ran = [row for row in rows if "failed" not in row]
     failed = [
         f"{row['scenario']}: {row.get('failed') or row['raised']}" for row in rows if {"failed", "raised"} & {*row}
     ]
     changes = [(row["change"], f"{row['scenario']}{row['where']}") for row in ran if row["change"] > 0]
-    calls = {row["scenario"]: row["calls_ratio"] / base[row["scenario"]]["usual calls"] for row in ran}
-    cpu = {}
-    for row in ran:
-        before = base[row["scenario"]]["usual cpu"]
-        if abs(row["cpu"] - before) > max(NOISY_CPU[0] * before, NOISY_CPU[1]):
-            cpu[row["scenario"]] = row["cpu"] / before
+    calls = [row["calls_ratio"] / usual[row["usual"]][0] for row in ran]
+    cpu = {row["scenario"]: (row["cpu"], usual[row["usual"]][1]) for row in ran}
     return {
         "failed": failed,
         "change": max(changes, default=(0.0, "")),
         "bits": all(row["bits"] for row in ran),
         "words": [f"{row['scenario']}{row['words'][0]}" for row in ran if row.get("words")],
         "converged": [sum(row["converged"][k] for row in ran) for k in (0, 1)],
-        "calls": max(calls.values(), key=lambda x: abs(math.log(max(x, 1e-9))), default=1.0),
-        "cpu": max(cpu.values(), key=lambda x: abs(math.log(max(x, 1e-9))), default=1.0),
+        "calls": max(calls, key=_size, default=1.0),
+        "cpu": cpu,
     }
+
+
+def _usual_cost(rows: list[dict[str, Any]]) -> dict[Any, tuple[float, float]]:
+    """Calls over those of the first run, and CPU seconds: medians over all numbers, of which few change the cost."""
+    own = defaultdict(list)
+    for row in rows:
+        own[row["usual"]].append((row["calls_ratio"], row["cpu"]))
+    return {key: (float(np.median(calls)), float(np.median(cpu))) for key, (calls, cpu) in _columns(own)}
+
+
+def _columns(own: dict[Any, list[tuple[float, float]]]) -> Iterator[tuple[Any, Any]]:
+    for key, values in own.items():
+        yield key, tuple(zip(*values, strict=True))
+
+
+def _size(ratio: float) -> float:
+    return abs(math.log(max(ratio, 1e-9)))
+
+
+def _slower(half: dict[str, Any], double: dict[str, Any]) -> bool:
+    """Whether CPU time goes one way with the number, by more than the load of a machine explains."""
+    for name in half["cpu"].keys() & double["cpu"].keys():
+        (one, usual), (other, _) = half["cpu"][name], double["cpu"][name]
+        least = max(NOISY_CPU[0] * usual, NOISY_CPU[1])
+        if abs(one - other) > least and max(abs(one - usual), abs(other - usual)) > least:
+            return True
+    return False
 
 
 def _words(effect: dict[str, Any]) -> str:
@@ -85,7 +105,6 @@ def _words(effect: dict[str, Any]) -> str:
     before, after = effect["converged"]
     parts += [f"converged {before} -> {after}"] if before != after else []
     parts += [f"calls x{effect['calls']:.2f}"] if abs(effect["calls"] - 1) > COST else []
-    parts += [f"CPU x{effect['cpu']:.2f}"] if effect["cpu"] != 1.0 else []
     return "; ".join(parts) or "same bits"
 
 
@@ -95,6 +114,6 @@ def _verdict(found: list[dict[str, Any]]) -> str:
         return "converged"
     if any(each["change"][0] > ROUNDING or each["words"] for each in found):
         return "results"
-    if any(abs(each["calls"] - 1) > COST or each["cpu"] != 1.0 for each in found):
+    if any(abs(each["calls"] - 1) > COST for each in found) or _slower(*found):
         return "cost"
     return "nothing" if all(each["bits"] for each in found) else "rounding"
