@@ -89,7 +89,9 @@ def _analysed(packing: Packing) -> _Own | None:
         stress=np.asarray(-work / packing.area),
         strongest=strongest,
         noise=noise,
-        of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms) + moved * (pushes + noise * size),
+        of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms)
+        + moved * (pushes + noise * size)
+        + _DIGITS * natural_scales(packing).energy * sum(len(term.energy) for term in terms),  # of shifted pair styles
         of_stress=(SAME * pushes + noise * size) * reach / packing.area,
     )
 
