@@ -72,19 +72,24 @@ class RoundSites(Model):
     def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
         return {**declared(params, units), **self.own}
 
+    def checked(self, packing: Packing) -> dict[str, Any]:
+        """Packings hold the bonds' parameters, so that files tell the model by them."""
+        usual = {name: each.default for name, each in self.own.items()}
+        return {**super().checked(packing), "params": {**usual, **packing.params}}
+
     def law(self, packing: Packing) -> PairLaw:
         """Any law of disks; `law` in the parameters names it."""
         return law_class(packing.params).of(packing.params, packing.units, float(packing.disk_diameters.mean()))
 
     def bond_energy(
-        self, length: Array, diameters: Array, values: Mapping[str, Any]
+        self, length: Array, diameters: Array, params: Mapping[str, Any]
     ) -> tuple[Array, Array, Array | float]:
         """Energy U, tension U' and stiffness U'' of bonds.
 
         Args:
             length: (m,) of each bond.
             diameters: (m,) of the disks of its particle.
-            values: parameters by name.
+            params: parameters by name.
         """
         self.lacks("bond_energy")
 
@@ -121,7 +126,7 @@ class RoundSites(Model):
         bonds = self.bonds(packing)
         r = np.diff(packing.positions[bonds], axis=1)[:, 0]
         length, sizes = np.hypot(*r.T), site_diameters(packing)[bonds[:, 0]]
-        energy, tension, stiffness = self.bond_energy(length, sizes, self.values(packing))
+        energy, tension, stiffness = self.bond_energy(length, sizes, packing.params)
         normal = r / length[:, None]
         block = central_block(normal, np.broadcast_to(stiffness, length.shape), tension / length)
         return [pair_terms("tension", bonds, r, energy, tension[:, None] * normal, block)]
@@ -131,10 +136,9 @@ class RoundSites(Model):
         return installed_file("lammps_inputs", "parts/round_sites")
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        values = self.values(packing)
         return {
             **packing.law.lammps_variables(),
-            **{name: values[name] for name in self.own},
+            **{name: packing.params[name] for name in self.own},
             "bond_style": self.bond_style,
             "bond_coeff": formulas(self.bond_coefficients),
         }

@@ -93,10 +93,10 @@ class DescentOfDisks:
 
 
 class DescentOfBonds(DescentOfDisks):
-    """Of disks on stiff bonds, whose steps of FIRE would be far too long."""
+    """By L-BFGS with a factorised Hessian, which stiff bonds do not slow down; steps of FIRE would be too long."""
 
     def name(self, session: Session) -> str:
-        return "cg"
+        return "lbfgs"
 
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_ % 2 == 0:
