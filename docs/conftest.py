@@ -7,10 +7,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib
+from example_package import install
 from sybil import Example, Sybil
 from sybil.parsers.myst import CodeBlockParser, PythonCodeBlockParser
 
 matplotlib.use("agg")
+_SITE = TemporaryDirectory()  # with the package of docs/extending, whose entry points no installer has written
+sys.path.insert(0, str(install(Path(_SITE.name))))
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [_SITE.name, os.environ.get("PYTHONPATH")]))
 
 
 class ShellBlockParser(CodeBlockParser):

@@ -21,6 +21,8 @@ from jamlab.errors import InputError, warn
 
 T = TypeVar("T")
 
+EXTENDING = "docs/extending/index.md"  # page that tells how to write one
+
 
 class Registry(Generic[T]):
     """Objects of one sort by their names.

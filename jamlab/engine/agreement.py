@@ -14,11 +14,11 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
-from jamlab.laws.pair_law import HELP
 from jamlab.packing.derived import per_packing
 from jamlab.packing.facts import law_of
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.registry import EXTENDING
 
 SAME = 1e-9  # relative error of what agrees; 1e-12 and less is found
 _DIGITS = 64 * float(np.finfo(float).eps)  # error of positions over the size of the box, with room
@@ -183,5 +183,5 @@ def _difference(compared: Hashable, packing: Packing, found: Carried, own: _Own)
     said = ", ".join(f"{name} {there:.9g} for {here:.9g}" for name, there, here in figures)
     return (
         f"{packing.law} of model {packing.model}: the {carrier}{way and f' ({way})'} evaluates another law than the "
-        f"analysis: {said}; correct one of the two, see {HELP}"
+        f"analysis: {said}; correct one of the two, see {EXTENDING}"
     )

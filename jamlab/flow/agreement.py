@@ -17,8 +17,9 @@ from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import energy_terms, stress, stress_of
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
+from jamlab.registry import EXTENDING
 from jamlab.rheology.damping import StokesDrag
-from jamlab.rheology.drag_law import HOW_TO, DragLaw
+from jamlab.rheology.drag_law import DragLaw
 
 _DIGITS = 1e-8  # to which both sides agree, but for the following
 _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force that is rounding
@@ -158,5 +159,5 @@ def _check(what: str, found: float, expected: float, allowed: float, who: str) -
     if not abs(found - expected) <= allowed:
         raise EngineError(
             f"{what} in flow: the plugin has {found:.10g}, the analysis {expected:.10g}. {who} "
-            f"and what jamlab tells the plugin by words are two laws: see {HOW_TO}"
+            f"and what jamlab tells the plugin by words are two laws: see {EXTENDING}"
         )

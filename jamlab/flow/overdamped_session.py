@@ -28,7 +28,8 @@ from jamlab.packing.lammps_files import types
 from jamlab.packing.natural_units import stiffness_scale, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import shapes_of_stress
-from jamlab.rheology.drag_law import HOW_TO, DragLaw, refuse_slip
+from jamlab.registry import EXTENDING
+from jamlab.rheology.drag_law import DragLaw, refuse_slip
 
 
 @dataclass(frozen=True)
@@ -375,7 +376,7 @@ def carried(damping: DragLaw) -> dict[str, float | str]:
     if variables is None:
         raise InputError(
             f"{damping}: the plugin, which simulates flow in time, does not carry the drag law {damping.name!r}; "
-            f"jamlab.complex_modulus needs its matrix alone. How a law says that the plugin has it: {HOW_TO}"
+            f"jamlab.complex_modulus needs its matrix alone. How a law says that the plugin has it: {EXTENDING}"
         )
     return variables
 

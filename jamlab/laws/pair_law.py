@@ -17,6 +17,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
 from jamlab.laws.parameter import STRENGTHS, Parameter
+from jamlab.registry import EXTENDING
 
 # A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
 # say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, since
@@ -26,7 +27,6 @@ LEAST_CONTACTS = 3
 _TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
 _BISECTIONS = 60  # of its logarithm: float64 has no more digits
-HELP = "docs/extending"  # page that tells how to write what a law lacks
 
 
 def formulas(coefficients: Iterable[str]) -> str:
@@ -159,7 +159,7 @@ class PairLaw(ABC):
             write = {"deck": "pair_style", "kernel": "kernel_arguments", "plugin": "plugin_words"}[carrier]
             raise EngineError(
                 f"law {self.name!r} has no {carrier}, which {what} needs: write `{write}` in class "
-                f"{type(self).__name__}, see {HELP}"
+                f"{type(self).__name__}, see {EXTENDING}"
             )
 
     def lammps_variables(self) -> dict[str, object]:
@@ -193,7 +193,7 @@ class PairLaw(ABC):
         if not (np.isfinite(found) and found > 0):
             raise InputError(
                 f"{self}: the stiffness U'' of disks that overlap by {_TYPICAL:g} of their distance of contact is "
-                f"{found:.6g}, must be positive: check the derivatives of {type(self).__name__}, see {HELP}"
+                f"{found:.6g}, must be positive: check the derivatives of {type(self).__name__}, see {EXTENDING}"
             )
         return found
 

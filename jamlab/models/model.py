@@ -22,6 +22,7 @@ from jamlab.packing.kinds import UnitNames
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.terms import ContactJacobian, Terms
+from jamlab.registry import EXTENDING
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -41,7 +42,7 @@ class Part:
         part = next(each.__name__ for each in Model.__mro__ if method in vars(each))
         raise InputError(
             f"model {self.name} does not say `{part}.{method}`, which this needs: write it in class "
-            f"{type(self).__name__}, see docs/extending and `jamlab.models.model.{part}`"
+            f"{type(self).__name__}, see {EXTENDING} and `jamlab.models.model.{part}`"
         )
 
 

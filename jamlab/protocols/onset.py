@@ -59,7 +59,7 @@ def jam(
 
     Args:
         n: number of particles; must be even for the default sizes.
-        model: name of the model, "disks" or "droplets", or one of another package, such as of `docs/extending`.
+        model: name of the model, "disks" or "droplets", or one of another package, see docs/extending/index.md.
         seed: seed of the random start. The same seed gives the same bits on the same machine.
         search: "bisection" (droplets move as rigid bodies if possible), or "incremental" (as published, about forty
             times slower).

@@ -25,7 +25,6 @@ from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.packing.terms import spread
 from jamlab.registry import Registry
 
-HOW_TO = "docs/how_to/own_drag_law.md"
 _KEY = "drag"  # of a declaration in the metadata of a field
 _TRIES = 3  # steps of inverse iteration, each of which divides what is not free by 1e10
 

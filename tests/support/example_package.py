@@ -1,6 +1,7 @@
 """The example package of docs/extending, installed as an installer would do it, without one and without a network."""
 
 import tomllib
+from configparser import ConfigParser
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[2] / "docs" / "extending"
@@ -14,10 +15,9 @@ def install(folder: Path, source: Path = SOURCE) -> Path:
     info.mkdir(parents=True)
     head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
     (info / "METADATA").write_text(head, encoding="utf-8")
-    groups = project["entry-points"].items()
-    lines = [
-        f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in points.items()) for group, points in groups
-    ]
-    (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
+    points = ConfigParser()
+    points.read_dict(project["entry-points"])
+    with (info / "entry_points.txt").open("w", encoding="utf-8") as file:
+        points.write(file)
     (folder / name).symlink_to(source / name)
     return folder
