@@ -70,7 +70,8 @@ def _analysed(packing: Packing) -> _Own | None:
     except InputError:
         return None
     flat, of_shape = packing.frame.flat_sites, {term.name for term in packing.kind.shape_terms(packing)}
-    moved, reach = _DIGITS * float(np.abs(packing.box).sum() + np.ptp(packing.positions)), float(packing.box.sum())
+    reach = float(np.abs(packing.box).sum())
+    moved = _DIGITS * (reach + float(np.abs(packing.positions).max()))
     # at least one contact that rounding makes
     steepest = max([natural_scales(packing).stress, *(float(np.abs(term.hessian).max(initial=0.0)) for term in terms)])
     pushes = sum(float(np.abs(term.gradient).sum()) for term in terms)
