@@ -288,7 +288,7 @@ def test_a_law_that_softens_at_contact_is_refused_by_name(monkeypatch):
 def test_rounding_in_any_view_is_no_other_law(tilt):
     """A tilted box, and positions many boxes away."""
     p = squeezed("k")
-    box = p.box + [[0, 0], [tilt * p.box[0, 0], 0]]
+    box = p.box + np.array([[0, 0], [tilt * p.box[0, 0], 0]])
     for far in (0, 300):
         jamlab.evaluate(p.with_state(box=box, positions=p.positions + far * box[1]))
         agreement._agreed.clear()
