@@ -177,7 +177,7 @@ class Disks(Model):
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         found = packing.law.lammps_variables()
-        if packing.law.pair_style is None:
+        if "pair_style" not in found:  # a law that the part of the decks holds by itself
             return found
         return found | {
             "law_words": words({name: value for name, value in law_of(packing).items() if name not in UNITS})
