@@ -88,14 +88,14 @@ def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
         assert "3 iterations" in refused(lambda: flow.run(1))
 
 
-@pytest.mark.parametrize(("layout", "who"), [(-28.0, "Fix overdamped"), (-3.0, "Pair style disk/drag")])
+@pytest.mark.parametrize(("layout", "who"), [(-28.0, "Fix overdamped"), (-4.0, "Pair style disk/drag")])
 def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
     """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
     file = tmp_path / "flow.restart"
     with Flow(tmp_path, disks, "rate 1", "1 0.4") as flow:
         flow.run(1)
         flow.lmp.command(f"write_restart {file}")
-        ours = struct.pack("d", layout) + (b"" if layout < -3.0 else struct.pack("d", 0.4))
+        ours = struct.pack("d", layout) + (b"" if layout < -4.0 else struct.pack("d", 0.4))
         assert file.read_bytes().count(ours) == 1
         file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
         again = ["clear", f"read_restart {file}", "fix flow all overdamped rate 1"]

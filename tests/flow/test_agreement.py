@@ -10,7 +10,9 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.flow import agreement
+from jamlab.laws.laws import LAWS
 from jamlab.laws.pair_law import PairStyle
+from jamlab.laws.spring_law import SpringLaw
 from jamlab.mechanics.stiffness import pressure
 from jamlab.rheology.drag_law import DragLaw, contact_velocities
 from tests.support.bubble_drag import BubbleDrag, CarriedBubbleDrag
@@ -180,7 +182,7 @@ def test_a_flow_that_begins_without_contacts_is_compared_where_it_has_some(monke
     kept = Session.set_variables
     monkeypatch.setattr(Session, "set_variables", lambda self, given: kept(self, {**given, "beta": 0.5}))
     with pytest.raises(jamlab.EngineError, match="dissipated power"):
-        jamlab.shear(loose, 0.1, 0.6, n_rows=30)
+        jamlab.shear(loose, 0.1, 1.5, n_rows=75)
 
 
 def test_bubbles_flow_by_the_plugin_and_respond_as_their_matrix_says():
@@ -208,13 +210,28 @@ def test_disks_flow_by_the_forces_of_any_pair_style(states):
     assert small.loss == pytest.approx(linear.loss[0], rel=1e-4)
 
 
-def test_springs_of_a_pair_style_flow_as_those_of_the_plugin(states, monkeypatch):
+@dataclass(frozen=True)
+class SpringsOfLammps(SpringLaw):
+    """Springs of the plugin, as a law whose pair style is all that LAMMPS knows of it."""
+
+    name: ClassVar[str] = "springs_of_lammps"
+    pair_style: ClassVar[PairStyle] = PairStyle("harmonic/cut", ("v_eps/(2*v_s^2)", "v_s"))
+
+    def __call__(self, contact, distance):
+        k = self.energy_of(contact) / contact**2
+        return 0.5 * k * (contact - distance) ** 2, -k * (contact - distance), k
+
+
+LAWS.register(SpringsOfLammps.name, SpringsOfLammps)
+
+
+def test_springs_of_a_pair_style_flow_as_those_of_the_plugin():
     """harmonic/cut beside the drag alone: its stiffness, a difference of forces, is that of the law to 1e-9."""
     packing = jamlab.pack(16, 1e-2, 1)
-    own = jamlab.shear(packing, 1e-2, 0.1, CONTACT, n_rows=5)
-    monkeypatch.setattr(type(packing.law), "pair_style", PairStyle("harmonic/cut", ("0.5*v_k", "v_s")))
-    beside = jamlab.shear(packing, 1e-2, 0.1, CONTACT, n_rows=5)
-    assert "flow_forces" not in own.packing.provenance and "flow_forces" in beside.packing.provenance
+    p = packing.with_state(params={"k": 1.0, "law": SpringsOfLammps.name})
+    own, beside = (jamlab.shear(each, 1e-2, 0.1, CONTACT, n_rows=5) for each in (packing, p))
+    assert "flow_forces" not in own.packing.provenance
+    assert beside.packing.provenance["flow_forces"] == "pair_style harmonic/cut"
     for name in ("stress", "pressure", "energy", "dissipated"):
         np.testing.assert_allclose(getattr(beside, name), getattr(own, name), rtol=1e-6)
 
@@ -241,3 +258,24 @@ def test_rates_of_bubbles_are_those_of_centres():
     spins[2 * packing.n : -1] = 1.0
     assert not (approach @ spins).any() and not (slide @ spins).any()
     assert DragLaw.power(CONTACT, packing, spins) > 0
+
+
+STYLES = [  # what is refused by the plugin: commands, message
+    (["pair_style disk/drag 1 1 elastic off exponent 2.5"], "leaves energies to other styles"),
+    (["pair_style disk/drag 1 1 elastic no"], "elastic no is not one of"),
+    (["pair_style disk/drag 1 1 even -1"], "even -1 must be a stiffness"),
+    (["pair_style disk/drag 1 1 elastic off", "pair_coeff * * 1.0 1.0"], "needs: pair_coeff i j s"),
+    (["pair_style disk/drag 1 1 elastic off", "pair_coeff * * 0.0"], "flat walls, which need elastic on"),
+    (
+        ["pair_style hybrid/overlay zero 1.0 disk/drag 1 1", "pair_coeff * * zero", "pair_coeff * * disk/drag 1 1"],
+        "pushes particles too",
+    ),
+]
+
+
+@pytest.mark.parametrize(("commands", "said"), STYLES)
+def test_pair_styles_that_no_flow_can_have_are_refused(states, commands, said):
+    flow = ["fix flow all overdamped rate 0.1", "run 0 post no"]
+    with jamlab.Session(states["springs"]) as session, pytest.raises(jamlab.EngineError, match=said):
+        for line in [*commands, *flow]:
+            session.command(line)
