@@ -240,7 +240,7 @@ def test_laws_that_nothing_carries_are_refused_by_name(states, monkeypatch):
     with pytest.raises(jamlab.InputError, match="does not carry the drag law 'bubble'"):
         start(states["springs"], BubbleDrag())
     monkeypatch.setattr(WcaLaw, "pair_style", None)
-    with pytest.raises(jamlab.JamlabError, match="'wca_here' has no deck"):
+    with pytest.raises(jamlab.JamlabError, match=f"'{WcaLaw.name}' has no deck"):
         start(states["wca"], CONTACT)
 
 
