@@ -52,7 +52,7 @@ def make_table(
     """Measure the table seed by seed, and write it; a run resumes where it stopped. Levels of rho ascend; levels
     of droplets carried beyond 0.88 must include 0.88. `how`: see `measure`."""
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
-    facts = {"seconds": "CPU time of one core from the random start to rho", "step": ways.STEP, "parameters": law}
+    facts = {"seconds": "CPU time of one core from the random start to rho", "step": ways.WAYS.step, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
     measure_packed(out, tasks, facts, **how)
     return ways.read_ways(out)

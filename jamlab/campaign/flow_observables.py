@@ -21,7 +21,7 @@ from jamlab.flow.overdamped_session import (
     check_flowing,
 )
 from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
-from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, ShearRun, shear
+from jamlab.flow.shear import SHEAR_LIMITS, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA
 from jamlab.rheology.drag_law import DragLaw
@@ -33,8 +33,8 @@ FlowTolerance = Annotated[float, Field(ge=FLOW_LIMITS.least_tolerance, le=FLOW_L
 
 
 def _zero_or_resolved(rate: float) -> float:
-    if 0 < rate < LEAST_RATE:
-        raise ValueError(f"below {LEAST_RATE:g}, the smallest rate allowed: use a larger value, or 0")
+    if 0 < rate < SHEAR_LIMITS.least_rate:
+        raise ValueError(f"below {SHEAR_LIMITS.least_rate:g}, the smallest rate allowed: use a larger value, or 0")
     return rate
 
 
@@ -51,7 +51,7 @@ class Flowing(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
     # of shear, 1/tau_1; 0: quasi-static
-    rates: Grid[Annotated[float, Field(ge=0, le=LARGEST_RATE), AfterValidator(_zero_or_resolved)]]
+    rates: Grid[Annotated[float, Field(ge=0, le=SHEAR_LIMITS.largest_rate), AfterValidator(_zero_or_resolved)]]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0

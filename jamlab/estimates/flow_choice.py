@@ -18,7 +18,7 @@ from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import OSCILLATION_LIMITS, oscillate
-from jamlab.flow.shear import EVENTS, LARGEST_RATE
+from jamlab.flow.shear import EVENTS, SHEAR_LIMITS
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
@@ -91,7 +91,7 @@ def choose_flow(
             f"tolerance = {tolerance:g}: errors below {RUN_ERROR:g} were not measured; compare several runs"
         )
     if rate is not None:
-        check_number("rate", rate, LARGEST_RATE)
+        check_number("rate", rate, SHEAR_LIMITS.largest_rate)
         return _for_flow(packing, law, rate, tolerance)
     assert omega is not None
     check_number("omega", omega, 1e3)

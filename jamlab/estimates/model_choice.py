@@ -19,7 +19,7 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge, write_bounds
-from jamlab.estimates.ways import STEP, N, WayRecord, Ways
+from jamlab.estimates.ways import WAYS, N, WayRecord, Ways
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.particle_numbers import check_count
@@ -149,7 +149,13 @@ def _option(
 
 @checked
 def scene(
-    rho: float, n: int = 64, seed: int = 1, *, tolerance: Mapping[str, float], model: str = "auto", step: float = STEP
+    rho: float,
+    n: int = 64,
+    seed: int = 1,
+    *,
+    tolerance: Mapping[str, float],
+    model: str = "auto",
+    step: float = WAYS.step,
 ) -> Packing:
     """Make a packing at rho with the cheapest model that is expected to meet every tolerance.
 

@@ -32,9 +32,22 @@ from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
 from jamlab.statistics.confidence import bend, between, neighbours
 
-HANDOVER = 0.88  # rho from which disks and droplets part (Boromand et al., fig 5)
-STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
-OFF_TARGET = 1e-3  # of rho: a packing that rearranges farther from the packing fraction asked for is left out
+
+@dataclass(frozen=True)
+class TableOfWays:
+    """How the shipped table of ways was made, and is read."""
+
+    handover: float = 0.88  # rho from which disks and droplets part (Boromand et al., fig 5)
+    step: float = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
+    # of rho: a packing that rearranges farther from the packing fraction asked for is left out
+    off_target: float = 1e-3
+    # packings of a way: with 50, 24 of 32 intervals by 32 disks held; by others 83 to 100 %, some of few draws
+    fewest: int = 100
+    fewest_values: int = 12  # of them that have the quantity, at the levels beside rho
+
+
+WAYS = TableOfWays()
+
 ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
 _MEASURED = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides"}  # of `jamlab.measure`
 
@@ -91,14 +104,14 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     return jam(way.n, DROPLETS.name, seed, tolerance=force, **way.law)
 
 
-def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
+def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.step) -> Packing:
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
-    or at `HANDOVER`, and continue from there."""
+    or at `WAYS.handover`, and continue from there."""
 
     if packing.model == DROPLETS.name or way.nv is None:
         return _compress_to(packing, rho, step, way.tolerance)
-    droplets = hand_over(way, _compress_to(packing, min(rho, HANDOVER), step, way.tolerance))
-    return _compress_to(droplets, rho, step, way.tolerance) if rho > HANDOVER else droplets
+    droplets = hand_over(way, _compress_to(packing, min(rho, WAYS.handover), step, way.tolerance))
+    return _compress_to(droplets, rho, step, way.tolerance) if rho > WAYS.handover else droplets
 
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
@@ -127,7 +140,7 @@ def free_shape(nv: tuple[int, int] | None) -> float:
 
 def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | None) -> Packing:
     reached = packing_fraction(packing)
-    if reached >= rho + OFF_TARGET * (packing.model == DROPLETS.name):
+    if reached >= rho + WAYS.off_target * (packing.model == DROPLETS.name):
         raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the requested {rho:g}")
     if reached >= rho - 1e-6:
         return packing
@@ -139,7 +152,7 @@ def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | N
 def _require_reached(packing: Packing, rho: float | None) -> Packing:
     if not packing.converged:
         raise ConvergenceError(f"{packing.model} state at phi = {packing.phi:.4f} did not converge")
-    if rho is not None and abs(packing_fraction(packing) - rho) > OFF_TARGET:
+    if rho is not None and abs(packing_fraction(packing) - rho) > WAYS.off_target:
         raise ConvergenceError(f"the packing rearranged: rho changed from {rho:.4f} to {packing_fraction(packing):.4f}")
     return packing
 
@@ -230,10 +243,6 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
 
 
 QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
-_FEWEST = (
-    100  # packings of a way: with 50, 24 of 32 intervals by 32 disks held; by others 83 to 100 %, some of few draws
-)
-_FEWEST_VALUES = 12  # of them that have the quantity, at the levels beside rho
 
 
 class Difference(NamedTuple):
@@ -264,11 +273,11 @@ def scatter(record: WayRecord, quantity: str, rho: float) -> Scatter:
 
 def is_known(record: WayRecord, reference: WayRecord, quantity: str, rho: float) -> bool:
     """Whether both have enough packings in the table beside rho for their difference to have an error."""
-    fewest = _FEWEST if record is not reference else _FEWEST_VALUES
+    fewest = WAYS.fewest if record is not reference else WAYS.fewest_values
     left, right, _ = neighbours(_levels(record, quantity), rho)
     return all(
         len(one.seeds) >= fewest
-        and min(_count(one, quantity)[[left, right]]) >= _FEWEST_VALUES
+        and min(_count(one, quantity)[[left, right]]) >= WAYS.fewest_values
         and min(deviations(one, quantity)[[left, right]]) > 0
         for one in (record, reference)
     )

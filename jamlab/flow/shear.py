@@ -205,9 +205,20 @@ class ShearRun(FlowRun):
 
 TOLERANCE = 1e-2  # relative error of velocities in a step: the stress of steady flow is known to 2 % seldom enough
 ROWS = 200
-MOST_ROWS = 1_000_000
-LARGEST_STRAIN = 1e4
-LEAST_RATE, LARGEST_RATE = 1e-12, 1e3  # 1/tau_1; disks pass through each other long before
+
+
+@dataclass(frozen=True)
+class ShearLimits:
+    """What steady shear takes."""
+
+    most_rows: int = 1_000_000  # of a result, which is kept in memory
+    largest_strain: float = 1e4  # of a part of a run
+    # 1/tau_1; disks pass through each other long before
+    least_rate: float = 1e-12
+    largest_rate: float = 1e3
+
+
+SHEAR_LIMITS = ShearLimits()
 
 
 @checked
@@ -272,7 +283,7 @@ def shear(
     packing = walled(packing, walls)
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
-    check_number("n_rows", n_rows, MOST_ROWS)
+    check_number("n_rows", n_rows, SHEAR_LIMITS.most_rows)
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, snapshot_every, n_rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1
@@ -320,12 +331,13 @@ def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Arr
     else:
         parts = [[rate, 1.0 if strain is None else strain]]
     for speed, by in parts:
-        if not (is_number(speed) and LEAST_RATE <= abs(speed) <= LARGEST_RATE):
+        if not (is_number(speed) and SHEAR_LIMITS.least_rate <= abs(speed) <= SHEAR_LIMITS.largest_rate):
             raise InputError(
-                f"rate = {speed!r}: must be {LEAST_RATE:g} to {LARGEST_RATE:g} in magnitude, in 1/tau_1; at rate 0 "
+                f"rate = {speed!r}: must be {SHEAR_LIMITS.least_rate:g} to "
+                f"{SHEAR_LIMITS.largest_rate:g} in magnitude, in 1/tau_1; at rate 0 "
                 "use quasistatic_shear"
             )
-        check_number("strain", by, LARGEST_STRAIN, FLOW_LIMITS.least_strain)
+        check_number("strain", by, SHEAR_LIMITS.largest_strain, FLOW_LIMITS.least_strain)
     return np.array(parts, dtype=np.float64)
 
 
@@ -346,8 +358,9 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
 def check_rates(rates: Sequence[float]) -> list[float]:
     """Rates from the fastest to the slowest, each once."""
     values = sorted({float(rate) for rate in rates}, reverse=True)
-    if not values or not all(LEAST_RATE <= rate <= LARGEST_RATE for rate in values):
+    if not values or not all(SHEAR_LIMITS.least_rate <= rate <= SHEAR_LIMITS.largest_rate for rate in values):
         raise InputError(
-            f"rates = {list(rates)!r}: give one or more from {LEAST_RATE:g} to {LARGEST_RATE:g}, in 1/tau_1"
+            f"rates = {list(rates)!r}: give one or more from {SHEAR_LIMITS.least_rate:g} to "
+            f"{SHEAR_LIMITS.largest_rate:g}, in 1/tau_1"
         )
     return values

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,19 @@ from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_r
 from jamlab.protocols.relaxation import relax_session
 from jamlab.storage.verified_file import versions
 
-_FEWEST = 8  # droplets: fewer are their own neighbours in a periodic patch
-_RHO_TOLERANCE = 1e-4  # a picture tells rho to 0.02
-_HAND_OVER = 0.87  # rho, beyond which disks have contacts that droplets have not; droplets are compressed from there
-_STEP = 0.01  # of rho in that compression
+
+@dataclass(frozen=True)
+class Patch:
+    """How droplets of a picture become a periodic patch."""
+
+    fewest: int = 8  # droplets: fewer are their own neighbours in a periodic patch
+    rho_tolerance: float = 1e-4  # a picture tells rho to 0.02
+    # rho, beyond which disks have contacts that droplets have not; droplets are compressed from there
+    hand_over: float = 0.87
+    step: float = 0.01  # of rho in that compression
+
+
+PATCH = Patch()
 
 
 def packing_of_picture(
@@ -44,8 +54,8 @@ def packing_of_picture(
         parameters: of polygons, as in `jamlab.droplets_from_disks`.
     """
     check_choice("model", model, (DISKS.name, DROPLETS.name))
-    if len(areas) < _FEWEST:
-        raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {_FEWEST}")
+    if len(areas) < PATCH.fewest:
+        raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {PATCH.fewest}")
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
     handed_over = model == DROPLETS.name
@@ -59,13 +69,13 @@ def packing_of_picture(
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
     start = Packing(DISKS.name, box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
-    first = min(rho, _HAND_OVER) if handed_over else rho
-    disks = relax_at_rho(at_phi(start, first), first, _RHO_TOLERANCE, relax_session)
+    first = min(rho, PATCH.hand_over) if handed_over else rho
+    disks = relax_at_rho(at_phi(start, first), first, PATCH.rho_tolerance, relax_session)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}
     done = disks.with_state(provenance=entries | versions())
     if not handed_over:
         return done
     droplets = droplets_from_disks(done, seed=seed, **parameters)
-    if rho > _HAND_OVER:
-        *_, droplets = compress(droplets, to=rho, step=_STEP)
+    if rho > PATCH.hand_over:
+        *_, droplets = compress(droplets, to=rho, step=PATCH.step)
     return droplets

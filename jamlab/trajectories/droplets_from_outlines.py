@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,18 @@ from jamlab.protocols.rest_areas import length_scale, rest_areas_of
 from jamlab.storage.verified_file import versions
 from jamlab.trajectories.sites import Rings, plane_box
 
-_NEAR = 1e-3  # of l: corners that lie nearer after rims are taken off become one
-_DIGITS = 9  # of relative sizes from which numbers of vertices follow
-_TOUCHING = 1e-9  # of the width of rims: outlines so near touch
-_DEEP = 0.5  # of the width of rims; dense packings of soft rims have 0.6, others 0.9 and more
+
+@dataclass(frozen=True)
+class Outlines:
+    """Which outlines make droplets."""
+
+    near: float = 1e-3  # of l: corners that lie nearer after rims are taken off become one
+    digits: int = 9  # of relative sizes from which numbers of vertices follow
+    touching: float = 1e-9  # of the width of rims: outlines so near touch
+    deep: float = 0.5  # of the width of rims; dense packings of soft rims have 0.6, others 0.9 and more
+
+
+OUTLINES = Outlines()
 
 
 @checked
@@ -93,7 +102,7 @@ def droplets_from_outlines(
     )
     kept = vertices is None and not rims
     counts = [len(shape) for shape in shapes] if kept else vertices
-    sizes = np.round(np.sqrt(areas / areas.mean()), _DIGITS)  # equal ones have equal numbers of vertices
+    sizes = np.round(np.sqrt(areas / areas.mean()), OUTLINES.digits)  # equal ones have equal numbers of vertices
     nv, params = droplet_params(len(shapes), 0.5, sizes, vertices=counts, **parameters)
     unit, params["a0"] = _unit_and_rest_areas(nv, areas, params, free=rest_areas is None, rims=rims)
     shapes = [shape * unit for shape in shapes]
@@ -177,7 +186,7 @@ def _drawn_in(m: int, shape: Array, half: float) -> Array:
     import shapely
     from shapely.geometry.polygon import orient
 
-    inner = shapely.simplify(shapely.buffer(shapely.Polygon(shape), -half, join_style="mitre"), _NEAR)
+    inner = shapely.simplify(shapely.buffer(shapely.Polygon(shape), -half, join_style="mitre"), OUTLINES.near)
     if inner.geom_type != "Polygon" or inner.is_empty:
         raise InputError(
             f"outlines[{m}] has no room for one polygon inside rims of width delta = {2 * half:g}: use a smaller "
@@ -195,11 +204,11 @@ def _check_apart(made: Packing, rims: bool, wrapped: bool) -> None:
         cut = "" if wrapped else ", wrapped=True if the box cuts outlines"
         raise InputError(f"{error}{hint or '; separate them'}{cut}") from error
     near, delta = vertex_contacts(made), float(made.params["delta"])
-    if not len(near.distance) or (least := near.distance.min()) > _DEEP * delta:
+    if not len(near.distance) or (least := near.distance.min()) > OUTLINES.deep * delta:
         return
     k = int(np.argmin(near.distance))
     i, j = sorted((int(made.particle[near.vertex[k]]), int(made.particle[near.tail[k]])))
-    if least <= _TOUCHING * delta:
+    if least <= OUTLINES.touching * delta:
         raise InputError(f"outlines of polygons {i} and {j} touch, where their rims have no direction to push{hint}")
     warn(
         f"outlines of polygons {i} and {j} come within {least:.3g} l, and each has a rim of width delta/2 = "
