@@ -12,8 +12,8 @@ import pytest
 import jamlab
 import jamlab.registry as registry
 from jamlab.laws.parameter import STRENGTHS
-from jamlab.models.model import Model
 from jamlab.packing.kinds import MODELS
+from jamlab.packing.model import Model
 from jamlab.protocols.makings import making_of
 from jamlab.registry import Registry
 

@@ -40,8 +40,8 @@ from jamlab.checks import check_choice
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.disks import DISKS
-from jamlab.models.model import Model
 from jamlab.packing.kinds import MODELS, model_named
+from jamlab.packing.model import Model
 from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.storage.system_errors import system_said
 
@@ -197,7 +197,7 @@ class Sweep(FileTable):
         self._check_observables()
         return self
 
-    def _only(self, holds: Callable[[Model], bool], what: str) -> None:
+    def _only(self, holds: Callable[[Model[Any]], bool], what: str) -> None:
         """Refuse what is for some models only where the sweep has another."""
         for other in self.model:
             if not holds(MODELS.get(other)):

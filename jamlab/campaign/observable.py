@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
 from jamlab.errors import ConvergenceError, InputError, JamlabError
-from jamlab.models.model import Model
+from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
@@ -164,7 +164,7 @@ class Observable(FileTable):
     refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
 
     @staticmethod
-    def serves(kind: Model) -> bool:
+    def serves(kind: Model[Any]) -> bool:
         """Whether it is for packings of a model."""
         return True
 

@@ -14,7 +14,7 @@ from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.nonaffine_response import nonaffine_response
-from jamlab.models.model import Model
+from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations
@@ -30,7 +30,7 @@ class Linear(Driven):
     prestress: Prestress = Field(default=[True])
 
     @staticmethod
-    def serves(kind: Model) -> bool:
+    def serves(kind: Model[Any]) -> bool:
         return kind.sites == 1
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
@@ -67,7 +67,7 @@ class Quasistatic(Observable):
     prestress: Prestress = Field(default=[True])
 
     @staticmethod
-    def serves(kind: Model) -> bool:
+    def serves(kind: Model[Any]) -> bool:
         return kind.sites == 1
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
@@ -107,7 +107,7 @@ class ModesOfStates(Driven):
     columns = (*STATE, *LAW, *_OF_MODES)
 
     @staticmethod
-    def serves(kind: Model) -> bool:
+    def serves(kind: Model[Any]) -> bool:
         return kind.has_outlines
 
     def check(self, sites: float) -> None:

@@ -5,12 +5,13 @@ import os
 import numpy as np
 
 from jamlab.errors import InputError
-from jamlab.models.model import Model
+from jamlab.packing.model import Model
+from jamlab.packing.packing import Packing
 
 _FEW = 8  # ranks that any machine may run, if slowly
 
 
-def check_ranks(ranks: int, kind: Model | None = None) -> None:
+def check_ranks(ranks: int, kind: Model[Packing] | None = None) -> None:
     """Refuse what is no number of threads or MPI ranks; `kind`: more than one, for particles that compiled
     code does not know."""
     most = max(os.cpu_count() or 1, _FEW)

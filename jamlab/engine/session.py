@@ -33,11 +33,11 @@ from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.hints import Hinted
 from jamlab.laws.pair_law import PairLaw, PairStyle
-from jamlab.models.model import Model
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
 from jamlab.packing.lammps_files import MOST_TYPES, section_of_sizes, types, wrap, write_data
+from jamlab.packing.model import Model
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
@@ -114,7 +114,7 @@ class Session(Hinted):
         self._lmp.close()
 
     @property
-    def kind(self) -> Model:
+    def kind(self) -> Model[Packing]:
         """Model of the packing."""
         return self._packing.kind
 

@@ -76,7 +76,7 @@ def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
     if not packing.kind.meets_flat_walls:
         raise InputError(
             f"flat: model {packing.model} does not say how {packing.kind.particles} meet flat walls, see "
-            "`Contacts.meets_flat_walls` of jamlab.models.model; use flat=False"
+            "`Contacts.meets_flat_walls` of jamlab.packing.model; use flat=False"
         )
     if not packing.frame.all_free:
         raise InputError(f"flat: {int(packing.frame.fixed.sum())} particles are fixed; use flat=False, or free them")

@@ -20,16 +20,15 @@ from jamlab.installed_files import installed_file
 from jamlab.laws.laws import declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter
-from jamlab.models.model import Model
 from jamlab.packing.facts import law_of, words
-from jamlab.packing.kinds import UnitNames
 from jamlab.packing.magnitudes import check_magnitudes
+from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
 
 
-class Disks(Model):
+class Disks(Model[Packing]):
     """See `Model`."""
 
     name = "sp"

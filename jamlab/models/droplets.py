@@ -25,9 +25,8 @@ from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
 from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
-from jamlab.models.model import Model
-from jamlab.packing.kinds import UnitNames
 from jamlab.packing.magnitudes import check_magnitudes
+from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
@@ -50,7 +49,7 @@ _PARAMETERS = {
 }
 
 
-class Droplets(Model):
+class Droplets(Model[Packing]):
     """See `Model`."""
 
     name = "dp"

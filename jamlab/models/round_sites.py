@@ -20,8 +20,8 @@ from jamlab.laws.laws import declared, law_class
 from jamlab.laws.pair_law import PairLaw, formulas
 from jamlab.laws.parameter import Parameter
 from jamlab.models.disks import DISKS
-from jamlab.models.model import Model
 from jamlab.packing.derived import per_packing
+from jamlab.packing.model import Model
 from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
@@ -47,11 +47,11 @@ def as_disks(packing: Packing) -> Packing:
     return Packing(DISKS.name, packing.box, packing.positions, {"eps": 1.0}, "eps", sizes)
 
 
-class RoundSites(Model):
+class RoundSites(Model[Packing]):
     """What follows from the disks of particles and the bonds between them.
 
     A model says what its particles are: `name`, `particles`, `sites`, `shape` and `free_area`, see
-    `jamlab.models.model.State`; and its bonds, by default from each disk to the next of its particle, see `bonds`:
+    `jamlab.packing.model.State`; and its bonds, by default from each disk to the next of its particle, see `bonds`:
     their parameters `own`, their energy in `bond_energy`, and the same for LAMMPS in `bond_style` and
     `bond_coefficients`. Contacts follow any force law of disks.
     """

@@ -16,23 +16,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, Generic
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
+from jamlab.packing.bare_packing import BarePacking, P
 from jamlab.packing.derived import per_packing
+from jamlab.packing.kinds import kind_of
 from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR
-
-if TYPE_CHECKING:
-    from jamlab.packing.packing import Packing
-    from jamlab.packing.terms import Terms
+from jamlab.packing.terms import Terms
 
 
-class Frame:
+class Frame(Generic[P]):
     """A periodic box in which all particles are free; other frames say where they differ.
 
     Example:
@@ -54,7 +53,7 @@ class Frame:
     limits: ClassVar[str] = "in this frame"  # where a strain that it does not admit is not defined
     remedy: ClassVar[str] = "use another strain"
 
-    def __init__(self, packing: Packing) -> None:
+    def __init__(self, packing: P) -> None:
         self.packing = packing
         self.positions, self._derived = packing.positions, packing._derived  # where `per_packing` keeps its answers
 
@@ -151,7 +150,7 @@ class Frame:
     @property
     def sizes(self) -> Array:
         """Sizes of all particles but flat walls, which have none."""
-        return self.packing.kind.sizes(self.packing)
+        return kind_of(self.packing).sizes(self.packing)
 
     @property
     def planes(self) -> tuple[float, float]:
@@ -159,7 +158,7 @@ class Frame:
         return 0.0, float(self.packing.box[1, 1])
 
     @property
-    def images(self) -> Packing:
+    def images(self) -> P:
         """A packing without walls in which the same space is free: the packing itself, or, between flat walls, its
         particles followed by their mirror images behind a wall, in a box of twice the height of the slab.
 
@@ -172,7 +171,7 @@ class Frame:
         return values
 
 
-class FixedParticles(Frame):
+class FixedParticles(Frame[P]):
     """A periodic box with fixed particles, which move with strains of the box alone."""
 
     all_free = False
@@ -222,7 +221,7 @@ class FixedParticles(Frame):
         return moved
 
 
-class RoughWalls(FixedParticles):
+class RoughWalls(FixedParticles[P]):
     """A slab between two walls of fixed particles, which move as rigid bodies."""
 
     has_walls = True
@@ -252,7 +251,7 @@ class RoughWalls(FixedParticles):
         return [replace(term, local=term.local + offsets[term.sites]) for term in terms]
 
 
-class FlatWalls(RoughWalls):
+class FlatWalls(RoughWalls[P]):
     """A slab between two lines along x, the last two particles, of one site and of size 0."""
 
     is_flat = True
@@ -279,7 +278,7 @@ class FlatWalls(RoughWalls):
 
     @property
     @per_packing
-    def images(self) -> Packing:
+    def images(self) -> P:
         (low, high), lattice = self.planes, self.packing.box[1]
         free = self.packing.select(~self.packing.flat_walls)
         site, n = free.particle, np.arange(len(free.positions))
@@ -287,14 +286,13 @@ class FlatWalls(RoughWalls):
         first = np.searchsorted(site, np.arange(free.n))
         reversed_ = (first + np.append(first[1:], len(n)) - 1)[site] - n  # polygons stay counter-clockwise
         own = {name: np.tile(free.params[name], 2) for name, each in free.parameters.items() if each.each}
-        return type(free)(
-            model=free.model,
+        return free.with_state(
             box=np.diag([free.box[0, 0], 2 * (high - low)]),
             positions=np.concatenate([x, x[reversed_] * [1, -1] + [0, 2 * low]]) - [0, low],
             params={**free.params, **own},
-            units=free.units,
             diameters=None if free.diameters is None else np.tile(free.diameters, 2),
             offsets=None if free.offsets is None else np.append(free.offsets, free.offsets[1:] + len(n)),
+            rounding=0.0,
         )
 
     def pull_back(self, values: Array, of_walls: float = 0.0) -> Array:
@@ -304,7 +302,7 @@ class FlatWalls(RoughWalls):
         return found
 
 
-def frame_of(packing: Packing) -> Frame:
+def frame_of(packing: P) -> Frame[P]:
     """What holds a packing."""
     if packing.fixed is None:
         return Frame(packing)
@@ -313,7 +311,7 @@ def frame_of(packing: Packing) -> Frame:
     return FlatWalls(packing) if packing.flat_walls.any() else RoughWalls(packing)
 
 
-def checked_fixed(packing: Packing) -> Mask | None:
+def checked_fixed(packing: BarePacking) -> Mask | None:
     """Which particles are fixed, as kept, None if none is; refuses what is no frame."""
     mask = None if packing.fixed is None else np.array(packing.fixed)
     if mask is not None and (mask.dtype != bool or mask.shape != (packing.n,)):
@@ -332,7 +330,7 @@ def checked_fixed(packing: Packing) -> Mask | None:
         held = packing.walls and mask is not None and mask[last].all()
         if not (held and np.array_equal(flat, last) and (np.bincount(packing.particle)[last] == 1).all()):
             raise InputError(
-                f"{packing.kind.size_name}s[{flat.argmax()}] = 0: must be positive; flat walls alone, the last two "
+                f"{kind_of(packing).size_name}s[{flat.argmax()}] = 0: must be positive; flat walls alone, the last two "
                 "particles, have size 0: make them with jamlab.with_walls(packing, flat=True), or leave them out with "
                 "packing.select(~packing.flat_walls)"
             )

@@ -1,36 +1,32 @@
 """Models by their names: what `Packing.kind` looks up.
 
-A packing holds the name of its model alone. The object of that name, a `jamlab.models.model.Model`, is an entry point
+A packing holds the name of its model alone. The object of that name, a `jamlab.packing.model.Model`, is an entry point
 of the group `jamlab.models`, of jamlab or of another package.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 from jamlab.errors import InputError
+from jamlab.laws.parameter import Parameter
+from jamlab.packing.bare_packing import P
+from jamlab.packing.model import Model
 from jamlab.registry import Registry
 
-if TYPE_CHECKING:  # models know packings, so packings know no models
-    from jamlab.laws.parameter import Parameter
-    from jamlab.models.model import Model
 
-
-class UnitNames(NamedTuple):
-    """Names of units, for labels."""
-
-    length: str
-    force: str
-    stress: str
-
-
-def _check(name: str, model: Model) -> None:
+def _check(name: str, model: Model[Any]) -> None:
     if isinstance(model, type):
         raise InputError(f"model {name!r} is the class {model.__name__}: register one object of it")
 
 
-MODELS: Registry[Model] = Registry("jamlab.models", "model", _check)
+MODELS: Registry[Model[Any]] = Registry("jamlab.models", "model", _check)
+
+
+def kind_of(packing: P) -> Model[P]:
+    """What depends on the model of a packing."""
+    return MODELS.get(packing.model)
 
 
 def model_named(word: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,14 +23,12 @@ from jamlab.laws.parameter import UNITS, Parameter, check_params
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.frame import Frame, checked_fixed, frame_of
-from jamlab.packing.kinds import MODELS, UnitNames
+from jamlab.packing.kinds import MODELS, kind_of
 from jamlab.packing.magnitudes import check_box
+from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.polygons import Polygons
 from jamlab.packing.quantities import MEASURED
 from jamlab.plotting.drawable import CELL, drawn
-
-if TYPE_CHECKING:
-    from jamlab.models.model import Model
 
 # what is known of a minimum, and its values for a state that nobody minimised
 MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "tolerance": None}
@@ -182,9 +180,9 @@ class Packing(Hinted):
                 raise InputError(f"{name} is {value!r}: must be 0 or more")
 
     @property
-    def kind(self) -> Model:
+    def kind(self) -> Model[Packing]:
         """What depends on the model."""
-        return MODELS.get(self.model)
+        return kind_of(self)
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
@@ -219,7 +217,7 @@ class Packing(Hinted):
         return self.kind.particle(self)
 
     @property
-    def frame(self) -> Frame:
+    def frame(self) -> Frame[Packing]:
         """What holds it: who is free, which strains it admits, what lies behind flat walls."""
         return frame_of(self)
 

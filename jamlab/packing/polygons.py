@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
+from jamlab.packing.bare_packing import BarePacking
 from jamlab.packing.derived import per_packing
+from jamlab.packing.kinds import kind_of
 from jamlab.packing.outlines import outlines, polygon_areas
-
-if TYPE_CHECKING:
-    from jamlab.packing.packing import Packing
 
 
 class Polygons:
@@ -33,11 +30,10 @@ class Polygons:
         True
     """
 
-    def __init__(self, packing: Packing) -> None:
+    def __init__(self, packing: BarePacking) -> None:
         if packing.offsets is None:
-            raise InputError(
-                f"a packing of {packing.kind.particles} (model {packing.model}) has no polygons: use one of droplets"
-            )
+            particles = kind_of(packing).particles
+            raise InputError(f"a packing of {particles} (model {packing.model}) has no polygons: use one of droplets")
         self.offsets, self.positions = packing.offsets, packing.positions
         self._derived = packing._derived  # where `per_packing` keeps its answers
 

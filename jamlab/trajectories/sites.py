@@ -18,10 +18,10 @@ from jamlab.errors import InputError, typed, warn
 from jamlab.laws.parameter import UNITS
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
-from jamlab.models.model import Model
 from jamlab.packing.facts import OF_DIGITS, STATE, shared_parameters
 from jamlab.packing.kinds import MODELS, law_names, optional_parameters
 from jamlab.packing.magnitudes import check_box
+from jamlab.packing.model import Model
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import polygon_areas
 from jamlab.packing.packing import Packing
@@ -276,14 +276,14 @@ class Sites:
             )
         return str(wanted)
 
-    def _first_sites(self, kind: Model) -> Indices:
+    def _first_sites(self, kind: Model[Packing]) -> Indices:
         """(n,) the first site of each particle of given sites, which follow each other."""
         count = len(self.positions)
         if kind.sites is None or count % kind.sites:
             raise InputError(f"{count} atoms are no {kind.particles}, of {kind.sites} atoms each")
         return np.arange(0, count, kind.sites)
 
-    def _whole(self, kind: Model, box: Array) -> Array:
+    def _whole(self, kind: Model[Packing], box: Array) -> Array:
         """Positions; where the box may have cut particles, each at the image next to the one before in its particle.
         What is whole keeps its bits."""
         if not self.wrapped or kind.sites in (None, 1):

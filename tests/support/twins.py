@@ -7,9 +7,9 @@ import numpy as np
 
 from jamlab.laws.parameter import STRENGTHS, Parameter
 from jamlab.laws.power import PowerLaw
-from jamlab.models.model import Model
 from jamlab.models.round_sites import RoundSites
 from jamlab.packing.kinds import MODELS
+from jamlab.packing.model import Model
 from jamlab.packing.terms import central_block, pair_terms
 
 

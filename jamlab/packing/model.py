@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+from typing import Any, ClassVar, Generic, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -18,17 +18,22 @@ from jamlab.checks import check_positive, finite_array
 from jamlab.errors import InputError
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import Parameter
-from jamlab.packing.kinds import UnitNames
+from jamlab.packing.bare_packing import BarePacking, P
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.registry import EXTENDING
 
-if TYPE_CHECKING:
-    from jamlab.packing.packing import Packing
+
+class UnitNames(NamedTuple):
+    """Names of units, for labels."""
+
+    length: str
+    force: str
+    stress: str
 
 
-class Part:
+class Part(Generic[P]):
     """A part of a model."""
 
     name: ClassVar[str]  # of `Packing.model`
@@ -42,11 +47,11 @@ class Part:
         part = next(each.__name__ for each in Model.__mro__ if method in vars(each))
         raise InputError(
             f"model {self.name} does not say `{part}.{method}`, which this needs: write it in class "
-            f"{type(self).__name__}, see {EXTENDING} and `jamlab.models.model.{part}`"
+            f"{type(self).__name__}, see {EXTENDING} and `jamlab.packing.model.{part}`"
         )
 
 
-class State(Part):
+class State(Part[P]):
     """What a packing holds, and how large its particles are."""
 
     particles: ClassVar[str]  # what they are called, such as "disks"
@@ -61,7 +66,7 @@ class State(Part):
     # whether outlines may come through each other, or fold: then no minimum from there is one of a packing
     has_outlines: ClassVar[bool] = False
     # of `packing_fraction`, by name
-    fraction_methods: ClassVar[Mapping[str, Callable[[Packing], float]]] = {"nominal": lambda packing: packing.phi}
+    fraction_methods: ClassVar[Mapping[str, Callable[[Any], float]]] = {"nominal": lambda packing: packing.phi}
 
     # of the force law, by which tables of campaigns tell packings apart
     law_columns: ClassVar[tuple[str, ...]] = ()
@@ -75,15 +80,15 @@ class State(Part):
         """
         self.lacks("parameters")
 
-    def values(self, packing: Packing) -> dict[str, Any]:
+    def values(self, packing: P) -> dict[str, Any]:
         """Parameters of the packing by name, those that it does not say at their defaults."""
         return {name: packing.params.get(name, each.default) for name, each in packing.parameters.items()}
 
-    def law(self, packing: Packing) -> PairLaw:
+    def law(self, packing: P) -> PairLaw:
         """The law of its contacts."""
         self.lacks("law")
 
-    def free_area(self, packing: Packing) -> float:
+    def free_area(self, packing: P) -> float:
         """Area of all undeformed particles, overlaps of two counted twice."""
         self.lacks("free_area")
 
@@ -94,7 +99,7 @@ class State(Part):
             self.lacks("shape")
         return np.zeros((len(diameters), 1, 2))
 
-    def checked(self, packing: Packing) -> dict[str, Any]:
+    def checked(self, packing: P) -> dict[str, Any]:
         """Attributes of a packing as kept; refuses what is no state. By default: one diameter a particle, and as many
         positions of each as `sites`."""
         n, rest = divmod(len(packing.positions), self.sites or 1)
@@ -108,7 +113,7 @@ class State(Part):
         offsets = None if self.sites == 1 else (self.sites or 1) * np.arange(n + 1)
         return {"diameters": diameters, "offsets": offsets}
 
-    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
+    def selected(self, packing: P, particles: Mask) -> dict[str, Any]:
         """Attributes of some particles alone."""
         found: dict[str, Any] = {}
         if packing.diameters is not None:
@@ -117,34 +122,34 @@ class State(Part):
             found["offsets"] = np.append(0, np.cumsum(np.diff(packing.offsets)[particles]))
         return found
 
-    def particle(self, packing: Packing) -> Indices:
+    def particle(self, packing: P) -> Indices:
         """(len(positions),) particle of each position."""
         return np.arange(packing.n) if packing.offsets is None else np.repeat(np.arange(packing.n), _counts(packing))
 
-    def centroids(self, packing: Packing) -> Array:
+    def centroids(self, packing: P) -> Array:
         """(n, 2), by default the mean of the positions of each particle."""
         if packing.offsets is None:
             return packing.positions
         return np.asarray(np.add.reduceat(packing.positions, packing.offsets[:-1]) / _counts(packing)[:, None])
 
-    def sizes(self, packing: Packing) -> Array:
+    def sizes(self, packing: P) -> Array:
         """(n,) whose mean is the unit of length in packings that jamlab makes."""
         return packing.disk_diameters
 
-    def grown(self, packing: Packing, growth: float) -> Packing | None:
+    def grown(self, packing: P, growth: float) -> P | None:
         """The packing with particles that touch farther; None: nothing is left of one."""
         self.lacks("grown")
 
-    def rotations(self, packing: Packing) -> int:
+    def rotations(self, packing: P) -> int:
         """Number of rotations among the degrees of freedom, beside the positions."""
         return 0
 
 
-def _counts(packing: Packing) -> Indices:
+def _counts(packing: BarePacking) -> Indices:
     return np.diff(np.asarray(packing.offsets))
 
 
-class Contacts(Part):
+class Contacts(Part[P]):
     """Who presses on whom, and the potential energy."""
 
     needs_prestress: ClassVar[bool] = False  # whether there is no Hessian without what forces do to it
@@ -152,77 +157,77 @@ class Contacts(Part):
     # that rounding leaves of forces at a minimum, over the energy of the law and the mean size
     least_force: ClassVar[float] = 1e-13
 
-    def points(self, packing: Packing, /) -> Any:
+    def points(self, packing: P, /) -> Any:
         """What presses on what, sites by number: `Pairs` or the like, with `among`. A static method under
         `per_packing`, from which all other methods of this part take their contacts: analysis leaves some out."""
         self.lacks("points")
 
-    def pairs(self, packing: Packing) -> Pairs:
+    def pairs(self, packing: P) -> Pairs:
         """Particles i <= j that press on each other."""
         self.lacks("pairs")
 
-    def contact_forces(self, packing: Packing) -> Any:
+    def contact_forces(self, packing: P) -> Any:
         """`ContactForces` of these pairs: force and gap."""
         self.lacks("contact_forces")
 
-    def loads(self, packing: Packing) -> Array:
+    def loads(self, packing: P) -> Array:
         """(n,) largest push on each particle that two contacts may hold, as two flats do; by default none."""
         return np.zeros(packing.n)
 
-    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
+    def terms(self, packing: P, prestress: bool) -> list[Terms]:
         """Terms of the potential energy. `prestress`: False leaves out what forces do to the Hessian."""
         self.lacks("terms")
 
-    def shape_terms(self, packing: Packing) -> list[Terms]:
+    def shape_terms(self, packing: P) -> list[Terms]:
         """Those of them that need no contact, by default none."""
         return []
 
-    def rigidity(self, packing: Packing) -> Array:
+    def rigidity(self, packing: P) -> Array:
         """(contacts, motions n) compatibility matrix of rigid particles."""
         self.lacks("rigidity")
 
 
-class Shape(Part):
+class Shape(Part[P]):
     """Areas, outlines and voids."""
 
-    def shares(self, packing: Packing) -> Array:
+    def shares(self, packing: P) -> Array:
         """(n,) areas, overlaps shared."""
         self.lacks("shares")
 
-    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
+    def outline(self, packing: P, rim: bool) -> tuple[Array, Array]:
         """(n,) area and perimeter."""
         self.lacks("outline")
 
-    def relative_areas(self, packing: Packing) -> Array:
+    def relative_areas(self, packing: P) -> Array:
         """(n,) areas without rims over those at rest."""
         self.lacks("relative_areas")
 
-    def boundary(self, packing: Packing, /) -> Any:
+    def boundary(self, packing: P, /) -> Any:
         """`Boundary` of the covered region."""
         self.lacks("boundary")
 
-    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+    def power_points(self, packing: P, spacing: float) -> tuple[Indices, Array, Array]:
         """Owner, position and radius of the points whose power cells tessellate the box."""
         self.lacks("power_points")
 
-    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
+    def rings(self, packing: P) -> tuple[list[Array], list[Array]]:
         """Rings to fill and to outline where a packing is drawn, one a particle."""
         self.lacks("rings")
 
 
-class Flow(Part):
+class Flow(Part[P]):
     """Drag at contacts, and runs in time."""
 
     # how the plugin carries drag: "pairs" of round sites by the pair style disk/drag, "outlines" of polygons; "": not
     carrier: ClassVar[str] = ""
     corrects_flow: ClassVar[bool] = False  # whether steps in time are corrected, as of stiff line tension
 
-    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
+    def jacobian(self, packing: P, arms: str, generator: Array) -> ContactJacobian:
         """Relative velocities at contacts."""
         self.lacks("jacobian")
 
 
-class Lammps(Part):
+class Lammps(State[P]):
     """How LAMMPS holds a packing."""
 
     atom_style: ClassVar[str] = "atomic"  # molecular ones have bonds
@@ -239,34 +244,34 @@ class Lammps(Part):
         with the name of the model."""
         self.lacks("part")
 
-    def check_for_lammps(self, packing: Packing) -> None:
+    def check_for_lammps(self, packing: P) -> None:
         """Refuse what LAMMPS would take for something else; by default nothing."""
 
-    def type_sizes(self, packing: Packing) -> Array:
+    def type_sizes(self, packing: P) -> Array:
         """(n,) sizes by which particles have atom types."""
-        return packing.kind.sizes(packing)
+        return self.sizes(packing)
 
-    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+    def lammps_variables(self, packing: P) -> dict[str, object]:
         """Variables of the deck part, by default the units and every parameter that is one number or text."""
-        values = packing.kind.values(packing)
+        values = self.values(packing)
         return {"units": packing.units} | {name: values[name] for name in values if not packing.parameters[name].each}
 
-    def dump_columns(self, packing: Packing) -> dict[str, Array]:
+    def dump_columns(self, packing: P) -> dict[str, Array]:
         """Columns of dumps of which each particle has its own value."""
-        return {"radius": 0.5 * packing.kind.sizes(packing)}
+        return {"radius": 0.5 * self.sizes(packing)}
 
-    def bonds(self, packing: Packing) -> Indices:
+    def bonds(self, packing: P) -> Indices:
         """(m, 2) positions that are bonded, by number; by default each to the next of its particle."""
         if self.atom_style != "molecular":
             return np.zeros((0, 2), dtype=np.int64)
         i = np.flatnonzero(np.diff(packing.particle) == 0)
         return np.column_stack([i, i + 1])
 
-    def longest_edge(self, packing: Packing) -> float:
+    def longest_edge(self, packing: P) -> float:
         """Length of the longest bond; 0 without bonds."""
-        bonds = packing.kind.bonds(packing)
+        bonds = self.bonds(packing)
         return float(np.hypot(*np.diff(packing.positions[bonds], axis=1)[:, 0].T).max(initial=0.0))
 
 
-class Model(State, Contacts, Shape, Flow, Lammps):
+class Model(Contacts[P], Shape[P], Flow[P], Lammps[P], State[P]):
     """A model of particles, see the module."""
