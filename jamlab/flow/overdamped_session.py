@@ -149,7 +149,9 @@ class OverdampedSession:
         self._driven, self.end = False, end
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
-        settings = {name: given[name] for name in ("beta", "alpha", "arms", "even", "short_edge")}
+        settings: dict[str, float | str] = {
+            name: given[name] for name in ("beta", "alpha", "arms", "even", "short_edge")
+        }
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"background": background, "fluid": 0.0}
         settings |= carried(damping)
@@ -162,23 +164,7 @@ class OverdampedSession:
         self._session = Session(natural)
         try:
             self._session.set_variables(settings)
-            style, others = "", natural.law.pair_style
-            self.forces = others.style if others else ""  # pair style of LAMMPS that moves disks, beside the plugin
-            if packing.kind.carrier == "pairs":
-                self._session.command(style := disk_style(damping))
-                self._session.load(natural, anew=True)  # by the other pair style
-            elif settings["arms"] == "none" or settings["even"]:
-                raise InputError(
-                    f"{damping}: the plugin carries the drag law {damping.name!r} for disks alone: between "
-                    f"{packing.kind.particles} its drag is in proportion to the stiffness of a contact, and rotations "
-                    "enter; use ContactDamping or StokesDrag"
-                )
-            else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
-                self._outlines = " drag ${tau} ${beta} ${alpha}" if damping.at_contacts else ""
-                faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
-                eta = max(float(packing.params["eta"]), faded) / self._scales.length
-                self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
-                self._own["eta"] = eta
+            style = self._set_forces(natural, settings)
             if not natural.frame.all_free:  # the plugin holds them, and needs the forces on them
                 self._session.command("unfix fixed")
                 self._session.command("unfix on_fixed")
@@ -197,6 +183,28 @@ class OverdampedSession:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _set_forces(self, natural: Packing, settings: dict[str, float | str]) -> str:
+        """Forces and drag at contacts; the pair style that carries them, of disks."""
+        packing, damping = self._given, self._damping
+        style, others = "", natural.law.pair_style
+        self.forces = others.style if others else ""  # pair style of LAMMPS that moves disks, beside the plugin
+        if packing.kind.carrier == "pairs":
+            self._session.command(style := disk_style(damping))
+            self._session.load(natural, anew=True)  # by the other pair style
+        elif settings["arms"] == "none" or settings["even"]:
+            raise InputError(
+                f"{damping}: the plugin carries the drag law {damping.name!r} for disks alone: between "
+                f"{packing.kind.particles} its drag is in proportion to the stiffness of a contact, and rotations "
+                "enter; use ContactDamping or StokesDrag"
+            )
+        else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
+            self._outlines = " drag ${tau} ${beta} ${alpha}" if damping.at_contacts else ""
+            faded = float(settings["short_edge"]) * self._tolerance * float(packing.params["delta"])
+            eta = max(float(packing.params["eta"]), faded) / self._scales.length
+            self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
+            self._own["eta"] = eta
+        return style
 
     def _compare(self) -> None:
         """Compare laws of the plugin with those of the analysis, unless they were found to agree before."""

@@ -36,38 +36,38 @@ def write_table(frame: pd.DataFrame, path: Path) -> None:
         TABLE_FORMATS[name](frame, temporary)
 
 
-def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    frame.to_csv(path, index=False)
+def _write_csv(frame: pd.DataFrame, temporary: Path) -> None:
+    frame.to_csv(temporary, index=False)
 
 
-def _write_tsv(frame: pd.DataFrame, path: Path) -> None:
-    frame.to_csv(path, index=False, sep="\t")
+def _write_tsv(frame: pd.DataFrame, temporary: Path) -> None:
+    frame.to_csv(temporary, index=False, sep="\t")
 
 
-def _write_json(frame: pd.DataFrame, path: Path) -> None:
+def _write_json(frame: pd.DataFrame, temporary: Path) -> None:
     """A list of rows; JSON knows finite numbers alone, and has null for others."""
     columns = {str(name): [_plain(value) for value in frame[name].tolist()] for name in frame}
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    path.write_text(json.dumps(rows, ensure_ascii=False, allow_nan=False), encoding="utf-8")
+    temporary.write_text(json.dumps(rows, ensure_ascii=False, allow_nan=False), encoding="utf-8")
 
 
 def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _write_h5(frame: pd.DataFrame, path: Path) -> None:
+def _write_h5(frame: pd.DataFrame, temporary: Path) -> None:
     """Each column is a dataset (rows,), text in UTF-8."""
     import h5py
 
-    with h5py.File(path, "w") as file:
+    with h5py.File(temporary, "w") as file:
         for name in frame:
             values = frame[name].to_numpy()
             numbers = values.dtype.kind in "biuf"
             file.create_dataset(str(name), data=values, dtype=None if numbers else h5py.string_dtype())
 
 
-def _write_parquet(frame: pd.DataFrame, path: Path) -> None:
-    frame.to_parquet(path, index=False)
+def _write_parquet(frame: pd.DataFrame, temporary: Path) -> None:
+    frame.to_parquet(temporary, index=False)
 
 
 TABLE_FORMATS: dict[str, Callable[[pd.DataFrame, Path], None]] = {
