@@ -28,7 +28,8 @@ ELSEWHERE = {
     **dict.fromkeys(("creep", "flow_curve", "oscillate", "relax_stress", "shear", "stop_flow"), "in time: tests/flow"),
     **dict.fromkeys(("choose_flow", "flow_cost"), "estimates of runs: tests/flow"),
     **dict.fromkeys(
-        ("displacement_correlation", "mode_character", "nonlinear_modulus"), "at a frequency: tests/rheology"
+        ("displacement_correlation", "mean_spectra", "mode_character", "nonlinear_modulus"),
+        "at a frequency: tests/rheology",
     ),
     **dict.fromkeys(("synthetic_micrograph", "universe", "write", "write_contacts"), "pictures and files"),
     **dict.fromkeys(("write_movie", "write_page"), "pictures and files"),
