@@ -296,7 +296,8 @@ def _edges(packing: Packing) -> dict[str, float]:
 
 @_observes("rho", "voids", "void_sides", "void_area", "void_shape")
 def _cover(packing: Packing) -> dict[str, float]:
-    rho = {"rho": packing_fraction(packing)}
+    known = "exact" in packing.kind.fraction_methods
+    rho = {"rho": packing_fraction(packing) if known else float("nan")}
     if not packing.kind.says("boundary"):
         return rho
     try:

@@ -192,3 +192,9 @@ def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monk
 
 def test_its_deck_part_lies_in_its_own_folder():
     assert twins.TWINS.part.parent.name == "support" and twins.TWINS.part.is_file()
+
+
+def test_units_that_a_model_does_not_name_are_refused(dense, monkeypatch):
+    monkeypatch.setattr(type(dense.kind), "unit_names", {"eps": dense.unit_names})
+    with pytest.raises(jamlab.InputError, match="unknown units 'k': use one of eps"):
+        jamlab.Packing("twin", dense.box, dense.positions, {"k": 1.0}, "k", diameters=dense.diameters)

@@ -25,6 +25,7 @@ from jamlab.registry import EXTENDING
 LEAST_CONTACTS = 3
 # overlaps of two disks over their distance of contact: that of packings well above onset, and where a search ends
 _TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
+_JUMP = 1e-6  # of a force where contacts open, over the stiffness: a rounded 0
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
 _BISECTIONS = 60  # of its logarithm: float64 has no more digits
 
@@ -194,6 +195,11 @@ class PairLaw(ABC):
             raise InputError(
                 f"{self}: the stiffness U'' of disks that overlap by {_TYPICAL:g} of their distance of contact is "
                 f"{found:.6g}, must be positive: check the derivatives of {type(self).__name__}, see {EXTENDING}"
+            )
+        if not self.range and not (jump := abs(self._at(_LEAST)[1])) <= _JUMP * found * self.strength:
+            raise InputError(
+                f"{self}: the force of disks that just touch is {jump:.6g}, must be 0, or no state with contacts has a "
+                f"minimum: subtract the force at contact in {type(self).__name__}, as pair styles with `shift/force` do"
             )
         return found
 

@@ -19,7 +19,7 @@ from jamlab.errors import InputError
 from jamlab.face import NAMES
 from jamlab.hints import Hinted
 from jamlab.laws.pair_law import PairLaw
-from jamlab.laws.parameter import UNITS, Parameter, check_params
+from jamlab.laws.parameter import Parameter, check_params
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.frame import Frame, checked_fixed, frame_of
@@ -113,8 +113,7 @@ class Packing(Hinted):
 
     def __post_init__(self) -> None:
         self._set("_derived", Derived())
-        MODELS.get(self.model)
-        check_choice("units", self.units, UNITS)
+        check_choice("units", self.units, tuple(MODELS.get(self.model).unit_names))
         self._set("box", finite_array("box", self.box, (2, 2)))
         self._set("positions", finite_array("positions", self.positions, (None, 2)))
         if not len(self.positions):

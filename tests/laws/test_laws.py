@@ -1,5 +1,8 @@
 """Force laws: derivatives, what is typical near onset, names and refusals."""
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 import pytest
 from laws_of_others import Ramp, Wca
@@ -127,3 +130,22 @@ def test_what_no_carrier_can_do_is_refused_by_name():
     many = jamlab.pack(300, phi=0.3, seed=1, sizes=np.linspace(0.9, 1.1, 300))
     with pytest.raises(jamlab.EngineError, match="law 'wca_here': more than 256 sizes"):
         jamlab.evaluate(many.with_state(params={"k": 1.0, "law": "wca_here"}))
+
+
+@dataclass(frozen=True)
+class Cut(PairLaw):
+    """A screened charge that ends at contact, where it still pushes."""
+
+    name: ClassVar[str] = "cut"
+
+    def __call__(self, contact, distance):
+        eps = self.energy_of(contact)
+        y = eps * contact / distance * np.exp(1 - distance / contact)
+        inverse = 1 / distance + 1 / contact
+        return y - eps, -y * inverse, y * (inverse**2 + 1 / distance**2)
+
+
+def test_a_force_that_jumps_at_contact_is_refused():
+    """No state near the jump has a minimum, and a search would not end."""
+    with pytest.raises(jamlab.InputError, match="force of disks that just touch is 2, must be 0"):
+        _ = Cut("eps", 1.0).stiffness
