@@ -26,11 +26,11 @@ from jamlab.protocols.descent import Descent, DescentOfBonds
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 from jamlab.registry import Registry
 
-ComplexArray = NDArray[np.complex128]
-_TRIES = 100  # places for a particle; at phi = 0.2 two are enough for most
-
 if TYPE_CHECKING:
     from jamlab.protocols.onset_search import OnsetSearch, SearchState
+
+ComplexArray = NDArray[np.complex128]
+_TRIES = 100  # places for a particle; at phi = 0.2 two are enough for most
 
 
 class Making:
