@@ -23,12 +23,13 @@ def table(folder: Path) -> pd.DataFrame:
     """One row for each constant and field: what it is, which runs read it, what half and double change, a verdict."""
     tree = Tree(Path(os.environ.get("JAMLAB_TREE") or Path(__file__).parents[2]))
     kinds = json.loads((folder / "modules.json").read_text())["kinds"]
+    plain = {each.label: tree.is_plain(each) for each in tree.constants}  # the others are imported anew, which costs
     runs: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
     for row in map(json.loads, (folder / "trials.jsonl").read_text().splitlines()):
         own = runs[row["constant"], row["factor"]]
         if own and own[0]["scenario"] == "none":  # read by none then, by some of a longer battery
             own.clear()
-        own.append(row | {"usual": (row["scenario"], bool(own))})  # the first run of a process costs more
+        own.append(row | {"usual": (row["scenario"], bool(own), plain[row["constant"]])})  # first runs cost more
     usual = _usual_cost([row for own in runs.values() for row in own if "cpu" in row])
     return pd.DataFrame([_row(tree, each, kinds, usual, runs) for each in tree.constants])
 

@@ -252,7 +252,7 @@ class Trials:
                 size = _change(value, other)
                 if size > change:
                     change, where = size, name
-        bits = all(found.get(name) == value for name, value in expected.items())
+        bits = all(json.dumps(found.get(name)) == json.dumps(value) for name, value in expected.items())  # nan is nan
         converged = [sum(bool(v) for k, v in each.items() if k.endswith("/converged")) for each in (expected, found)]
         cost = {"cpu_ratio": row["cpu"] / max(base["cpu"], 1e-3), "calls_ratio": row["calls"] / max(base["calls"], 1)}
         raised = {"raised": found["raised"]} if "raised" in found and "raised" not in expected else {}

@@ -25,7 +25,7 @@ FIELD = re.compile(r"int|float|tuple\[[\w, .]*\]")
 CHECKS = re.compile(r"(\w+\.)*(check_\w+|Field|Parameter|Limits?|Bound\w*|Between|Range)$")
 DEFINED = re.compile(  # codes of others, units, directions, colours: what they are is not ours to choose
     r"packing\.quantities\.|packing\.strain_map\.(?!_ROUNDING)|packing\.deformation\.|_TURN$|METRES|LOSSY_TIFF|_NO_LOCKS|_NO_SPACE"
-    r"|_SIGNALS|_PR_SET|_MODE$|_NO_MEMORY|_TOO_MANY_IMAGES|_OUTLINES_CROSS|_ALL_CATEGORIES|WHOLE|_TOO_SMALL|_NOT_FINITE"
+    r"|_SIGNALS|_PR_SET|_MODE$|_NO_MEMORY|_TOO_MANY_IMAGES|_OUTLINES_CROSS|decimal_point\.|WHOLE|_TOO_SMALL|_NOT_FINITE"
     r"|labels\.LAST|illumination\.MAD|PLATEAU_BORDER|\._IMAGES|_TOO_MANY_IMAGES|_FLOAT32|SIZE_NAMES|_EPS|seed|SEED$"
 )
 VERSION = re.compile(r"(DEFINITION|PROTOCOL|VERSION)$")
