@@ -19,7 +19,6 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
 from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
-from jamlab.packing.write import write
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.table_file import write_table
@@ -106,6 +105,8 @@ def analyze(
             raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
         found = _measure_picture(file, labels, how, overlay, csv)
         if packing is not None:
+            from jamlab.packing.write import write
+
             write(packing, [found.packing(**({} if reading.get("model") is None else {"model": reading["model"]}))])
         print_micrograph(source.name, found, as_json)
     else:

@@ -6,12 +6,11 @@ Numbers come back to the last bit in each: text has as many digits as it takes, 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
@@ -52,7 +51,7 @@ def _write_json(frame: pd.DataFrame, temporary: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write_h5(frame: pd.DataFrame, temporary: Path) -> None:

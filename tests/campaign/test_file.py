@@ -94,7 +94,7 @@ def droplets(**law):
         (flows("flow", rates=[0.0, 1.0], step=0.1, strain=1.0), "flow.step = 0.1"),
         (droplets(gama=1.0), "'gama'"),
         (droplets(ka=-1.0), "-1.0"),
-        (droplets(delta=1e30), "delta = 1e+30"),
+        (droplets(delta=1e30), "params['delta'] is 1e+30"),
         (droplets(ka=1e7), "1e+07"),
         *((droplets(nv_small=value), "vertices") for value in (1e300, 1e-300, 10**400, [12], True, "x", 10001)),
         ({"force_law": {"gamma": 0.1}}, "'gamma'"),
