@@ -15,6 +15,7 @@ from jamlab.laws.parameter import STRENGTHS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.model import Model
 from jamlab.protocols.makings import making_of
+from jamlab.protocols.minimising import MAKINGS, Minimising
 from jamlab.registry import Registry
 
 
@@ -107,6 +108,12 @@ def test_disks_and_droplets_have_descents_of_their_own():
         (1, 2, 2),
         (5, 2, 4),
     ]
+
+
+def test_what_is_no_making_is_refused_by_name(monkeypatch):
+    monkeypatch.setitem(MAKINGS._entries, "dp", Minimising())  # what alone minimises starts nothing
+    with pytest.raises(jamlab.InputError, match="making of the model 'dp' .* derived from Making"):
+        making_of("dp")
 
 
 class Points(Model):

@@ -9,7 +9,7 @@ Makings are apart from models, since analysis needs no LAMMPS.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,23 +22,19 @@ from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
-from jamlab.protocols.descent import Descent, DescentOfBonds
+from jamlab.protocols.minimising import MAKINGS, Minimising
+from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
-from jamlab.registry import Registry
-
-if TYPE_CHECKING:
-    from jamlab.protocols.onset_search import OnsetSearch, SearchState
 
 ComplexArray = NDArray[np.complex128]
 _TRIES = 100  # places for a particle; at phi = 0.2 two are enough for most
 
 
-class Making:
+class Making(Minimising):
     """How packings of one model are made.
 
     Attributes:
         name: of the model.
-        descent: first-order steps, and those to the end.
         version: of onsets, see `jamlab.campaign.tasks`; a change that gives other packings raises it.
         stiffening_version: the same for laws whose force does not grow in proportion to the overlap.
         compression_version: of states of `compress`.
@@ -46,22 +42,15 @@ class Making:
         outlines: arguments of `jam` beside those of the law, which the start takes.
         way: packing fractions, and the share of the time to onset spent below them: minimisation slows down as
             contacts form.
-        settled: largest force that tells a jammed state of the search from a loose one, if that is more than the
-            tolerance.
-        loose: largest force with which a state near onset, followed by linear response, is judged first; None: it is
-            relaxed to the end at once.
     """
 
     name: str
-    descent: Descent = DescentOfBonds()
     version: ClassVar[int] = 1
     stiffening_version: ClassVar[int] = 1
     compression_version: ClassVar[int] = 1
     starts: ClassVar[tuple[str, ...]] = ()
     outlines: ClassVar[tuple[str, ...]] = ()
     way: ClassVar[tuple[tuple[float, ...], tuple[float, ...]]] = ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9))
-    settled: ClassVar[float] = 0.0
-    loose: ClassVar[float | None] = None
 
     def __init__(self, name: str = "") -> None:
         self.name = name or self.name
@@ -166,10 +155,10 @@ def _beside_each_other(shapes: ComplexArray, sizes: Array, random: np.random.Gen
     return np.stack([found.real, found.imag], axis=-1)
 
 
-MAKINGS: Registry[Making] = Registry("jamlab.makings", "making of the model")
-
-
 def making_of(model: str) -> Making:
     """How packings of a model are made: as it is registered, else as `Making` says."""
     MODELS.get(model)  # refuses one that is unknown
-    return MAKINGS.get(model) if model in MAKINGS.names() else Making(model)
+    making = MAKINGS.get(model) if model in MAKINGS.names() else Making(model)
+    if not isinstance(making, Making):
+        raise InputError(f"making of the model {model!r} is {making!r}: give an object of a class derived from Making")
+    return making

@@ -121,7 +121,7 @@ def jam(
         "step": first_step,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(making, progress))
+    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(making.way, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})

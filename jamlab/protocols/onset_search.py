@@ -16,7 +16,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.protocols.approach import BEARING, DECOMPRESSION, Approach, fell_too_often
 from jamlab.protocols.box_relaxation import Ensemble
-from jamlab.protocols.makings import Making, making_of
+from jamlab.protocols.minimising import Minimising, minimising_of
 from jamlab.protocols.relaxation import Relaxed, relax_session, settle
 from jamlab.protocols.saddles import leave_saddles
 
@@ -52,11 +52,11 @@ class SearchState:
 
 class OnsetWork:
     """Reports how far a search for jamming onset is. The share of the work that is done is known on the way up, and
-    rises; near onset nobody knows it, and the try is told instead. `making`: of its particles;
+    rises; near onset nobody knows it, and the try is told instead. `way`: see `Making`;
     `progress`: where to report to."""
 
-    def __init__(self, making: Making, progress: Progress | None) -> None:
-        self._way, self._tell = making.way, progress or no_progress
+    def __init__(self, way: tuple[tuple[float, ...], tuple[float, ...]], progress: Progress | None) -> None:
+        self._way, self._tell = way, progress or no_progress
         self._highest, self._near = 0.0, False
         self.attempt = 1  # to come down to onset
 
@@ -81,8 +81,8 @@ class OnsetSearch(Approach[SearchState]):
     work: OnsetWork
 
     @property
-    def _making(self) -> Making:
-        return making_of(self.session.kind.name)
+    def _minimising(self) -> Minimising:
+        return minimising_of(self.session.kind.name)
 
     def by_paper(self, packing: Packing, increment: float) -> SearchState:
         """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
@@ -141,7 +141,7 @@ class OnsetSearch(Approach[SearchState]):
     def settle(self, start: SearchState, phi: float) -> SearchState:
         """A bounded effort at another packing fraction."""
         self.session.load(at_phi(start.packing, phi))
-        tolerance = max(self.tolerance, self._making.settled)
+        tolerance = max(self.tolerance, self._minimising.settled)
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
             loose = self.session.law.force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
             tolerance = max(tolerance, loose)
@@ -151,7 +151,7 @@ class OnsetSearch(Approach[SearchState]):
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
-        if (loose := self._making.loose) is not None and not self.relax_state.may_shear:
+        if (loose := self._minimising.loose) is not None and not self.relax_state.may_shear:
             found = settle(self.session, loose)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self.measure(Relaxed(found, loose, False))

@@ -11,7 +11,7 @@ from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.protocols.descent import USUAL, Effort, entangled
-from jamlab.protocols.makings import making_of
+from jamlab.protocols.minimising import minimising_of
 from jamlab.protocols.newton import descend_by_newton
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
@@ -52,7 +52,7 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluat
         tolerance: on the largest force.
         loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
     """
-    return making_of(session.kind.name).descent.settle(session, tolerance, loose)
+    return minimising_of(session.kind.name).descent.settle(session, tolerance, loose)
 
 
 def relax_session(
@@ -72,7 +72,7 @@ def relax_session(
     """
     if tolerance is None:
         tolerance = force_tolerance(session.kind.name)
-    descent = making_of(session.kind.name).descent
+    descent = minimising_of(session.kind.name).descent
     if near:
         state = descent.end(session, tolerance, effort)
         if state.max_force <= tolerance:
