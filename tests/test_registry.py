@@ -112,7 +112,7 @@ def test_disks_and_droplets_have_descents_of_their_own():
 
 def test_what_is_no_making_is_refused_by_name(monkeypatch):
     monkeypatch.setitem(MAKINGS._entries, "dp", Minimising())  # what alone minimises starts nothing
-    with pytest.raises(jamlab.InputError, match="making of the model 'dp' .* derived from Making"):
+    with pytest.raises(jamlab.InputError, match=r"making of the model 'dp' .* derived from Making"):
         making_of("dp")
 
 

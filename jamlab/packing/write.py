@@ -52,7 +52,7 @@ def write(
         >>> jamlab.read("onset.data").n, len(jamlab.read_all("sweep.h5")) > 1
         (16, True)
     """
-    kind, ending = kind_of(path), Path(path).suffix.lower()
+    kind, ending = format_of(path), Path(path).suffix.lower()
     if observables and kind != "packings":
         raise InputError(f"observables {', '.join(observables)}: a {ending} file holds none, write HDF5, such as x.h5")
     check_names(observables or {})
@@ -75,7 +75,7 @@ def write(
     return _write(kind, path, frames, observables)
 
 
-def kind_of(path: FilePath) -> str:
+def format_of(path: FilePath) -> str:
     """The format that a name promises, of `FORMATS`; another than those of packings is refused."""
     check_ending(path, *_KINDS)
     ending = Path(path).suffix.lower()

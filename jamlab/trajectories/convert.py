@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from jamlab.checks import checked
 from jamlab.packing.hdf5 import read_observables
 from jamlab.packing.packing import Packing
-from jamlab.packing.write import kind_of, write
+from jamlab.packing.write import format_of, write
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.verified_file import USER_BLOCK, FilePath, add_checksum, is_hdf5, opened
 from jamlab.trajectories.files import read, read_all
@@ -51,7 +51,7 @@ def convert(source: FilePath, target: FilePath, frame: int | None = None, **read
         >>> convert("a.h5", "b.h5").lost, convert("a.h5", "b.dump").lost
         ((), ('provenance', 'observables rho, z'))
     """
-    kind = kind_of(target)
+    kind = format_of(target)
     packings = read_all(source, **reading) if frame is None else [read(source, frame, **reading)]
     records, observables = _beside(source) if is_hdf5(source) else ([], {})
     if kind != "packings":
