@@ -38,7 +38,7 @@ class AtomExchange:
         """Move every atom to an unwrapped position (n, 2)."""
         self._call(_put_atoms, b"x", positions, box)
 
-    def place(self, inside: Array, images: NDArray[np.int64]) -> None:
+    def put_inside(self, inside: Array, images: NDArray[np.int64]) -> None:
         """Put every atom at a position (n, 2) inside the box, with the image (n, 2) that it stands for."""
         self._call(_put_atoms, b"x", inside)
         bits, integer = (21, ctypes.c_int64) if self._wide else (10, ctypes.c_int32)

@@ -397,7 +397,7 @@ class Session(Hinted):
 
     def _place(self) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
-        self._atoms.place(*wrap(self._packing))
+        self._atoms.put_inside(*wrap(self._packing))
 
     def _set_box(self, box: Array) -> None:
         lx, xy, ly = (text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))

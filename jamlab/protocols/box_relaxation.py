@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -80,6 +79,11 @@ class Ensemble:
     may_shear: bool = False  # whether the box is sheared until no shear stress is left
     pressure: float | None = None  # at which the area is free, in a box that does not shear; None: the area stays
 
+    @property
+    def strains(self) -> Array:
+        """(m, 2, 2) strains that the box may take at a pressure."""
+        return np.concatenate([COMPRESSION, SHEARS]) if self.may_shear else COMPRESSION
+
     def __call__(
         self,
         session: Session,
@@ -117,11 +121,13 @@ class Ensemble:
         return relax_disks_and_box(session, box_strains, force, near=near, least_pressure=least_pressure)
 
 
+_ENSEMBLES = dict(zip(ENSEMBLES, (Ensemble(), Ensemble(may_shear=True)), strict=True))
+
+
 def minimizer(ensemble: str) -> Ensemble:
-    """The ensemble of a name: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no
-    shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
-    check_choice("ensemble", ensemble, ENSEMBLES)
-    return Ensemble(may_shear=ensemble != "fixed-box")
+    """The ensemble of a name, as of a packing: "fixed-box", compressed without shear, or "shear-stabilized", the box
+    sheared until no shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
+    return _ENSEMBLES[ensemble]
 
 
 def _shear_box(

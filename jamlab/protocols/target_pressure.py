@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked, is_number
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
@@ -17,7 +16,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
-from jamlab.packing.box_strains import COMPRESSION, SHEARS, BoxStrains
+from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, natural_scales, natural_stress
@@ -140,7 +139,7 @@ def pack(
         for times in _ABOVE:
             if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
-                    return decompress(at(times * pressure), pressure, ranks=ranks, tolerance=tolerance)
+                    return _come_down(at(times * pressure), pressure, force, ranks)
         raise
 
 
@@ -167,7 +166,7 @@ def _from_random(
             relax_session(session, _BEFORE_BOX)
         else:
             _walk(session, pressure, search, progress)
-        found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force)
+        found = relax_disks_and_box(session, BoxStrains(minimizer(given.ensemble).strains, pressure), force)
         packing = session.packing()
     lower = "a pressure nearer to 0" if given.law.range else f"come down from a higher pressure: {_DECOMPRESS}"
     _check_met(packing, found, pressure, f"try another seed, or {lower}")
@@ -214,7 +213,15 @@ def decompress(
     """
     check_ranks(ranks, packing.kind)
     _check_repulsive(packing)
-    began, force = time.perf_counter(), _check_force(pressure, tolerance, packing.law, natural_scales(packing).stress)
+    force = _check_force(pressure, tolerance, packing.law, natural_scales(packing).stress)
+    return _come_down(packing, pressure, force, ranks, progress)
+
+
+def _come_down(
+    packing: Packing, pressure: float, force: float, ranks: int, progress: Progress | None = None
+) -> Packing:
+    """`decompress` to a pressure that has been checked, with a force tolerance."""
+    began = time.perf_counter()
     found, reached, start = _decompressed(packing, pressure, force, ranks, progress)
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
@@ -229,13 +236,14 @@ def _decompressed(
     """The packing at the lower pressure, the pressure met, and that where it came from."""
     start, search = _check_start(packing, pressure), numbers("pressure")
     steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
-    may_strain = packing.kind.compiled_fire and (packing.frame.all_free or minimizer(packing.ensemble).may_shear)
+    ensemble = minimizer(packing.ensemble)
+    may_strain = packing.kind.compiled_fire and (packing.frame.all_free or ensemble.may_shear)
     with Session(packing, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             least = search["loose"] * target
             if may_strain:
-                box_strains = BoxStrains(_strains(packing.ensemble), target)
+                box_strains = BoxStrains(ensemble.strains, target)
                 found = relax_disks_and_box(session, box_strains, noise, near=True, least_pressure=least)
             else:
                 found = relax_at_pressure(session, target, noise)
@@ -273,11 +281,6 @@ def _check_start(packing: Packing, pressure: float) -> float:
     else:
         return state.pressure
     raise InputError(f"pressure: the packing is {what}: {remedy}")
-
-
-def _strains(ensemble: str) -> Array:
-    """Strains that the box of an ensemble may take at a pressure."""
-    return np.concatenate([COMPRESSION, SHEARS]) if minimizer(ensemble).may_shear else COMPRESSION
 
 
 def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:

@@ -306,7 +306,7 @@ def test_atoms_are_exchanged_in_both_sizes_of_integers(wide, dtype, bits):
     exchange._lmp, exchange._wide = SimpleNamespace(lmp=None), bool(wide)
     held = {b"id": ids.ctypes.data, b"image": images.ctypes.data, b"x": ctypes.addressof(rows)}
     exchange._array = lambda _, name: held[name]
-    exchange.place(inside, flags)
+    exchange.put_inside(inside, flags)
     assert exchange.positions(n, box) == pytest.approx(inside + flags @ box, rel=1e-15)
     x[:] = 0.0
     exchange.set_positions(inside + flags @ box, box)
