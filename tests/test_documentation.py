@@ -60,6 +60,18 @@ def test_files_that_are_named_are_there():
     assert not missing
 
 
+def test_paths_of_contributing_are_there():
+    """From the root, or from the folder of the library, tests or studies; a name alone anywhere."""
+    words = re.findall(r"`([\w/.]+)`", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
+    paths = {word for word in words if re.search(r"\w/\w|\w\.(?:py|pyi|md|toml|csv|cpp|h)$", word)}
+    places = [ROOT, *(ROOT / folder for folder in ("jamlab", "tests", "studies", "plugin"))]
+    names = {path.name for place in places[1:] for path in place.rglob("*")} | {path.name for path in ROOT.iterdir()}
+    found = {path for path in paths if any((place / path).exists() for place in places)}
+    assert len(found) > 50
+    styles = {"disk/drag"}
+    assert paths - found - styles - {path for path in paths if "/" not in path and path in names} == set()
+
+
 def test_every_package_has_a_row():
     """The table of packages in CONTRIBUTING.md."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
