@@ -5,7 +5,6 @@
 #include "domain.h"
 #include "edge_geometry.h"
 #include "error.h"
-#include "fix_polygon_area.h"
 #include "force.h"
 #include "memory.h"
 #include "neighbor.h"

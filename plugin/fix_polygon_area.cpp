@@ -2,7 +2,6 @@
 #include "fix_polygon_area.h"
 
 #include "atom.h"
-#include "bond_line_tension.h"
 #include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "bond_line_tension.h"
 #include "fix.h"
 #include "polygon_parameter.h"
 #include "polygon_rings.h"
@@ -12,7 +13,7 @@ namespace LAMMPS_NS {
 /* The area elasticity of the closed rings of a group is the second term of Boromand et al. eq 7: E
    = sum_m (ka_m/2) (a_m - a0_m)^2. The vertices of a polygon share its energy and virial; the
    virial is taken about its center. */
-class FixPolygonArea : public Fix {
+class FixPolygonArea : public Fix, public TensionCarrier {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
   ~FixPolygonArea() override;
@@ -29,7 +30,7 @@ class FixPolygonArea : public Fix {
   void min_post_force(int vflag) override { post_force(vflag); }
   double compute_scalar() override;
   double memory_usage() override { return bytes(ka, a0, pulls) + polygon_rings.memory_usage(); }
-  bool add_tension_too(double gamma, double eta, double &energy_of_edges);
+  bool add_tension_too(double gamma, double eta, double &energy_of_edges) override;
 
   // These values are those of the last evaluation of forces.
   const PolygonRings &rings() const { return polygon_rings; }

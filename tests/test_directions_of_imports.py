@@ -120,6 +120,19 @@ def test_imports_form_no_circle():
         graphlib.TopologicalSorter(GRAPH | {"jamlab.errors": {"jamlab.cli.main"}}).prepare()
 
 
+def test_units_of_the_plugin_form_no_circle():
+    """A header and the source file of its name are one unit, which includes others."""
+    files = [path for path in (ROOT / "plugin").rglob("*") if path.suffix in (".cpp", ".h")]
+    unit = {path.name: path.stem for path in files}
+    assert len(unit) == len(files) > 80
+    included = {stem: set() for stem in unit.values()}
+    for path in files:
+        names = re.findall(r'#include "(?:.*/)?([^"/]+)"', path.read_text(encoding="utf-8"))
+        included[path.stem] |= {unit[name] for name in names if name in unit} - {path.stem}
+    assert sum(map(len, included.values())) > 80
+    graphlib.TopologicalSorter(included).prepare()
+
+
 @pytest.mark.parametrize(
     "text",
     [
