@@ -19,7 +19,7 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.registry import EXTENDING
 from jamlab.rheology.damping import StokesDrag
-from jamlab.rheology.drag_law import DragLaw
+from jamlab.rheology.drag_law import DragLaw, contact_velocities
 
 _DIGITS = 1e-8  # to which both sides agree, but for the following
 _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force that is rounding
@@ -27,17 +27,15 @@ _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force th
 # least drags as if it moved a little, where drag is a power of the velocity
 _THIN, _OF_THIN, _OF_POWERS = 4e-3, 1e-2, 1e-6
 _EACH_MARGINAL = 20.0  # for each pair whose gap does not tell whether it touches, of all contacts
-_OF_MOVED, _LOOSEST = (
-    0.2,
-    0.3,
-)  # of the drag at contacts, where places were corrected since, in the first steps of a flow
+_OF_MOVED = 0.2  # of the drag at contacts, where places were corrected since, in the first steps of a flow
+_LOOSEST = 0.3  # part to which both sides agree, at most
 _NOISE = 1e-13  # of velocities, whose differences at contacts may be small beside them: rounding, with room
-_FASTER = 10.0  # squared velocity at thin contacts over the mean one, at most
 _OF_SPINS = 1e-5  # of the power: errors of the spins, which the tolerance of the solver leaves
 _STEP = 1e-2  # of the fastest rate, by which spins are changed
 _EDGE = 1e-12  # of a distance of contact: pairs so near to it may count on one side alone
 _TELLING = 1e-10  # of the dissipated power, which the drag on particles beside the flow must have to be compared
-_SUMS = 1e-13  # of the dissipated power: rounding of its sum
+_SUMS = 1e-13  # of the dissipated power of velocities that do not cancel: rounding of its sum
+_RIGID = 1e-8  # of the same: below, particles move as one piece, and rounding is seen
 _agreed: set[Hashable] = set()
 
 
@@ -84,7 +82,9 @@ def compare(key: Hashable, packing: Packing, law: DragLaw, background: float, fo
     _check("elastic shear stress", found.elastic_stress, -float(stress(packing)[0, 1]), loose * largest, who)
     if overlap.min() < _EDGE * size:
         return False
-    loose += _share_of_thin(packing, overlap) + _OF_POWERS * (law.alpha != 1)
+    if (thin := _share_of_thin(packing, overlap, _rates(packing, found))) > _OF_THIN:
+        return False
+    loose += thin + _OF_POWERS * (law.alpha != 1)
     loose += _OF_MOVED * found.moved * law.at_contacts
     if loose > _LOOSEST or not _compare_drag(packing, law, background, found, loose):
         return False
@@ -101,7 +101,12 @@ def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Eval
     expected, beside_flow = power(rates), power(np.append(rates[:-1], 0.0))
     if not beside_flow > _TELLING * expected:
         return False
-    allowed = loose * min(expected, beside_flow) + _SUMS * expected
+    signs = np.random.default_rng(len(rates)).choice([-1.0, 1.0], len(rates))
+    apart = max(expected, beside_flow, power(rates * signs))  # of velocities that do not cancel at contacts
+    allowed = loose * min(expected, beside_flow) + _SUMS * apart
+    if expected < _RIGID * apart:
+        _check("dissipated power per area", found.dissipation, expected, allowed + _RIGID * apart, who)
+        return False
     if abs(found.dissipation - expected) > allowed:  # velocities may be large beside their differences at contacts
         noise = 1.0 + _NOISE * np.random.default_rng(len(rates)).standard_normal(len(rates))
         allowed += abs(power(rates * noise) - expected)
@@ -112,16 +117,20 @@ def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Eval
     return True
 
 
-def _share_of_thin(packing: Packing, overlap: Array) -> float:
+def _share_of_thin(packing: Packing, overlap: Array, rates: Array) -> float:
     """Largest part of the drag by which thin contacts may be off, which the plugin lets drag as thicker ones."""
-    least, mean = _THIN * float(overlap.mean()), float(overlap.mean())
-    if packing.law.springs or overlap.min() > least:
+    least = _THIN * float(overlap.mean())
+    thin = overlap < least
+    if packing.law.springs or not thin.any():
         return 0.0
-    reach, size = packing.law.range, mean_size(packing)
-    depths = np.array([float(overlap.min()), least, mean])
-    at_own, at_least, at_mean = packing.law.drag_stiffness(np.full(3, size), size + reach - depths)
-    thin = float((overlap < least).mean())
-    return min(_OF_THIN, _FASTER * thin * abs(float(at_least - at_own)) / float(at_mean)) if at_mean > 0 else _OF_THIN
+    size = np.full(int(thin.sum()), mean_size(packing))
+    reached = size + packing.law.range
+    ratio = packing.law.drag_stiffness(size, reached - least) / packing.law.drag_stiffness(
+        size, reached - overlap[thin]
+    )
+    approach, slide, stiffness = contact_velocities(packing, "simple")
+    power = stiffness * ((approach @ rates) ** 2 + (slide @ rates) ** 2)
+    return float(np.abs(ratio - 1) @ power[thin] / power.sum()) if power.any() else np.inf
 
 
 def _gain_by_spins(packing: Packing, power: Callable[[Array], float], rates: Array, here: float) -> float:
