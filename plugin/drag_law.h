@@ -10,8 +10,8 @@ namespace LAMMPS_NS {
 
 /* The law of drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9. With
    the approach v_n and the slip v_t, its dissipation function is, with lengths in simulation units,
-   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2). With `even` above 0 that is k
-   of every contact, instead of its stiffness. */
+   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2). With `even` above 0 that is
+   k of every contact, instead of its stiffness. */
 struct DragLaw {
   // Below it, the drag of the slowest contacts grows beyond all others and no solver converges.
   static constexpr double LEAST_ALPHA = 0.4;

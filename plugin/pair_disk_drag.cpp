@@ -223,8 +223,8 @@ void PairDiskDrag::settings(int narg, char **arg)
     else if (word == "elastic" && (choice == "on" || choice == "off"))
       elastic = choice == "on";
     else
-      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, arms none, "
-                 "even value, elastic on, elastic off, exponent value, shell value, sizes d_name, "
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, "
+                 "arms none, even value, elastic on, elastic off, exponent value, shell value, sizes d_name, "
                  "power value", WHO, word, choice);
   }
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import jamlab
+from jamlab import installed_files
 from jamlab.engine import installation
-from jamlab.kernels import library
 
 FORK = """
 import os, signal, sys
@@ -42,7 +42,7 @@ def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):
 
 def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
     """The installation lost an include file."""
-    monkeypatch.setattr(library, "installed", lambda folder: Path(tmp_path))
+    monkeypatch.setattr(installed_files, "installed", lambda folder: Path(tmp_path))
     with pytest.raises(jamlab.EngineError, match="parts/sp"):
         jamlab.evaluate(sp_jammed)
 
