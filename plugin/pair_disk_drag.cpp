@@ -224,8 +224,8 @@ void PairDiskDrag::settings(int narg, char **arg)
       elastic = choice == "on";
     else
       error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, "
-                 "arms none, even value, elastic on, elastic off, exponent value, shell value, sizes d_name, "
-                 "power value", WHO, word, choice);
+                 "arms none, even value, elastic on, elastic off, exponent value, shell value, "
+                 "sizes d_name, power value", WHO, word, choice);
   }
 
   law.check(error, WHO);
