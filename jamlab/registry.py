@@ -1,4 +1,4 @@
-"""What is known by name and may come from other packages: models, their makings, laws, drags, observables.
+"""Registries by name of models, makings, force laws, drag laws and observables, also of other packages.
 
 An object is registered in this process, or a package declares it as an entry point, by which every process finds it,
 also one that reads a file or runs a part of a campaign:
@@ -30,7 +30,7 @@ class Registry(Generic[T]):
     Args:
         group: of entry points, such as "jamlab.models".
         what: one of them, in words, for messages.
-        check: refuses, by its name, an object that is none of them; by default none is refused.
+        check: of the name and an object, raises if the object is none of them; by default none is refused.
     """
 
     def __init__(self, group: str, what: str, check: Callable[[str, T], None] | None = None) -> None:

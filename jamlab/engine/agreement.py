@@ -1,8 +1,8 @@
-"""Whether those who evaluate a force law, its carriers, agree with the law of the analysis.
+"""Comparison of the carriers of a force law, the programs that evaluate it, with the analysis.
 
-A law stands in numpy, of which analysis is made, in a deck of LAMMPS and, for disks that repel, in compiled code. Each
-is compared once a process, for each law with its numbers, in the first state that can tell: contacts push or pull more
-than rounding does. A state without contacts proves nothing.
+The analysis evaluates a law in numpy, LAMMPS by the deck and, for disks that repel, the minimiser in compiled code.
+Each is compared once in a process, for each law with its numbers, in the first state that can tell: contact forces
+exceed their rounding. A state without contacts proves nothing.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _agreed: set[Hashable] = set()
 
 
 class Carried(NamedTuple):
-    """What a carrier evaluates of a packing."""
+    """Forces, energy and stress of a packing by a carrier."""
 
     forces: Array  # (len(positions), 2), 0 on fixed particles
     energy: float | None = None  # None: it does not say
@@ -46,12 +46,12 @@ class Carried(NamedTuple):
 
 
 def key(carrier: str, packing: Packing, way: str = "") -> Hashable:
-    """What is compared once. `way`: how the carrier evaluates the law, where it has several."""
+    """Name of a comparison that is made once. `way`: how the carrier evaluates the law, if it has several ways."""
     return (carrier, way, packing.model, packing.units, type(packing.law), packing.law, *law_of(packing).items())
 
 
 class _Own(NamedTuple):
-    """What the analysis finds of a packing, and how far rounding may move it."""
+    """Forces, energy and stress of a packing by the analysis, and their rounding errors."""
 
     forces: Array
     energy: float
@@ -64,7 +64,7 @@ class _Own(NamedTuple):
 
 @per_packing
 def _analysed(packing: Packing) -> _Own | None:
-    """By the energy terms; None where analysis does not say, as outlines cross or centres coincide."""
+    """Evaluate the energy terms; None if they are undefined, because outlines cross or centres coincide."""
     try:
         terms = packing.kind.terms(packing, True)
     except InputError:
@@ -98,7 +98,7 @@ def _analysed(packing: Packing) -> _Own | None:
 
 
 def _compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
-    """Compare what a carrier evaluates of a packing with the law of the analysis; whether the state can tell.
+    """Compare a carrier with the analysis for one packing, and return whether the state can tell.
 
     Args:
         compared: `key` of the carrier.

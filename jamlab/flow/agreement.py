@@ -1,7 +1,7 @@
-"""Whether the plugin flows by the laws of the analysis: elastic energy, shear stress and dissipated power of one state.
+"""Comparison of the plugin with the analysis: elastic energy, shear stress and dissipated power of one state in flow.
 
-The plugin holds force laws and drag laws of its own, in C++, and is told which by words. The energy balance of a flow
-cannot tell a wrong one, which balances as well. So the first state of a flow that has contacts is evaluated on both
+The plugin holds force laws and drag laws of its own, in C++, and is told which by words. The energy of a flow
+also balances under a wrong law. Therefore the first state of a flow that has contacts is evaluated on both
 sides, once a process for the same words and laws.
 """
 
@@ -62,7 +62,7 @@ def forget() -> None:
 
 
 def compare(key: Hashable, packing: Packing, law: DragLaw, background: float, found: Evaluated) -> bool:
-    """Compare what the plugin says of a state with the analysis, and tell whether the state said enough: one without
+    """Compare the plugin with the analysis for one state, and return whether the state can tell: one without
     contacts, or with two disks on the point of touching, or in which all particles follow the flow or roll does not.
 
     Raises:
@@ -118,7 +118,7 @@ def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Eval
 
 
 def _share_of_thin(packing: Packing, overlap: Array, rates: Array) -> float:
-    """Largest part of the drag by which thin contacts may be off, which the plugin lets drag as thicker ones."""
+    """Largest relative error of the drag at thin contacts, which the plugin drags as thicker ones."""
     least = _THIN * float(overlap.mean())
     thin = overlap < least
     if packing.law.springs or not thin.any():

@@ -1,4 +1,4 @@
-"""The force laws of disks by their names: what `params["law"]` of a packing names.
+"""Registry of the force laws of disks, by the name that `params["law"]` of a packing has.
 
 Laws are entry points of the group `jamlab.laws`, of jamlab or of another package. Without a name the law is "sticky"
 where `stickiness` is above 0, else "power", and the packing may have the parameters of both.

@@ -1,6 +1,6 @@
-"""What a force law of contacts says, and who evaluates it beside the analysis.
+"""The base class of force laws, and the programs that evaluate a law beside the analysis.
 
-One law has up to four carriers: its own `__call__`, of which analysis is made; the deck, by a pair style of LAMMPS; the
+One law has up to four carriers: its own `__call__`, which the analysis uses; the deck, by a pair style of LAMMPS; the
 compiled FIRE of disks; the elastic part of the plugin's `disk/drag` in flow. `PairLaw.carriers` says which there are,
 and `jamlab.engine.agreement` compares each with the analysis.
 """
@@ -61,7 +61,7 @@ class PairStyle:
 
 @dataclass(frozen=True)
 class PairLaw(ABC):
-    """A force law of contacts: what it can be asked, so that nobody needs to ask which one it is.
+    """A force law of contacts: energy, parameters, and the programs that evaluate it.
 
     A law of disks derives from it as a frozen dataclass, with a field for each of its `parameters`, and is known by its
     `name` in `jamlab.laws.laws.LAWS`.
@@ -121,12 +121,12 @@ class PairLaw(ABC):
 
     @property
     def range(self) -> float:
-        """How far beyond contact the law acts and pulls; 0 for pure repulsion, whose cutoff is the contact itself."""
+        """Distance beyond contact up to which the law acts; 0 for pure repulsion, which ends at contact."""
         return 0.0
 
     @property
     def slack(self) -> float:
-        """Force up to which a contact that a minimiser leaves bears nothing: a chain of such contacts is floppy."""
+        """Largest force of a contact that bears nothing at a minimum: a chain of such contacts is floppy."""
         return 0.0
 
     def drag_stiffness(self, contact: Array, distance: Array) -> Array:
@@ -142,7 +142,7 @@ class PairLaw(ABC):
 
     @property
     def carriers(self) -> frozenset[str]:
-        """Who evaluates the law beside the analysis: "deck", "kernel", "plugin"."""
+        """Programs that evaluate the law beside the analysis: "deck", "kernel", "plugin"."""
         has = {
             "deck": self.deck_part or self.pair_style is not None,
             "kernel": self.kernel_arguments() is not None,
@@ -151,10 +151,14 @@ class PairLaw(ABC):
         return frozenset(name for name, there in has.items() if there)
 
     def require(self, carrier: str, what: str) -> None:
-        """Refuse what needs a carrier that the law does not have. `what`: that needs it, in words.
+        """Refuse a task for which the law has no carrier.
+
+        Args:
+            carrier: that the task needs.
+            what: the task, in words.
 
         Raises:
-            EngineError: it has none.
+            EngineError: the law has none.
         """
         if carrier not in self.carriers:
             write = {"deck": "pair_style", "kernel": "kernel_arguments", "plugin": "plugin_words"}[carrier]
@@ -177,12 +181,12 @@ class PairLaw(ABC):
         return {**found, "shell": 0.5 * self.range, **self.pair_style.variables()}
 
     def kernel_arguments(self) -> tuple[float, int, float] | None:
-        """What the compiled FIRE of disks takes; None where it does not know the law, and LAMMPS minimises alone."""
+        """Arguments of the compiled FIRE of disks; None if it does not have the law: then LAMMPS alone minimises."""
         return None
 
     @property
     def power_of_contact(self) -> float:
-        """p of a strength ~ s^p that pair styles of LAMMPS scale where each disk has its own size."""
+        """Exponent p of a strength ~ s^p, by which pair styles of LAMMPS scale where each disk has its own size."""
         return 0.0
 
     # near onset, lengths in the unit of length ------------------------------------------------------------------------
@@ -210,7 +214,7 @@ class PairLaw(ABC):
         return (-highest if self.range else 0.0), highest
 
     def linear_in_phi(self, pressure: float) -> float:
-        """What grows as phi - phi_J above onset with the pressure: the overlap of two disks that push as strongly."""
+        """Measure of phi - phi_J above onset, from the pressure: the overlap of two disks at this force."""
         return self._overlap(lambda found: -found[1], pressure)
 
     def pressure_at(self, overlap: float) -> float:
@@ -231,7 +235,7 @@ class PairLaw(ABC):
         return self.force_at(energy * unit) / (float(np.sqrt(2 * energy)) * unit)
 
     def root_energy(self, energy: float) -> float:
-        """What grows as phi - phi_J above onset with the contact energy: the overlap of two disks that have as much."""
+        """Measure of phi - phi_J above onset, from the contact energy: the overlap of two disks of this energy."""
         return self._overlap(lambda found: found[0], energy)
 
     def _at(self, overlap: float) -> tuple[float, float, float]:

@@ -39,5 +39,5 @@ class RimLaw(SpringLaw):
         )
 
     def drag_stiffness(self, contact: Array, distance: Array) -> Array:
-        """That of the spring."""
+        """Stiffness of the spring."""
         return self(contact, distance)[2]

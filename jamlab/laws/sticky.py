@@ -78,7 +78,7 @@ class StickyLaw(SpringLaw):
         return energy, k * np.where(inner, -overlap, depth), np.where(inner, k, -k)
 
     def drag_stiffness(self, contact: Array, distance: Array) -> Array:
-        """That of the spring, wherever the two disks act on each other."""
+        """Stiffness of the spring, wherever the two disks act on each other."""
         return self.strength / contact**2 if self.units == "eps" else np.full(len(contact), self.strength)
 
     def lammps_variables(self) -> dict[str, object]:

@@ -100,12 +100,12 @@ class Frame(Generic[P]):
 
     @property
     def slips(self) -> bool:
-        """Whether nothing but drag keeps the free particles from moving together along walls."""
+        """Whether drag alone resists a common motion of the free particles along walls."""
         return self.translations == 1
 
     def drift(self, values: NDArray[Any], axis: int = 0) -> NDArray[Any] | float:
-        """The mean of values over all sites, or over all particles, in an axis that is kept: their motion as a whole,
-        which displacements are told less of; 0 where some are fixed and displacements are those beside them."""
+        """Mean of values over all sites, or over all particles, in an axis that is kept. Displacements are given
+        without this motion of the whole; it is 0 where particles are fixed."""
         return np.asarray(values.mean(axis=axis, keepdims=True))
 
     # strains ----------------------------------------------------------------------------------------------------------
@@ -303,7 +303,7 @@ class FlatWalls(RoughWalls[P]):
 
 
 def frame_of(packing: P) -> Frame[P]:
-    """What holds a packing."""
+    """Return the frame of a packing."""
     if packing.fixed is None:
         return Frame(packing)
     if not packing.walls:

@@ -1,4 +1,4 @@
-"""Models by their names: what `Packing.kind` looks up.
+"""Registry of the models, in which `Packing.kind` looks up its name.
 
 A packing holds the name of its model alone. The object of that name, a `jamlab.packing.model.Model`, is an entry point
 of the group `jamlab.models`, of jamlab or of another package.

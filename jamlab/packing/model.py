@@ -1,4 +1,4 @@
-"""What a model of particles says: the parts of `Model`, each of which refuses by name what a model leaves out.
+"""The base class of models, in parts; a method that a model leaves out refuses by name.
 
 A model is one object of a class derived from `Model`, under its name in `jamlab.packing.kinds.MODELS`. `State` and
 `Contacts` are what every model writes: with them and `Lammps` its packings are made, compressed, measured and drawn.
@@ -39,11 +39,11 @@ class Part(Generic[P]):
     name: ClassVar[str]  # of `Packing.model`
 
     def says(self, method: str) -> bool:
-        """Whether a model writes a method of one of its parts."""
+        """Whether the model writes this method itself."""
         return getattr(type(self), method) is not getattr(Model, method)
 
     def lacks(self, method: str) -> NoReturn:
-        """Refuse what a model does not say."""
+        """Refuse a method that the model leaves out."""
         part = next(each.__name__ for each in Model.__mro__ if method in vars(each))
         raise InputError(
             f"model {self.name} does not say `{part}.{method}`, which this needs: write it in class "
@@ -81,7 +81,7 @@ class State(Part[P]):
         self.lacks("parameters")
 
     def values(self, packing: P) -> dict[str, Any]:
-        """Parameters of the packing by name, those that it does not say at their defaults."""
+        """Parameters of the packing by name, with defaults for those that it does not have."""
         return {name: packing.params.get(name, each.default) for name, each in packing.parameters.items()}
 
     def law(self, packing: P) -> PairLaw:
@@ -93,15 +93,15 @@ class State(Part[P]):
         self.lacks("free_area")
 
     def shape(self, diameters: Array, params: Mapping[str, Any]) -> Array:
-        """(n, sites, 2) positions of free particles from their centres, not turned. `params`: each by name, those that
-        nobody gave at their defaults."""
+        """(n, sites, 2) positions of free particles from their centres, not turned. `params`: each by name, with
+        defaults."""
         if self.sites != 1:
             self.lacks("shape")
         return np.zeros((len(diameters), 1, 2))
 
     def checked(self, packing: P) -> dict[str, Any]:
-        """Attributes of a packing as kept; refuses what is no state. By default: one diameter a particle, and as many
-        positions of each as `sites`."""
+        """Return the attributes of a packing as they are kept, and refuse invalid ones. By default: one diameter a
+        particle, and as many positions of each as `sites`."""
         n, rest = divmod(len(packing.positions), self.sites or 1)
         if rest:
             raise InputError(f"model {self.name}: {len(packing.positions)} positions, but {self.sites} a particle")
@@ -133,11 +133,11 @@ class State(Part[P]):
         return np.asarray(np.add.reduceat(packing.positions, packing.offsets[:-1]) / _counts(packing)[:, None])
 
     def sizes(self, packing: P) -> Array:
-        """(n,) whose mean is the unit of length in packings that jamlab makes."""
+        """(n,) sizes, whose mean is the unit of length in packings that jamlab makes."""
         return packing.disk_diameters
 
     def grown(self, packing: P, growth: float) -> P | None:
-        """The packing with particles that touch farther; None: nothing is left of one."""
+        """The packing with distances of contact larger by `growth`; None if nothing is left of a particle."""
         self.lacks("grown")
 
     def rotations(self, packing: P) -> int:
@@ -150,7 +150,7 @@ def _counts(packing: BarePacking) -> Indices:
 
 
 class Contacts(Part[P]):
-    """Who presses on whom, and the potential energy."""
+    """Contacts, their forces, and the potential energy."""
 
     needs_prestress: ClassVar[bool] = False  # whether there is no Hessian without what forces do to it
     meets_flat_walls: ClassVar[bool] = False  # whether `points` finds contacts with flat walls, `Packing.flat_walls`
@@ -158,12 +158,12 @@ class Contacts(Part[P]):
     least_force: ClassVar[float] = 1e-13
 
     def points(self, packing: P, /) -> Any:
-        """What presses on what, sites by number: `Pairs` or the like, with `among`. A static method under
+        """Sites in contact, by number: `Pairs` or the like, with `among`. A static method under
         `per_packing`, from which all other methods of this part take their contacts: analysis leaves some out."""
         self.lacks("points")
 
     def pairs(self, packing: P) -> Pairs:
-        """Particles i <= j that press on each other."""
+        """Pairs of particles i <= j in contact."""
         self.lacks("pairs")
 
     def contact_forces(self, packing: P) -> Any:
@@ -171,11 +171,11 @@ class Contacts(Part[P]):
         self.lacks("contact_forces")
 
     def loads(self, packing: P) -> Array:
-        """(n,) largest push on each particle that two contacts may hold, as two flats do; by default none."""
+        """(n,) largest force on each particle that two contacts alone may balance, as flat sides do; by default 0."""
         return np.zeros(packing.n)
 
     def terms(self, packing: P, prestress: bool) -> list[Terms]:
-        """Terms of the potential energy. `prestress`: False leaves out what forces do to the Hessian."""
+        """Terms of the potential energy. `prestress`: False leaves the pre-stress out of the Hessian."""
         self.lacks("terms")
 
     def shape_terms(self, packing: P) -> list[Terms]:
@@ -216,7 +216,7 @@ class Shape(Part[P]):
 
 
 class Flow(Part[P]):
-    """Drag at contacts, and runs in time."""
+    """Drag at contacts, and flow in time."""
 
     # how the plugin carries drag: "pairs" of round sites by the pair style disk/drag, "outlines" of polygons; "": not
     carrier: ClassVar[str] = ""
@@ -228,7 +228,7 @@ class Flow(Part[P]):
 
 
 class Lammps(State[P]):
-    """How LAMMPS holds a packing."""
+    """A packing in LAMMPS: part of the decks, atom style, variables, types."""
 
     atom_style: ClassVar[str] = "atomic"  # molecular ones have bonds
     size_column: ClassVar[str] = "diameter"  # name of the property of atoms that holds the size
@@ -245,7 +245,7 @@ class Lammps(State[P]):
         self.lacks("part")
 
     def check_for_lammps(self, packing: P) -> None:
-        """Refuse what LAMMPS would take for something else; by default nothing."""
+        """Refuse a packing that LAMMPS would misread; by default none."""
 
     def type_sizes(self, packing: P) -> Array:
         """(n,) sizes by which particles have atom types."""

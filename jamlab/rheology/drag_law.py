@@ -1,9 +1,8 @@
-"""What a law of drag is: its parameters, its damping matrix, and which programs can evaluate it.
+"""The base class of drag laws: parameters, damping matrix, and the programs that evaluate it.
 
-A law is a frozen dataclass under `DragLaw` and an entry of `DRAGS`, by its own name, jamlab's own ones
-(`damping.py`) as well as those of other packages. Its matrix is all that G* needs. Flow in time is simulated by
-`fix overdamped` of the plugin, which knows one family of laws: `lammps_variables` says by which numbers of it a law is
-carried. A law without any is refused there by name.
+A law is a frozen dataclass derived from `DragLaw` and an entry of `DRAGS` by its name: those of jamlab (`damping.py`)
+and those of other packages. G* needs the matrix alone. `fix overdamped` of the plugin simulates flow in time and knows
+one family of laws: `lammps_variables` says which member of it a law is. A law without them is refused there by name.
 """
 
 from __future__ import annotations
@@ -61,11 +60,11 @@ def parameter(default: Any, meaning: str = "", **declared: Any) -> Any:
 
 
 class DragLaw(ABC):
-    """What every viscous law can be asked, so that nobody needs to ask which one it is.
+    """A drag law: parameters, damping matrix, and how the plugin evaluates it.
 
-    A subclass is a frozen dataclass of numbers, each declared by `parameter`, with `name` and `matrix`. Whatever
-    belongs to the matrix of another law is not inherited with another one: `power`, `gears`, `on_approach`; nor is
-    the name, or that the plugin carries it, which every class says for itself.
+    A subclass is a frozen dataclass of numbers, each declared by `parameter`, with `name` and `matrix`. A subclass that
+    writes its own `matrix` does not inherit `power`, `gears` and `on_approach`, which belong to the matrix of its
+    parent. No class inherits `name` or `lammps_variables`.
     """
 
     name: ClassVar[str]  # in DRAGS, files, campaigns and on the command line; by default that of the class
@@ -137,7 +136,7 @@ class DragLaw(ABC):
         return turns_without_drag(packing, matrix)
 
     def resists_shear(self, packing: Packing) -> bool:
-        """Whether a flow in which no particle leaves the affine motion costs drag."""
+        """Whether an affine flow dissipates."""
         return bool(self.linear().matrix(packing, packing, "simple")[-1, -1] > 0)
 
     # flow -------------------------------------------------------------------------------------------------------------
@@ -195,7 +194,7 @@ def make_law(name: str, numbers: Mapping[str, Any]) -> DragLaw:
 def contact_velocities(
     packing: Packing, direction: Direction, arms: str = "radius"
 ) -> tuple[sparse.csr_array, sparse.csr_array, Array]:
-    """How fast surfaces approach and slide at m contacts, as linear functions of the rates of all coordinates.
+    """Compute velocities of approach and of sliding at m contacts, as linear functions of the rates of all coordinates.
 
     Args:
         packing: the packing.
@@ -203,7 +202,7 @@ def contact_velocities(
         arms: lever arms of rotations, "radius" or "contact", see `ContactDamping`; "none": that of centres alone.
 
     Returns:
-        Two sparse (m, size) and, (m,), the stiffness of each contact in drag laws.
+        Two sparse (m, size) matrices, of approach and of sliding, and (m,) the stiffness of each contact in drag laws.
     """
     jacobian = packing.kind.jacobian(
         packing, "radius" if arms == "none" else arms, shear_direction(packing, direction).generator
