@@ -33,7 +33,7 @@ from jamlab.rheology.drag_law import DragLaw
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What a creep or a relaxation is called."""
+    """From where on a creep or a relaxation rests, creeps or flows."""
 
     # d ln strain/d ln time over the last half of the time, below and above
     arrested: float = 0.02

@@ -131,7 +131,7 @@ POINTS = 32  # rows in a cycle: about as many as there are steps at high frequen
 
 @dataclass(frozen=True)
 class OscillationLimits:
-    """What oscillations take."""
+    """Limits of oscillations."""
 
     most_cycles: int = 10_000
     most_points: int = 100_000

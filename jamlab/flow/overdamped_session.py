@@ -34,7 +34,7 @@ from jamlab.rheology.drag_law import DragLaw, refuse_slip
 
 @dataclass(frozen=True)
 class FlowLimits:
-    """What flows take."""
+    """Limits of flows in time."""
 
     # relative error of velocities in a step
     least_tolerance: float = 1e-9

@@ -40,7 +40,7 @@ from jamlab.protocols.saddles import record, relax_off_saddles
 
 @dataclass(frozen=True)
 class QuasistaticEvents:
-    """What counts as an event of quasi-static shear."""
+    """From where on a change of stress is an event of quasi-static shear, and its steps."""
 
     limit: float = 0.02  # imbalance from which on a result is doubtful, and a step is tried backwards
     lean: float = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back

@@ -48,7 +48,7 @@ def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrop
 
 @dataclass(frozen=True)
 class Events:
-    """What counts as an event of a flow."""
+    """From where on a change of stress is an event of a flow."""
 
     least_drop: float = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
     transient: float = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
@@ -209,7 +209,7 @@ ROWS = 200
 
 @dataclass(frozen=True)
 class ShearLimits:
-    """What steady shear takes."""
+    """Limits of steady shear."""
 
     most_rows: int = 1_000_000  # of a result, which is kept in memory
     largest_strain: float = 1e4  # of a part of a run
