@@ -91,8 +91,8 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 
 class Minimizer {
  public:
-  Minimizer(DiskNeighbors &all, Law law, Fire fire, BoxStrains box_strains, int threads, double skin)
-      : all(all), law(law), fire(fire), box_strains(box_strains), team(threads), force(all.disks.size()),
+  Minimizer(DiskNeighbors &all, Law law, Fire fire, BoxStrains strains, int threads, double skin)
+      : all(all), law(law), fire(fire), box_strains(strains), team(threads), force(all.disks.size()),
         sums(all.shares.size()), far(all.shares.size()), skin(skin)
   {
   }
@@ -410,10 +410,12 @@ try {
                       fire[5], fire[6], fire[7], delay,   most_uphill};
   double size = 0.0;
   for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
-  BoxStrains box_strains{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
+  const double inertia = static_cast<double>(n) * size * size;
+  BoxStrains box_strains{static_cast<int>(m), {}, pressure, inertia, size};
   for (int64_t a = 0; a < m; ++a)
     box_strains.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
-  Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, box_strains, members, skin);
+  const Law law{strength, relative != 0, exponent};
+  Minimizer minimizer(all, law, settings, box_strains, members, skin);
   const int64_t taken = minimizer.run(tolerance, steps);
   if (taken < 0) return taken;
   all.unwrapped(positions);
