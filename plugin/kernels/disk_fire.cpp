@@ -92,8 +92,8 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 class Minimizer {
  public:
   Minimizer(DiskNeighbors &all, Law law, Fire fire, BoxStrains strains, int threads, double skin)
-      : all(all), law(law), fire(fire), box_strains(strains), team(threads), force(all.disks.size()),
-        sums(all.shares.size()), far(all.shares.size()), skin(skin)
+      : all(all), law(law), fire(fire), box_strains(strains), team(threads),
+        force(all.disks.size()), sums(all.shares.size()), far(all.shares.size()), skin(skin)
   {
   }
 
