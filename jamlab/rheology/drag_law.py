@@ -65,6 +65,13 @@ class DragLaw(ABC):
     A subclass is a frozen dataclass of numbers, each declared by `parameter`, with `name` and `matrix`. A subclass that
     writes its own `matrix` does not inherit `power`, `gears` and `on_approach`, which belong to the matrix of its
     parent. No class inherits `name` or `lammps_variables`.
+
+    Example:
+        >>> law = jamlab.StokesDrag(eta_f=0.1)
+        >>> isinstance(law, jamlab.DragLaw), law.name
+        (True, 'stokes')
+        >>> law.power(jamlab.pack(n=32, pressure=1e-2, seed=1), np.ones(97)) > 0  # 2 * 32 velocities, 32 spins, a rate
+        True
     """
 
     name: ClassVar[str]  # in DRAGS, files, campaigns and on the command line; by default that of the class
