@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -27,6 +28,9 @@ LEAST_CONTACTS = 3
 _TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
 _JUMP = 1e-6  # of a force where contacts open, over the stiffness: a rounded 0
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
+# overlaps at which U' and U'' are compared with differences over two steps, and relative error of what agrees; the
+# difference of a power 10 is 1e-5 off
+_COMPARED, _STEP, _DERIVATIVE = (0.0137, 0.0713, 0.193), 1e-5, 1e-3
 _BISECTIONS = 60  # of its logarithm: float64 has no more digits
 
 
@@ -92,13 +96,18 @@ class PairLaw(ABC):
             params: `Packing.params`.
             units: `Packing.units`.
             mean_size: of the particles.
+
+        Raises:
+            InputError: U' is not the derivative of U, or U'' not that of U'.
         """
         own = {name: params.get(name, each.default) for name, each in cls.parameters.items()}
-        return cls(
+        law = cls(
             units,
             float(params[units]),
             **{name: _scaled(value, cls.parameters[name], mean_size) for name, value in own.items()},
         )
+        _differentiate(law)
+        return law
 
     def __str__(self) -> str:
         return f"law {self.name!r}"
@@ -252,6 +261,23 @@ class PairLaw(ABC):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if grows(self._at(float(np.exp(middle)))) < value else (low, middle)
         return float(np.exp(0.5 * (low + high)))
+
+
+@lru_cache(maxsize=1024)
+def _differentiate(law: PairLaw) -> None:
+    """Compare U' and U'' with differences of U and U'. No other carrier has U'', on which linear response rests."""
+    contact, overlap = np.ones(len(_COMPARED)), np.array(_COMPARED)
+    distance = contact - overlap
+    with np.errstate(all="ignore"):
+        here, less, more = (law(contact, distance + step) for step in (0.0, -_STEP, _STEP))
+        for value, slope, (name, of) in zip(here[:2], here[1:], (("U'", "U"), ("U''", "U'")), strict=True):
+            found = (more[int(of == "U'")] - less[int(of == "U'")]) / (2 * _STEP)
+            allowed = _DERIVATIVE * np.maximum(np.abs(slope), np.abs(value) / overlap)
+            for i in np.flatnonzero(np.abs(found - slope) > allowed)[:1]:
+                raise InputError(
+                    f"{law}: at r = {distance[i]:g} s its {name} is {slope[i]:.6g}, but {of} changes with r by "
+                    f"{found[i]:.6g}: check the derivatives of {type(law).__name__}, see {EXTENDING}"
+                )
 
 
 def _scaled(value: Any, parameter: Parameter, mean_size: float) -> Any:

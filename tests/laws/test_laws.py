@@ -8,6 +8,7 @@ import pytest
 from laws_of_others import Ramp, Wca
 
 import jamlab
+from jamlab.errors import InputError
 from jamlab.laws.laws import LAWS, declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.power import PowerLaw
@@ -149,3 +150,38 @@ def test_a_force_that_jumps_at_contact_is_refused():
     """No state near the jump has a minimum, and a search would not end."""
     with pytest.raises(jamlab.InputError, match="force of disks that just touch is 2, must be 0"):
         _ = Cut("eps", 1.0).stiffness
+
+
+@dataclass(frozen=True)
+class WrongStiffness(Ramp):
+    """U'' that no carrier but analysis has."""
+
+    name: ClassVar[str] = "wrong_stiffness"
+
+    def __call__(self, contact, distance):
+        energy, slope, stiffness = super().__call__(contact, distance)
+        return energy, slope, 1.01 * stiffness
+
+
+@dataclass(frozen=True)
+class WrongSign(Ramp):
+    """U' as a force that pushes."""
+
+    name: ClassVar[str] = "wrong_sign"
+
+    def __call__(self, contact, distance):
+        energy, slope, stiffness = super().__call__(contact, distance)
+        return energy, -slope, stiffness
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (WrongStiffness, r"r = 0\.9863 s its U'' is 2\.02, but U' changes with r by 2:"),
+        (WrongSign, r"its U' is 0\.0274"),
+    ],
+)
+def test_derivatives_that_are_none_are_refused(law, said):
+    with pytest.raises(InputError, match=said + f".* check the derivatives of {law.__name__}"):
+        law.of({"eps": 1.0}, "eps")
+    assert Ramp.of({"eps": 1.0}, "eps").strength == 1.0
