@@ -153,8 +153,7 @@ class OverdampedSession:
             name: given[name] for name in ("beta", "alpha", "arms", "even", "short_edge")
         }
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
-        settings |= {"background": background, "fluid": 0.0}
-        settings |= carried(damping)
+        settings |= {"fluid": 0.0, **carried(damping), "background": background + _own_background(damping)}
         self._scales, self._outlines = unit_scales(packing), ""
         self._starts = True  # no step has been taken
         self._agrees = False  # the plugin with the analysis, as far as this flow has shown
@@ -372,6 +371,9 @@ def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> No
     )
 
 
+CARRIED = ("tau", "beta", "alpha", "arms", "even", "background", "fluid")  # what a drag law says to the plugin
+
+
 def disk_style(damping: DragLaw) -> str:
     """Command by which parts/sp takes the pair style of the plugin, which has the drag of disks."""
     words = "${tau} ${beta} alpha ${alpha} arms ${arms} even ${even}" if damping.at_contacts else "0 0"
@@ -386,7 +388,17 @@ def carried(damping: DragLaw) -> dict[str, float | str]:
             f"{damping}: the plugin, which simulates flow in time, does not carry the drag law {damping.name!r}; "
             f"jamlab.complex_modulus needs its matrix alone. How a law says that the plugin has it: {EXTENDING}"
         )
+    if unknown := variables.keys() - CARRIED:
+        raise InputError(
+            f"{damping}: lammps_variables has {min(unknown)!r}, which the plugin does not know: it knows "
+            f"{', '.join(CARRIED)}, see {EXTENDING}"
+        )
     return variables
+
+
+def _own_background(damping: DragLaw) -> float:
+    """Background drag that a law has by itself, over k tau_1."""
+    return float(carried(damping).get("background", 0.0))
 
 
 def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None:
@@ -424,7 +436,9 @@ def default_background(packing: Packing, damping: DragLaw, background: float | N
         packing.kind.lacks("carrier")
     if background is not None:
         return background
-    return 0.0 if not damping.at_contacts else float(defaults(f"flow.{packing.model}")["background"])
+    if not damping.at_contacts or _own_background(damping):
+        return 0.0
+    return float(defaults(f"flow.{packing.model}")["background"])
 
 
 # Of small strains of a packing at rest: moduli are wanted better than stresses in flow, and need no background

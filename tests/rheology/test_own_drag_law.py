@@ -5,9 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import jamlab
-from jamlab.rheology.drag_law import DRAGS, DragLaw, law_of_record, make_law, parameter
+from jamlab.packing.natural_units import stiffness_scale
+from jamlab.rheology.drag_law import DRAGS, DragLaw, contact_velocities, law_of_record, make_law, parameter
 from tests.support.bubble_drag import BubbleDrag
 
 OMEGA = np.array([1e-3, 1.0, 30.0])
@@ -146,3 +148,40 @@ def test_numbers_without_a_declaration_must_be_numbers():
         Plain(c=np.nan)
     with pytest.raises(jamlab.InputError, match="d = 2: must be a number from 0 to 1"):
         Plain(d=2)
+
+
+@dataclass(frozen=True)
+class NormalAndBackground(DragLaw):
+    """Drag of approach beside a background of its own."""
+
+    name: ClassVar[str] = "normal_and_background"
+
+    def matrix(self, packing, whole, direction):
+        approach, _, _ = contact_velocities(packing, direction, arms="none")
+        beside = jamlab.StokesDrag(eta_f=0.0, tau=0.03).matrix(packing, whole, direction)
+        return sparse.csc_array(stiffness_scale(whole) * (approach.T @ approach) + beside)
+
+    def lammps_variables(self):
+        return {"tau": 1.0, "beta": 0.0, "arms": "none", "even": 1.0, "background": 0.03}
+
+
+@pytest.mark.parametrize("more", [None, 0.01])
+def test_a_background_of_the_law_adds_to_that_of_the_flow(more):
+    p = jamlab.pack(16, 1e-2, seed=1)
+    run = jamlab.shear(p, 0.1, 1e-3, NormalAndBackground(), n_rows=1, background_drag=more)
+    assert run.background == (more or 0.0)  # the dissipated power has been compared with that of both
+
+
+@dataclass(frozen=True)
+class Misspelt(BubbleDrag):
+    """A word that the plugin does not know."""
+
+    name: ClassVar[str] = "misspelt"
+
+    def lammps_variables(self):
+        return {"tau": self.tau, "evn": 1.0}
+
+
+def test_a_word_that_the_plugin_does_not_know_is_refused():
+    with pytest.raises(jamlab.InputError, match="lammps_variables has 'evn', which the plugin does not know"):
+        jamlab.shear(jamlab.pack(16, 1e-2, seed=1), 0.1, 1e-3, Misspelt())
