@@ -24,16 +24,17 @@ CONTACTS_DEFINITION = 3
 
 
 def find_rattlers(
-    pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
+    pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS, places: Indices | None = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Remove particles with too few contacts, again and again, until all others have enough. `pairs`:
     (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
-    of a particle that is held. Returns (n,) rattlers, and (m,) contacts that bear force, those between two particles
-    that do not rattle."""
+    of a particle that is held; `places`: (m,) at which each pair touches, by default one. Returns (n,) rattlers, and
+    (m,) contacts that bear force, those between two particles that do not rattle."""
     rattlers = np.zeros(len(suspects), dtype=bool)
+    places = np.ones(len(pairs), dtype=np.int64) if places is None else places
     while True:
         bearing = ~rattlers[pairs].any(axis=1)
-        degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects))
+        degree = np.bincount(pairs[bearing].ravel(), np.repeat(places[bearing], 2), minlength=len(suspects))
         loose = (degree < least) & suspects & ~rattlers
         if not loose.any():
             return rattlers, np.asarray(bearing)
@@ -90,7 +91,8 @@ class Contacts(Result):
         pairs: (m, 2) int64, particles i <= j that press on each other, whatever their force. Several circulo-line
             contacts of one pair of droplets are one contact; contacts with two periodic images of one particle, in very
             small boxes, are two.
-        rattlers: (n,) bool, free particles with fewer than three contacts above the threshold, found recursively.
+        rattlers: (n,) bool, free particles with fewer than three contacts above the threshold, found recursively. Of
+            particles made of several disks, every contact of two disks counts.
         bearing: (m,) bool, contacts above the threshold between two particles that are not rattlers, one of them free.
         r: (m, 2) float64, vector from the centroid of i to the centroid of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
@@ -240,7 +242,7 @@ def contacts(packing: Packing, *, threshold: float = 0.0) -> Contacts:
         return found
     size = found.forces.size
     counted = size * len(size) >= threshold * size.sum()
-    rattlers, bearing = _rattlers(packing, found.pairs[counted])
+    rattlers, bearing = _rattlers(packing, found.pairs[counted], packing.kind.places(packing)[counted])
     counted[counted] = bearing
     return replace(found, rattlers=rattlers, bearing=counted)
 
@@ -250,13 +252,13 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
     """First five attributes of `Contacts`, whatever their force."""
     near = packing.kind.pairs(packing)
     pairs = np.column_stack([near.i, near.j])
-    return pairs, *_rattlers(packing, pairs), near.r, near.shift
+    return pairs, *_rattlers(packing, pairs, packing.kind.places(packing)), near.r, near.shift
 
 
-def _rattlers(packing: Packing, pairs: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _rattlers(packing: Packing, pairs: Indices, places: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """See `find_rattlers`."""
     free = packing.frame.free
-    rattlers, bearing = find_rattlers(pairs, free, packing.law.least_contacts)
+    rattlers, bearing = find_rattlers(pairs, free, packing.law.least_contacts, places)
     return rattlers, bearing & free[pairs].any(axis=1)
 
 

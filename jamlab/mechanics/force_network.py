@@ -85,7 +85,7 @@ def without_load(packing: Packing) -> Mask:
         cluster = csgraph.connected_components(joined, directed=False)[1]
         held = [np.bincount(cluster[~rattlers]).argmax(), *cluster[packing.frame.fixed]]
         return np.asarray(rattlers | ~np.isin(cluster, held))
-    squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least)[0]
+    squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least, packing.kind.places(packing))[0]
     if not squeezed.any():
         return rattlers
     load = packing.kind.loads(packing)

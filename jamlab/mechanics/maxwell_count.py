@@ -86,7 +86,7 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
     free = packing.frame.free
-    rattlers, bearing = find_rattlers(network.pairs, free, packing.law.least_bearing)
+    rattlers, bearing = find_rattlers(network.pairs, free, packing.law.least_bearing, kind.places(packing))
     bearing = bearing & free[network.pairs].any(axis=1)
     if not (free & ~rattlers).any():
         return np.zeros((0, 0)), 0, 0

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from jamlab.arrays import Array, Indices
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_disks
 from jamlab.installed_files import installed_file
@@ -103,6 +104,10 @@ class RoundSites(Model[Packing]):
         (i, j, *_), shift = (names := _named(packing)[0]).T, names[:, 2:]
         return Pairs(i, j, packing.centroids[j] - packing.centroids[i] + shift @ packing.box, shift)
 
+    def places(self, packing: Packing) -> Indices:
+        """Every contact of two disks is one."""
+        return np.bincount(_named(packing)[1], minlength=len(_named(packing)[0]))
+
     def contact_forces(self, packing: Packing) -> ContactForces:
         names, row, turned = _named(packing)
         near, distance, s = _touching(packing)
@@ -127,6 +132,11 @@ class RoundSites(Model[Packing]):
         r = np.diff(packing.positions[bonds], axis=1)[:, 0]
         length, sizes = np.hypot(*r.T), site_diameters(packing)[bonds[:, 0]]
         energy, tension, stiffness = self.bond_energy(length, sizes, packing.params)
+        if not np.shape(energy) == np.shape(tension) == length.shape:
+            raise InputError(
+                f"model {self.name}: `bond_energy` returns energies of shape {np.shape(energy)} and tensions of shape "
+                f"{np.shape(tension)} for {len(length)} bonds: give one of each"
+            )
         normal = r / length[:, None]
         block = central_block(normal, np.broadcast_to(stiffness, length.shape), tension / length)
         return [pair_terms("tension", bonds, r, energy, tension[:, None] * normal, block)]

@@ -170,6 +170,11 @@ class Contacts(Part[P]):
         """`ContactForces` of these pairs: force and gap."""
         self.lacks("contact_forces")
 
+    def places(self, packing: P) -> Indices:
+        """(m,) places at which the particles of each of `pairs` touch, as many as the contacts for which they count
+        where rattlers are found; by default one, however large the contact."""
+        return np.ones(len(self.pairs(packing).i), dtype=np.int64)
+
     def loads(self, packing: P) -> Array:
         """(n,) largest force on each particle that two contacts alone may balance, as flat sides do; by default 0."""
         return np.zeros(packing.n)
