@@ -66,6 +66,9 @@ def choose(
     table = ways.read_ways() if table is None else table
     reference = ways.reference_record(table, ways.default_way(N), rho)
     records = [record for record in list_records(table) if model in ("auto", record.way.model)]
+    if not records:  # of a model of another package
+        known = dict.fromkeys(record.way.model for record in list_records(table))
+        raise InputError(f"model {model!r} is not in the table of errors: use one of auto, {', '.join(known)}")
     rows = [_option(record, reference, rho, tolerance, n) for record in records]
     options, row = judge(rows, "seconds")
     if row is None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.errors import InputError
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.outlines import cross
@@ -38,6 +39,8 @@ class EdgeRings:
 def edge_rings(packing: Packing) -> EdgeRings:
     """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
     x, low, high = packing.positions, packing.polygons.offsets[:-1], packing.polygons.offsets[1:]
+    if "delta" not in packing.params:
+        raise InputError(f"{packing.kind.particles} (model {packing.model}) have no edges with rims: use droplets")
     after = np.arange(1, len(x) + 1)
     after[high - 1] = low
     length = np.hypot(*(x[after] - x).T)

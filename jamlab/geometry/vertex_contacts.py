@@ -35,6 +35,10 @@ def touching_disks(packing: Packing) -> Pairs:
     pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
     touches each of them. A flat wall is met at the distance along y: r = (0, dy)."""
     reach = 0.5 * packing.disk_diameters + 0.5 * packing.law.range
+    if packing.kind.sites != 1:
+        raise InputError(
+            f"{packing.kind.particles} (model {packing.model}) are no single disks: use a packing of disks"
+        )
     near, flat = periodic_pairs(packing.positions, packing.box, reach), packing.frame.flat_sites
     if not packing.frame.is_flat:
         return near

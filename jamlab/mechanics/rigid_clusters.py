@@ -63,6 +63,9 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
         (True, True)
     """
+    if packing.kind.motions != 2:
+        what = f"{packing.kind.particles} (model {packing.model})"
+        raise InputError(f"rigid clusters of {what}: contacts are no bonds between points, as of disks; use disks")
     if packing.frame.is_flat:
         raise InputError("flat walls: a contact with a line is no bond between points; use rough walls")
     pairs = contacts(packing).pairs

@@ -53,6 +53,8 @@ def synthetic_micrograph(
         >>> jamlab.synthetic_micrograph(dense, 256, blur=1.5, noise=0.1, light=0.5, seed=1).shape[1]
         256
     """
+    if packing.offsets is not None and not packing.kind.has_outlines:
+        raise InputError(f"{packing.kind.particles} (model {packing.model}) have no outlines to picture: use droplets")
     if packing.box[1, 0] != 0:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
     limits = ("pixels", pixels, 32, 6000), ("film", film, 0, 100), ("blur", blur, 0, 100), ("noise", noise, 0, 10)
