@@ -23,6 +23,7 @@ from jamlab.mechanics.stiffness import pressure, stress
 from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
@@ -236,8 +237,13 @@ def _same_contacts(one: Packing, two: Packing) -> bool:
 
 def _sort_contacts(packing: Packing) -> tuple[NDArray[np.int64], Array]:
     """Pairs that touch and vectors between them; several of one pair in the order along an odd direction."""
-    found = contacts(packing)
-    kept = np.ones_like(found.bearing) if packing.law.springs else found.bearing  # soft rattlers keep overlaps
-    pairs, r = found.pairs[kept], found.r[kept]
+    found, near = contacts(packing), packing.kind.points(packing)
+    if packing.kind.sites not in (None, 1) and isinstance(near, Pairs):  # two particles may change which disks meet
+        pairs, r = np.column_stack([near.i, near.j]), near.r
+        bearing = ~found.rattlers[packing.particle[pairs]].any(axis=1)
+    else:
+        pairs, r, bearing = found.pairs, found.r, found.bearing
+    kept = np.ones_like(bearing) if packing.law.springs else bearing  # soft rattlers keep overlaps
+    pairs, r = pairs[kept], r[kept]
     order = np.lexsort((r @ [np.cos(1.0), np.sin(1.0)], pairs[:, 1], pairs[:, 0]))
     return pairs[order], r[order]
