@@ -292,11 +292,15 @@ def _sites(step: str, bounds: tuple[str, list[str]], columns: list[str], rows: l
     droplets = "a0" in atoms or "delta" in entries
     if rings is not None and radius is not None and np.ptp(radius) and not droplets:
         rings = None  # rims of droplets are equal: these are disks, whatever molecules they belong to
+    sites = None
+    if own and "mol" in atoms and not droplets:
+        sites = int(np.unique(atoms.whole("mol"), return_counts=True)[1].max())
     return Sites(
         box=box,
         positions=positions,
         types=atoms.types(),
         rings=rings,
+        sites=sites,
         guessed=True,
         wrapped=wrapped,
         radius=radius,

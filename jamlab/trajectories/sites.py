@@ -196,6 +196,7 @@ class Sites:
     # which atoms are vertices of one droplet, or what finds that out; None: every atom is a disk
     rings: Rings | Callable[[], Rings] | None = None
     guessed: bool = False  # whether rings follow from molecules alone, which disks may have too
+    sites: int | None = None  # of each particle, in a file by jamlab that is not of droplets
     wrapped: bool = False  # whether the box may cut droplets, see `Rings.polygons`
     radius: Array | None = None  # (n_atoms,) of the disks, or of the rims of vertices, if the source has radii
     a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
@@ -269,6 +270,11 @@ class Sites:
                 (self.rings is not None and self.guessed) or fit[0] not in (DISKS.name, DROPLETS.name)
             ):
                 wanted = fit[0]
+        if self.sites not in (None, MODELS.get(wanted).sites):
+            raise InputError(
+                f"particles of {self.sites} atoms each are no {MODELS.get(wanted).particles} (model {wanted}): "
+                "install the package of their model, or give `model`, if its package is installed"
+            )
         if MODELS.get(wanted).has_outlines and self.rings is None:
             raise InputError(
                 "no bonds, and no molecules of three atoms or more, say which vertices make a droplet: check the file, "
