@@ -15,18 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number
+from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults, numbers
 from jamlab.errors import InputError
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
+from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
 from jamlab.protocols.minimising import MAKINGS, Minimising
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
 ComplexArray = NDArray[np.complex128]
+SAME_AREA = 1e-6  # relative
 _TRIES = 100  # places for a particle; at phi = 0.2 two are enough for most
 
 
@@ -120,13 +122,14 @@ class Making(Minimising):
         check_number("phi", phi, 2.0)
         kind, params, random = MODELS.get(self.name), self.params("eps", **law), np.random.default_rng(seed)
         usual = {name: each.default for name, each in kind.parameters("eps", params).items()}
-        shapes = kind.shape(sizes, {**usual, **params}) @ np.array([1, 1j])
+        shapes = _shapes(kind, sizes, {**usual, **params}) @ np.array([1, 1j])
 
         def placed(side: float, positions: Array) -> Packing:
             return Packing(self.name, np.diag([side, side]), positions.reshape(-1, 2), params, "eps", sizes)
 
         wide = float(np.sqrt(np.sum(sizes**2) / phi))
         loose = placed(wide, np.stack([shapes.real, shapes.imag], axis=-1))
+        _check_area(loose)
         side = float(np.sqrt(loose.phi * loose.area / phi))
         return placed(side, _beside_each_other(shapes / side, sizes / side, random) * side)
 
@@ -139,6 +142,35 @@ class Making(Minimising):
     def find_onset(self, search: OnsetSearch, loose: Packing, step: float) -> tuple[SearchState, str]:
         """Onset above a loose packing by steps of phi that begin with `step`, and the method."""
         return search.by_bisection(loose, step), self.descent.name(search.session)
+
+
+def _shapes(kind: Model[Packing], sizes: Array, params: Mapping[str, Any]) -> Array:
+    """(n, sites, 2) of `State.shape`."""
+    shapes = np.asarray(kind.shape(sizes, params), dtype=np.float64)
+    if shapes.shape != (wanted := (len(sizes), kind.sites, 2)):
+        raise InputError(f"model {kind.name}: `shape` returns {shapes.shape} for {wanted}: (particles, sites, 2)")
+    return shapes
+
+
+def _check_area(packing: Packing) -> None:
+    """Refuse a `free_area` that is none, or not that which particles beside each other cover, as far as the model
+    says how that is found. Positions of `packing`: each particle around the origin."""
+    kind, n = packing.kind, packing.n
+    area = kind.free_area(packing)
+    if not (is_number(area) and area > 0):
+        raise InputError(f"model {kind.name}: `free_area` returns {area!r:.60}: give one positive number")
+    exact = kind.fraction_methods.get("exact")
+    if kind.sites == 1 or exact is None:
+        return
+    step = packing.disk_diameters.max() + 2.1 * np.abs(packing.positions).max()
+    apart = packing.positions + step * packing.particle[:, None] * [1, 0]
+    row = packing.with_state(box=np.diag([n * step, step]), positions=apart)
+    covered = exact(row) * row.area
+    if abs(covered - area) > SAME_AREA * covered:
+        raise InputError(
+            f"model {kind.name}: `free_area` is {area:.9g}, but the disks of these {kind.particles} cover "
+            f"{covered:.9g} where no two particles overlap; correct `free_area` or `shape`"
+        )
 
 
 def _beside_each_other(shapes: ComplexArray, sizes: Array, random: np.random.Generator) -> Array:
