@@ -2,12 +2,14 @@
 
 The analysis evaluates a law in numpy, LAMMPS by the deck and, for disks that repel, the minimiser in compiled code.
 Each is compared once in a process, for each law with its numbers, in the first state that can tell: contact forces
-exceed their rounding. A state without contacts proves nothing.
+exceed their rounding. A state without contacts proves nothing. One in which only some sizes meet, or in which disks
+that also pull only push, proves a part: further states are compared.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +18,15 @@ from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.derived import per_packing
 from jamlab.packing.facts import law_of
+from jamlab.packing.lammps_files import MOST_TYPES
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.registry import EXTENDING
 
 SAME = 1e-9  # relative error of what agrees; 1e-12 and less is found
-_DIGITS = 64 * float(np.finfo(float).eps)  # error of positions over the size of the box, with room
-_TELLS = 1e3  # largest force of contacts over what rounding does to one, from which on a state can tell
+_DIGITS = 8 * float(np.finfo(float).eps)  # error of positions over the size of the box; 1 and less is found
+_ROOM = 4.0  # for sums of errors, over their expected value
+_TELLS = 1e7  # largest force of contacts over what rounding does to one, from which on a state can tell
 
 # commands that leave forces as they are
 _HARMLESS = frozenset(
@@ -34,7 +38,30 @@ _HARMLESS = frozenset(
 _NOTHING = 1e-22  # contact energy in natural units that is rounding
 _STRONGER = 4.0  # contact energy over that of a state that could not tell, from which on the next is looked at
 
-_agreed: set[Hashable] = set()
+# overlaps over the distance of contact and gaps over the range at which derivatives are asked for, their step, and how
+# far those of a law may be from differences
+_OVERLAPS, _GAPS, _STEP, _OFF = (0.03, 0.05, 0.08, 0.12), (0.2, 0.3, 0.7, 0.8), 1e-4, 1e-6
+_MOST_PAIRS = 3  # of different sizes that have to meet, of one large and one small kind of particles all
+_EACH_SESSION = 8  # states in parts of which a law was compared; the next are looked at less and less often
+
+
+@dataclass
+class _Known:
+    """What states have told of a carrier in this process."""
+
+    agrees: bool = False  # in all that it can do
+    seen: int = 0  # states, compared or not
+    weak: float = 0.0  # contact energy of states that could not tell
+    parts: set[Hashable] = field(default_factory=set)  # in which it agrees
+    compared: int = 0  # states that told of parts
+
+
+_known: dict[Hashable, _Known] = {}
+
+
+def forget() -> None:
+    """Compare all carriers again."""
+    _known.clear()
 
 
 class Carried(NamedTuple):
@@ -47,7 +74,33 @@ class Carried(NamedTuple):
 
 def key(carrier: str, packing: Packing, way: str = "") -> Hashable:
     """Name of a comparison that is made once. `way`: how the carrier evaluates the law, if it has several ways."""
-    return (carrier, way, packing.model, packing.units, type(packing.law), packing.law, *law_of(packing).items())
+    sizes = _sizes(packing)
+    kinds = tuple(np.round(sizes / sizes[-1], 6)) if len(sizes) <= 2 else (len(sizes) > MOST_TYPES,)
+    law = type(packing.law), packing.law, *law_of(packing).items()
+    return (carrier, way, packing.model, packing.units, kinds, *law)
+
+
+@per_packing
+def _sizes(packing: Packing) -> Array:
+    """Different sizes of particles, from small to large, flat walls not counted."""
+    sizes = np.unique(packing.kind.type_sizes(packing))
+    return sizes[sizes > 0]
+
+
+def _parts(packing: Packing) -> tuple[set[Hashable], int]:
+    """Parts of a law of which the contacts of a state tell, and how many there are: sizes that meet, and where disks
+    also pull whether they push, pull more with the gap, or less."""
+    sizes, pairs, reach = _sizes(packing), packing.kind.pairs(packing), packing.law.range
+    number = np.searchsorted(sizes, packing.kind.type_sizes(packing) * (1 - 1e-12))
+    some = np.sort(np.column_stack([number[pairs.i], number[pairs.j]]), axis=1)
+    met = np.unique(some[:, 0] * len(sizes) + some[:, 1]) if len(some) else np.zeros(0)
+    most = min(_MOST_PAIRS, len(sizes) * (len(sizes) + 1) // 2)
+    found: set[Hashable] = {int(each) for each in met}
+    if not reach:
+        return found, most
+    gap = packing.kind.contact_forces(packing).gap
+    pulls = {"push": gap < 0, "near": (gap > 0) & (gap < 0.5 * reach), "far": (gap > 0.5 * reach) & (gap < reach)}
+    return {(each, name) for each in found for name, there in pulls.items() if there.any()}, most * len(pulls)
 
 
 class _Own(NamedTuple):
@@ -70,11 +123,17 @@ def _analysed(packing: Packing) -> _Own | None:
     except InputError:
         return None
     flat, of_shape = packing.frame.flat_sites, {term.name for term in packing.kind.shape_terms(packing)}
-    reach = float(np.abs(packing.box).sum())
+    reach, scales = float(np.abs(packing.box).sum()), natural_scales(packing)
     moved = _DIGITS * (reach + float(np.abs(packing.positions).max()))
-    # at least one contact that rounding makes
-    steepest = max([natural_scales(packing).stress, *(float(np.abs(term.hessian).max(initial=0.0)) for term in terms)])
-    pushes = sum(float(np.abs(term.gradient).sum()) for term in terms)
+    # at least that of one contact that rounding makes
+    steepest = max([scales.stress, *(float(np.abs(term.hessian).max(initial=0.0)) for term in terms)])
+    # errors of different terms are independent
+    push, arm = (
+        float(np.sqrt(sum((each**2).sum() for each in all_of)))
+        for all_of in ([term.gradient for term in terms], [term.local for term in terms])
+    )
+    arm = float(np.hypot(arm, _ROOM * scales.length))  # there may be contacts that rounding makes
+    shift = 0.0 if packing.law.deck_part else scales.energy  # of pair styles, from each energy
     contacts = [term.gradient for term in terms if term.name not in of_shape]
     if flat.any():
         contacts = [term.gradient[flat[term.sites].any(axis=1)] for term in terms if term.name not in of_shape]
@@ -83,17 +142,17 @@ def _analysed(packing: Packing) -> _Own | None:
     sites = np.concatenate([term.sites.ravel() for term in terms])
     slopes = np.concatenate([term.gradient.reshape(-1, 2) for term in terms])
     own = np.column_stack([-np.bincount(sites, each, size) for each in slopes.T])
-    work = np.sum([np.tensordot(term.gradient, term.local, ((0, 1), (0, 1))) for term in terms], axis=0)
+    works = np.concatenate([np.einsum("kma,kmb->kab", term.gradient, term.local) for term in terms])
     return _Own(
         forces=packing.frame.hold(own),
         energy=sum(float(term.energy.sum()) for term in terms),
-        stress=np.asarray(-work / packing.area),
+        stress=np.asarray(-works.sum(axis=0) / packing.area),
         strongest=strongest,
         noise=noise,
         of_energy=SAME * sum(float(np.abs(term.energy).sum()) for term in terms)
-        + moved * (pushes + noise * size)
-        + _DIGITS * natural_scales(packing).energy * sum(len(term.energy) for term in terms),  # of shifted pair styles
-        of_stress=(SAME * pushes + noise * size) * reach / packing.area,
+        + _ROOM * moved * (push + noise * size)
+        + _DIGITS * shift * sum(len(term.energy) for term in terms),
+        of_stress=(SAME * float(np.abs(works).sum()) + _ROOM * noise * arm) / packing.area,
     )
 
 
@@ -120,9 +179,7 @@ def _compare(compared: Hashable, packing: Packing, found: Carried) -> bool:
         raise EngineError(_difference(compared, packing, found, own))
     # balanced forces alone are those of any law that is as large everywhere
     tell = own.strongest if found.energy is not None else min(own.strongest, float(np.abs(own.forces).max()))
-    if tells := tell > _TELLS * own.noise:
-        _agreed.add(compared)
-    return tells
+    return tell > _TELLS * own.noise
 
 
 class Comparison:
@@ -133,8 +190,7 @@ class Comparison:
     """
 
     def __init__(self, compared: Hashable) -> None:
-        self._compared, self._seen, self._open = compared, 0, True
-        self._weak = 0.0  # contact energy of states that could not tell
+        self._compared, self._open, self._fresh = compared, True, True
 
     def end(self) -> None:
         """Compare no longer: LAMMPS has forces of the user's own."""
@@ -142,7 +198,7 @@ class Comparison:
 
     def see(self, contact_energy: float, carried: Callable[[], tuple[Packing, Carried] | None]) -> None:
         """Compare a state, unless its contacts are hardly stronger than those that could not tell; one in which LAMMPS
-        finds no contact, less and less often.
+        finds no contact, or of a law of which parts were compared before, less and less often.
 
         Args:
             contact_energy: of the state, by LAMMPS.
@@ -151,19 +207,56 @@ class Comparison:
         Raises:
             EngineError: the carrier evaluates another law.
         """
-        if self._open and self._compared in _agreed:
-            self._open = False
         if not self._open:
             return
-        self._seen += 1
-        energy = abs(contact_energy)
-        if energy > _NOTHING:
-            wanted = energy > _STRONGER * self._weak
-        else:  # at the first, second, fourth ... state
-            wanted = self._seen & (self._seen - 1) == 0
-        if wanted and np.isfinite(energy) and (given := carried()) is not None:
-            self._open = not _compare(self._compared, *given)
-            self._weak = max(self._weak, energy)
+        known = _known.setdefault(self._compared, _Known())
+        if known.agrees:
+            self._open = False
+            return
+        if not self._wanted(known, abs(contact_energy)) or (given := carried()) is None:
+            return
+        self._fresh = False
+        if not _compare(self._compared, *given):
+            known.weak = max(known.weak, abs(contact_energy))
+            return
+        if not known.compared:
+            _check_derivatives(given[0])
+        found, most = _parts(given[0])
+        known.parts |= found
+        known.compared += 1
+        known.agrees = len(known.parts) >= most
+
+    def _wanted(self, known: _Known, energy: float) -> bool:
+        known.seen += 1
+        seldom = known.seen & (known.seen - 1) == 0  # the first, second, fourth ... state
+        if not energy > _NOTHING:
+            return seldom and bool(np.isfinite(energy))
+        if known.parts:
+            return seldom or (self._fresh and known.compared < _EACH_SESSION)
+        return bool(np.isfinite(energy)) and energy > _STRONGER * known.weak
+
+
+def _check_derivatives(packing: Packing) -> None:
+    """Refuse a law whose U' or U'' is no derivative: no carrier has U'', of which moduli are made."""
+    law = packing.law
+    contact = float(packing.params.get("delta", _sizes(packing)[-1]))
+    places = [contact * (1 - np.array(_OVERLAPS))]
+    if law.range > 100 * _STEP * contact:
+        places.append(contact + law.range * np.array(_GAPS))
+    for r in places:
+        h, steps = _STEP * min(contact, law.range or contact), np.arange(-2, 3)
+        asked = (r[:, None] + h * steps).ravel()
+        # of fourth order; at a kink no difference is a derivative, so most places have to be wrong
+        values = [each.reshape(-1, 5) for each in law(np.full(len(asked), contact), asked)]
+        slopes = [each @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * h) for each in values[:2]]
+        for name, slope, said in zip(("U'", "U''"), slopes, values[1:], strict=True):
+            wrong = np.abs(slope - said[:, 2]) > _OFF * np.abs(said[:, 2])
+            if 2 * wrong.sum() > len(r):
+                k = int(wrong.argmax())
+                raise EngineError(
+                    f"{law} of model {packing.model}: {name} at a distance of {r[k]:.6g}, contact at {contact:.6g}, is "
+                    f"{said[k, 2]:.9g}, but the derivative of {name[:-1]} there is {slope[k]:.9g}; see {EXTENDING}"
+                )
 
 
 def changes_forces(line: str) -> bool:

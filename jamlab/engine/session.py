@@ -346,6 +346,10 @@ class Session(Hinted):
         """(len(positions), 2) float64, unwrapped: polygons are whole."""
         return self._atoms.positions(self.size, self._packing.box)
 
+    def forces(self) -> Array:
+        """(len(positions), 2) forces of the last evaluation."""
+        return self._atoms.forces(self.size)
+
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
         self._atoms.set_positions(positions, self._packing.box)

@@ -99,7 +99,8 @@ def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Eval
     """Compare the dissipated power, and tell whether particles dissipate that do not follow the flow."""
     rates, who, power = _rates(packing, found), f"the drag law, {law},", _power(packing, law, background)
     expected, beside_flow = power(rates), power(np.append(rates[:-1], 0.0))
-    if not beside_flow > _TELLING * expected:
+    if not beside_flow > _TELLING * expected:  # of what follows the flow all of the power is that of the flow
+        _check("dissipated power per area", found.dissipation, expected, (loose + _SUMS) * expected, who)
         return False
     signs = np.random.default_rng(len(rates)).choice([-1.0, 1.0], len(rates))
     apart = max(expected, beside_flow, power(rates * signs))  # of velocities that do not cancel at contacts

@@ -16,6 +16,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, is_number
+from jamlab.engine.agreement import Carried, Comparison, key
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -171,6 +172,7 @@ class OverdampedSession:
             sizes = len(set(types(natural).values))  # few are those of types, many are those of disks
             law = repr(natural.law), repr(sorted(law_of(natural).items()))
             self._words = repr(settings), style, self._outlines, natural.model, *law, sizes
+            self._forces = Comparison(key("plugin", natural))
             self._between = _between_walls(natural) if natural.frame.has_walls else np.zeros(4)
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
@@ -216,6 +218,8 @@ class OverdampedSession:
         state = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
         numbers = state.energy, state.elastic_stress, state.dissipation, state.rate, state.marginal
         moved = self._session.kind.corrects_flow and not self._starts
+        if self._session.kind.carrier != "pairs" and not moved:  # it flows by forces that no stress tells one by one
+            self._forces.see(state.energy, lambda: (now, Carried(now.frame.hold(self._session.forces()))))
         found = Evaluated(*numbers, self._session.fix_rows("flow", 3), moved)
         self._agrees = compare(self._words, now, self._damping, self._background, found)
 

@@ -20,11 +20,9 @@ from jamlab.models.droplets import Droplets
 @pytest.fixture(autouse=True)
 def nothing_is_compared():
     """No carrier has been compared before a test, and none that a test changed counts as compared behind it."""
-    before = set(agreement._agreed)
-    agreement._agreed.clear()
+    agreement.forget()
     yield
-    agreement._agreed.clear()
-    agreement._agreed.update(before)
+    agreement.forget()
 
 
 def squeezed(units="eps", sizes=None, **law):
@@ -167,6 +165,7 @@ def arguments_times(factor, place):
 
 
 KERNEL, DECK, STICKY_DECK = PowerLaw.kernel_arguments, PowerLaw.lammps_variables, StickyLaw.lammps_variables
+STICKY_CALL = StickyLaw.__call__
 POWER_CALL, RIM_CALL, WCA_CALL = PowerLaw.__call__, RimLaw.__call__, Wca.__call__
 DROPLETS_DECK = Droplets.lammps_variables
 
@@ -261,7 +260,7 @@ def test_no_mutant_passes(states, monkeypatch, name):
     of, (owner, attribute, changed) = MUTANTS[name]
     packing = states[of].with_state(positions=states[of].positions.copy())  # with nothing computed of it
     run(of, packing)
-    agreement._agreed.clear()
+    agreement.forget()
     monkeypatch.setattr(owner, attribute, changed)
     with pytest.raises(jamlab.EngineError) as caught:
         run(of, packing.with_state(positions=packing.positions.copy()))
@@ -278,6 +277,62 @@ def test_a_state_without_contacts_proves_nothing(monkeypatch):
         jamlab.evaluate(tight)
 
 
+def two_disks(sizes=(5 / 6, 7 / 6), overlap=0.05, **law):
+    """Two disks that meet once, at a distance of contact of 1."""
+    at = np.array([[1.0, 1.0], [2.0 - overlap, 1.0]])
+    return jamlab.Packing("sp", 5 * np.eye(2), at, {"k": 1.3, **law}, "k", np.array(sizes))
+
+
+@pytest.mark.parametrize("sizes", [(1.0, 1.0), (5 / 6, 7 / 6)], ids=["one size", "two sizes"])
+def test_sizes_that_did_not_meet_are_compared_where_they_do(monkeypatch, sizes):
+    """Of a contact at 1 no power of the distance of contact is wrong."""
+    monkeypatch.setattr(
+        Wca, "pair_style", PairStyle("lj/cut 1.0", ("v_eps*v_s^0.01", "v_s/2^(1/6)", "v_s"), "shift yes")
+    )
+    jamlab.evaluate(two_disks(sizes, law="wca_here"))
+    with pytest.raises(jamlab.EngineError, match="evaluates another law"):
+        jamlab.evaluate(squeezed("k", law="wca_here"))
+
+
+def test_pulls_are_compared_where_disks_only_pushed(monkeypatch):
+    def steeper(self, contact, distance):
+        found, far = STICKY_CALL(self, contact, distance), contact - distance < -self.shell
+        return tuple(np.where(far, 1.001 * each, each) for each in found)
+
+    pushing, all_sizes = two_disks(stickiness=0.03), squeezed("k", stickiness=0.03)
+    monkeypatch.setattr(StickyLaw, "__call__", steeper)
+    jamlab.evaluate(pushing)
+    with pytest.raises(jamlab.EngineError, match="evaluates another law"):
+        jamlab.evaluate(all_sizes)
+
+
+@pytest.mark.parametrize("of", ["power", "hertz", "sticky", "wca_here", "droplets"])
+def test_a_stiffness_that_is_no_derivative_is_refused(states, monkeypatch, of):
+    """No carrier has it, but moduli are made of it."""
+    law = type(states[of].law)
+    kept = law.__call__
+
+    def stiffer(self, contact, distance):
+        *others, stiffness = kept(self, contact, distance)
+        return *others, (1 + 3e-6) * stiffness
+
+    jamlab.evaluate(states[of])
+    agreement.forget()
+    monkeypatch.setattr(law, "__call__", stiffer)
+    with pytest.raises(jamlab.EngineError, match=r"U'' at a distance of .* the derivative of U' there is"):
+        jamlab.evaluate(states[of].with_state(positions=states[of].positions.copy()))
+
+
+def test_a_weak_state_does_not_stand_for_strong_ones(monkeypatch):
+    """Overlaps of 1e-8 tell six digits of a law."""
+    weak = jamlab.pack(16, 1e-8, seed=1)
+    agreement.forget()
+    monkeypatch.setattr(PowerLaw, "lammps_variables", lambda law: DECK(law) | {"k": 1 + 3e-7})
+    jamlab.evaluate(weak)
+    with pytest.raises(jamlab.EngineError, match="evaluates another law"):
+        jamlab.evaluate(weak.with_state(positions=weak.positions + 1e-2 * np.sin(7 * weak.positions)))
+
+
 def test_a_law_that_softens_at_contact_is_refused_by_name(monkeypatch):
     monkeypatch.setattr(Wca, "__call__", energies(WCA_CALL, 1, -1))
     with pytest.raises(jamlab.InputError, match=r"the stiffness U'' .* check the derivatives of WcaLaw"):
@@ -291,16 +346,16 @@ def test_rounding_in_any_view_is_no_other_law(tilt):
     box = p.box + np.array([[0, 0], [tilt * p.box[0, 0], 0]])
     for far in (0, 300):
         jamlab.evaluate(p.with_state(box=box, positions=p.positions + far * box[1]))
-        agreement._agreed.clear()
+        agreement.forget()
 
 
 def test_each_law_is_compared_once():
     states = [squeezed("k"), squeezed("k", exponent=2.5), squeezed(law="wca_here")]
-    agreement._agreed.clear()
+    agreement.forget()
     for packing in states:
         jamlab.evaluate(packing)
         jamlab.evaluate(packing)
-    assert len(agreement._agreed) == 3
+    assert sum(known.agrees for known in agreement._known.values()) == 3
 
 
 def test_forces_of_the_kernel_are_the_moves_of_its_first_step():
