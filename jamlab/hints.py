@@ -23,7 +23,7 @@ from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
 
 @dataclass(frozen=True)
 class Likeness:
-    """Which names are like another, and how many are told."""
+    """Which names are similar to another, and how many a message lists."""
 
     misspelt: float = 0.85  # likeness of two spellings of one name
     remembered: int = 10_000  # names

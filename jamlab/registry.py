@@ -25,7 +25,7 @@ EXTENDING = "docs/extending/index.md"  # page that tells how to write one
 
 
 class Registry(Generic[T]):
-    """Objects of one sort by their names.
+    """Objects of one sort by name.
 
     Args:
         group: of entry points, such as "jamlab.models".

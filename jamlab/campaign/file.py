@@ -198,7 +198,7 @@ class Sweep(FileTable):
         return self
 
     def _only(self, holds: Callable[[Model[Any]], bool], what: str) -> None:
-        """Refuse what is for some models only where the sweep has another."""
+        """Refuse keys of some models in a sweep of another model."""
         for other in self.model:
             if not holds(MODELS.get(other)):
                 model = ", ".join(name for name, kind in MODELS.each().items() if holds(kind))

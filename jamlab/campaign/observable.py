@@ -116,7 +116,7 @@ class DampingLaws(FileTable):
 
     @model_serializer(mode="wrap")
     def _leave_out_none(self, dump: Callable[["DampingLaws"], dict[str, Any]]) -> dict[str, Any]:
-        """Names of tasks are made from it: those without other laws have the same as ever."""
+        """Part of the names of tasks; tasks without other laws keep their names."""
         return {name: value for name, value in dump(self).items() if value or name != "others"}
 
     def with_columns(self, alpha: float = 1.0) -> list[tuple[DragLaw, Row]]:
@@ -217,7 +217,7 @@ class Driven(Observable):
             self.check_law(law)
 
     def laws(self) -> list[tuple[DragLaw, Row]]:
-        """DragLaw laws, each with its columns."""
+        """Drag laws, each with its columns."""
         return self.damping.with_columns()
 
     def more_columns(self) -> list[str]:

@@ -174,7 +174,7 @@ def aggregate(
 
 
 def _check_columns(frame: pd.DataFrame, numbers: Sequence[str], by: Sequence[str]) -> None:
-    """Refuse columns that a table does not have, and means of what is no number."""
+    """Refuse columns that a table does not have, and means of columns without numbers."""
     for name in [*numbers, *by]:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
@@ -193,7 +193,7 @@ def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
 
 
 def _check_alike(part: pd.DataFrame) -> None:
-    """Refuse a group of rows that were not made, or not measured, in one way."""
+    """Refuse a group of rows that were made or measured in different ways."""
     laws = tuple(f"{law}_" for law in part["law"].unique()) if "law" in part else ()
     for name in (*_ALIKE, *(each for each in part if str(each).startswith(laws))):
         if name in part and part[name].nunique(dropna=False) > 1:

@@ -50,7 +50,7 @@ _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 @dataclass(frozen=True)
 class Deaths:
-    """How many deaths of workers a campaign bears."""
+    """How many workers may die before a campaign stops."""
 
     most: int = 5  # workers that may be killed during one task before it counts as the cause
     early: int = 12  # in a row and per worker, before they have begun anything: they cannot start at all

@@ -282,7 +282,7 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Trials:
-    """Trials that foretell the cost of a flow."""
+    """Trial runs from which the cost of a flow is estimated."""
 
     seconds: float = 0.5  # s at each rate
     steps: int = 100  # of a trial between two looks at the clock

@@ -117,7 +117,7 @@ class Frame(Generic[P]):
         return bool(np.abs(left).max() <= ROUNDING * np.abs(wanted).max())
 
     def undefined(self, what: str) -> str:
-        """Say why something is not defined."""
+        """Return the sentence that says why something is not defined."""
         return f"{what} is not defined {self.limits}"
 
     def check_admitted(self, generators: Array | Sequence[Array], what: str) -> None:
@@ -312,7 +312,7 @@ def frame_of(packing: P) -> Frame[P]:
 
 
 def checked_fixed(packing: BarePacking) -> Mask | None:
-    """Which particles are fixed, as kept, None if none is; refuses what is no frame."""
+    """Return the mask of fixed particles, None if none is fixed, and refuse one that no frame has."""
     mask = None if packing.fixed is None else np.array(packing.fixed)
     if mask is not None and (mask.dtype != bool or mask.shape != (packing.n,)):
         raise InputError(f"fixed is {mask.dtype} of shape {mask.shape}: give {packing.n} truth values, one a particle")

@@ -10,7 +10,7 @@ from jamlab.errors import InputError
 
 @dataclass(frozen=True)
 class Extremes:
-    """What float64 and searches bear of lengths."""
+    """Range of lengths in which float64 and searches work."""
 
     longest: float = 1e100  # areas, their squares and ratios then stay far from the ends of float64, 1e308 and 1e-308
     flattest: float = 1e6  # width over height of the box, and tilt over width: a search walks over as many images

@@ -39,7 +39,7 @@ from jamlab.storage.verified_file import versions
 
 @dataclass(frozen=True)
 class HandOver:
-    """How droplets take over from disks."""
+    """How droplets are made from disks."""
 
     # beyond, the hand-over is called discontinuous
     z_jump: float = 0.5

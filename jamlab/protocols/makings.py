@@ -80,7 +80,7 @@ class Making(Minimising):
         return params
 
     def check_law(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse parameters that no packing can have."""
+        """Refuse invalid parameters."""
         self.params("eps", **parameters)
 
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:

@@ -112,7 +112,7 @@ class ContactDamping(DragLaw):
         return float(stiffness @ squares ** (0.5 * (self.alpha + 1.0))) / self.tau
 
     def resists_shear(self, packing: Packing) -> bool:
-        """Any contact does."""
+        """Whether an affine flow dissipates: any contact does."""
         return True
 
     def gears(self, packing: Packing, matrix: sparse.csc_array | None = None) -> list[int]:

@@ -30,7 +30,7 @@ _TRIES = 3  # steps of inverse iteration, each of which divides what is not free
 
 @dataclass(frozen=True)
 class DragParameter:
-    """What a number or a word of a law may be, and what it is: its one declaration."""
+    """Declaration of a parameter of a drag law: meaning, range or choices."""
 
     meaning: str = ""
     least: float = -np.inf
@@ -40,7 +40,7 @@ class DragParameter:
     must: str = ""  # be, in words, where the limits do not say all
 
     def check(self, name: str, value: Any) -> None:
-        """Refuse what is out of range."""
+        """Refuse a value out of range."""
         if self.choices:
             check_choice(name, value, self.choices)
         elif not (is_number(value) and self.least <= value <= self.largest and (value > 0 or not self.positive)):
@@ -93,7 +93,7 @@ class DragLaw(ABC):
 
     @classmethod
     def parameters(cls) -> dict[str, DragParameter]:
-        """What the law is made from, by name, in order."""
+        """Declarations of the parameters by name, in order."""
         return {each.name: each.metadata.get(_KEY, DragParameter()) for each in fields(cls)}  # type: ignore[arg-type]
 
     def __str__(self) -> str:
@@ -135,7 +135,7 @@ class DragLaw(ABC):
         return self if self.alpha == 1 else replace(self, alpha=1.0)  # type: ignore[type-var]
 
     def on_approach(self) -> DragLaw | None:
-        """The law without its drag on sliding at contacts; None where it does not tell the two apart."""
+        """The law without its drag on sliding at contacts; None if it has no such part."""
         return None
 
     def gears(self, packing: Packing, matrix: sparse.csc_array) -> list[int]:
@@ -175,7 +175,7 @@ _IN_FILES = {"contact": "ContactDamping", "stokes": "StokesDrag"}  # words of fi
 
 
 def law_of_record(record: Mapping[str, Any]) -> DragLaw:
-    """Read a law from what `DragLaw.record` said."""
+    """Make a law from its `DragLaw.record`."""
     numbers = dict(record)
     word, package = numbers.pop("law"), numbers.pop("package", None)
     name = {there: here for here, there in _IN_FILES.items()}.get(word, word)
@@ -227,7 +227,7 @@ def contact_velocities(
 
 
 def refuse_slip(packing: Packing, law: DragLaw, background: float = 0.0) -> None:
-    """Refuse, before a flow, what moves along flat walls without any drag."""
+    """Refuse a packing that slips along flat walls without drag, before a flow."""
     if packing.frame.slips and law.at_contacts and not law.contrast and not background:
         raise InputError(nothing_along_walls(packing, law))
 

@@ -1,4 +1,4 @@
-"""Which packings may be averaged: those of one kind, which differ in nothing but their random start."""
+"""Kinds of packings: packings of one kind differ in their random start alone, and may be averaged."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _distinct(names: list[str]) -> list[str]:
 
 
 def _facts(packing: Packing) -> dict[str, tuple[Any, str]]:
-    """Whatever the packings of one mean must share, besides their pressure: its value, and how a label says it."""
+    """A property that all packings of a mean share, besides their pressure: value and label."""
     kind, declared = packing.kind, packing.parameters
     sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
     every = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]

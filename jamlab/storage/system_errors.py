@@ -1,4 +1,4 @@
-"""What the system says of a failure with files, and what to do."""
+"""Reasons and remedies of failures with files, from the errors of the system."""
 
 import errno
 import os

@@ -44,7 +44,7 @@ def _write_tsv(frame: pd.DataFrame, temporary: Path) -> None:
 
 
 def _write_json(frame: pd.DataFrame, temporary: Path) -> None:
-    """A list of rows; JSON knows finite numbers alone, and has null for others."""
+    """Write a list of rows; null stands for numbers that are not finite."""
     columns = {str(name): [_plain(value) for value in frame[name].tolist()] for name in frame}
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     temporary.write_text(json.dumps(rows, ensure_ascii=False, allow_nan=False), encoding="utf-8")
@@ -55,7 +55,7 @@ def _plain(value: Any) -> Any:
 
 
 def _write_h5(frame: pd.DataFrame, temporary: Path) -> None:
-    """Each column is a dataset (rows,), text in UTF-8."""
+    """Write each column as a dataset (rows,), text in UTF-8."""
     import h5py
 
     with h5py.File(temporary, "w") as file:
