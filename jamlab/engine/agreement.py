@@ -17,6 +17,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.derived import per_packing
+from jamlab.laws.pair_law import check_derivatives
 from jamlab.packing.facts import law_of
 from jamlab.packing.lammps_files import MOST_TYPES
 from jamlab.packing.natural_units import natural_scales
@@ -38,9 +39,6 @@ _HARMLESS = frozenset(
 _NOTHING = 1e-22  # contact energy in natural units that is rounding
 _STRONGER = 4.0  # contact energy over that of a state that could not tell, from which on the next is looked at
 
-# overlaps over the distance of contact and gaps over the range at which derivatives are asked for, their step, and how
-# far those of a law may be from differences
-_OVERLAPS, _GAPS, _STEP, _OFF = (0.03, 0.05, 0.08, 0.12), (0.2, 0.3, 0.7, 0.8), 1e-4, 1e-6
 _MOST_PAIRS = 3  # of different sizes that have to meet, of one large and one small kind of particles all
 _EACH_SESSION = 8  # states in parts of which a law was compared; the next are looked at less and less often
 
@@ -62,6 +60,7 @@ _known: dict[Hashable, _Known] = {}
 def forget() -> None:
     """Compare all carriers again."""
     _known.clear()
+    check_derivatives.cache_clear()
 
 
 class Carried(NamedTuple):
@@ -219,8 +218,6 @@ class Comparison:
         if not _compare(self._compared, *given):
             known.weak = max(known.weak, abs(contact_energy))
             return
-        if not known.compared:
-            _check_derivatives(given[0])
         found, most = _parts(given[0])
         known.parts |= found
         known.compared += 1
@@ -234,29 +231,6 @@ class Comparison:
         if known.parts:
             return seldom or (self._fresh and known.compared < _EACH_SESSION)
         return bool(np.isfinite(energy)) and energy > _STRONGER * known.weak
-
-
-def _check_derivatives(packing: Packing) -> None:
-    """Refuse a law whose U' or U'' is no derivative: no carrier has U'', of which moduli are made."""
-    law = packing.law
-    contact = float(packing.params.get("delta", _sizes(packing)[-1]))
-    places = [contact * (1 - np.array(_OVERLAPS))]
-    if law.range > 100 * _STEP * contact:
-        places.append(contact + law.range * np.array(_GAPS))
-    for r in places:
-        h, steps = _STEP * min(contact, law.range or contact), np.arange(-2, 3)
-        asked = (r[:, None] + h * steps).ravel()
-        # of fourth order; at a kink no difference is a derivative, so most places have to be wrong
-        values = [each.reshape(-1, 5) for each in law(np.full(len(asked), contact), asked)]
-        slopes = [each @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * h) for each in values[:2]]
-        for name, slope, said in zip(("U'", "U''"), slopes, values[1:], strict=True):
-            wrong = np.abs(slope - said[:, 2]) > _OFF * np.abs(said[:, 2])
-            if 2 * wrong.sum() > len(r):
-                k = int(wrong.argmax())
-                raise EngineError(
-                    f"{law} of model {packing.model}: {name} at a distance of {r[k]:.6g}, contact at {contact:.6g}, is "
-                    f"{said[k, 2]:.9g}, but the derivative of {name[:-1]} there is {slope[k]:.9g}; see {EXTENDING}"
-                )
 
 
 def changes_forces(line: str) -> bool:

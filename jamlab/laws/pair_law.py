@@ -28,9 +28,9 @@ LEAST_CONTACTS = 3
 _TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
 _JUMP = 1e-6  # of a force where contacts open, over the stiffness: a rounded 0
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
-# overlaps at which U' and U'' are compared with differences over two steps, and relative error of what agrees; the
-# difference of a power 10 is 1e-5 off
-_COMPARED, _STEP, _DERIVATIVE = (0.0137, 0.0713, 0.193), 1e-5, 1e-3
+# overlaps over the distance of contact and gaps over the range at which derivatives are compared with differences,
+# their step, and the relative error of what agrees; that of a power 10 is 1e-7
+_OVERLAPS, _GAPS, _STEP, _OFF = (0.03, 0.05, 0.08, 0.12), (0.2, 0.3, 0.7, 0.8), 1e-4, 1e-6
 _BISECTIONS = 60  # of its logarithm: float64 has no more digits
 
 
@@ -106,7 +106,7 @@ class PairLaw(ABC):
             float(params[units]),
             **{name: _scaled(value, cls.parameters[name], mean_size) for name, value in own.items()},
         )
-        _differentiate(law)
+        check_derivatives(law, mean_size)
         return law
 
     def __str__(self) -> str:
@@ -264,19 +264,32 @@ class PairLaw(ABC):
 
 
 @lru_cache(maxsize=1024)
-def _differentiate(law: PairLaw) -> None:
-    """Compare U' and U'' with differences of U and U'. No other carrier has U'', on which linear response rests."""
-    contact, overlap = np.ones(len(_COMPARED)), np.array(_COMPARED)
-    distance = contact - overlap
-    with np.errstate(all="ignore"):
-        here, less, more = (law(contact, distance + step) for step in (0.0, -_STEP, _STEP))
-        for value, slope, (name, of) in zip(here[:2], here[1:], (("U'", "U"), ("U''", "U'")), strict=True):
-            found = (more[int(of == "U'")] - less[int(of == "U'")]) / (2 * _STEP)
-            allowed = _DERIVATIVE * np.maximum(np.abs(slope), np.abs(value) / overlap)
-            for i in np.flatnonzero(np.abs(found - slope) > allowed)[:1]:
+def check_derivatives(law: PairLaw, contact: float) -> None:
+    """Refuse a law whose U' or U'' is no derivative. No other carrier has U'', on which linear response rests.
+
+    Args:
+        law: with its numbers.
+        contact: distance s at which its derivatives are compared with differences.
+
+    Raises:
+        InputError: with both figures.
+    """
+    places = [contact * (1 - np.array(_OVERLAPS))]
+    if law.range > 100 * _STEP * contact:
+        places.append(contact + law.range * np.array(_GAPS))
+    step, steps = _STEP * min(contact, law.range or contact), np.arange(-2, 3)
+    for r in places:
+        asked = (r[:, None] + step * steps).ravel()
+        with np.errstate(all="ignore"):
+            values = [each.reshape(-1, 5) for each in law(np.full(len(asked), contact), asked)]
+        slopes = [each @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * step) for each in values[:2]]  # fourth order
+        for (name, of), slope, said in zip((("U'", "U"), ("U''", "U'")), slopes, values[1:], strict=True):
+            wrong = np.abs(slope - said[:, 2]) > _OFF * np.abs(said[:, 2])
+            if 2 * wrong.sum() > len(r):  # at a kink no difference is a derivative, so most places have to be wrong
+                k = int(wrong.argmax())
                 raise InputError(
-                    f"{law}: at r = {distance[i]:g} s its {name} is {slope[i]:.6g}, but {of} changes with r by "
-                    f"{found[i]:.6g}: check the derivatives of {type(law).__name__}, see {EXTENDING}"
+                    f"{law}: at r = {r[k]:.6g}, contact at {contact:.6g}, its {name} is {said[k, 2]:.9g}, but {of} "
+                    f"changes with r by {slope[k]:.9g}: check the derivatives of {type(law).__name__}, see {EXTENDING}"
                 )
 
 

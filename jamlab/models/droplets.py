@@ -24,6 +24,7 @@ from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
 from jamlab.laws.parameter import WIDEST, Parameter
+from jamlab.laws.pair_law import check_derivatives
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
@@ -114,7 +115,9 @@ class Droplets(Model[Packing]):
         return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygons.areas)[:, None])
 
     def law(self, packing: Packing) -> RimLaw:
-        return RimLaw("eps", float(packing.params["eps"]), float(packing.params["delta"]))
+        law = RimLaw("eps", float(packing.params["eps"]), float(packing.params["delta"]))
+        check_derivatives(law, law.delta)
+        return law
 
     def sizes(self, packing: Packing) -> Array:
         return np.asarray(np.sqrt(packing.params["a0"]))

@@ -319,7 +319,7 @@ def test_a_stiffness_that_is_no_derivative_is_refused(states, monkeypatch, of):
     jamlab.evaluate(states[of])
     agreement.forget()
     monkeypatch.setattr(law, "__call__", stiffer)
-    with pytest.raises(jamlab.EngineError, match=r"U'' at a distance of .* the derivative of U' there is"):
+    with pytest.raises(jamlab.InputError, match=r"its U'' is .*, but U' changes with r by .* check the derivatives"):
         jamlab.evaluate(states[of].with_state(positions=states[of].positions.copy()))
 
 

@@ -177,8 +177,8 @@ class WrongSign(Ramp):
 @pytest.mark.parametrize(
     ("law", "said"),
     [
-        (WrongStiffness, r"r = 0\.9863 s its U'' is 2\.02, but U' changes with r by 2:"),
-        (WrongSign, r"its U' is 0\.0274"),
+        (WrongStiffness, r"r = 0\.97, contact at 1, its U'' is 2\.02, but U' changes with r by (2|1\.9999)"),
+        (WrongSign, r"its U' is 0\.06"),
     ],
 )
 def test_derivatives_that_are_none_are_refused(law, said):
