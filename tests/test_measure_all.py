@@ -40,9 +40,9 @@ def test_an_error_names_its_state(sweep, at_once):
         jamlab.measure(sweep, processes=0)
     with pytest.raises(InputError, match="weight"):
         jamlab.measure(sweep, ["weight"])
-    past_the_check = jamlab.measure.__wrapped__
+    piled = sweep[2].with_state(positions=np.broadcast_to(sweep[2].positions[0], sweep[2].positions.shape))
     with pytest.raises(InputError, match="state 2"):
-        past_the_check([sweep[0], sweep[1], "none", sweep[3]], processes=2)
+        jamlab.measure([sweep[0], sweep[1], piled, sweep[3]], processes=2)
 
 
 def test_one_name_is_one_quantity(sweep):
