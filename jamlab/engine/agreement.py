@@ -16,8 +16,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.derived import per_packing
 from jamlab.laws.pair_law import check_derivatives
+from jamlab.packing.derived import per_packing
 from jamlab.packing.facts import law_of
 from jamlab.packing.lammps_files import MOST_TYPES
 from jamlab.packing.natural_units import natural_scales

@@ -23,8 +23,8 @@ from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
-from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.pair_law import check_derivatives
+from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
