@@ -43,7 +43,7 @@ class Parameter:
     def check(self, name: str, value: Any, *, made: bool = False) -> None:
         """Refuse a value that is no number in range, or no name among the choices. `made`: in natural units."""
         if self.choices:
-            check_choice(f"{name} form", value, self.choices)
+            check_choice(name, value, self.choices)
         elif not self.each and not (self.may_vanish and is_number(value) and value == 0):
             least, largest = (self.made if made else None) or (self.least, self.largest)
             if not (is_number(value) and least <= as_plain(value) <= largest):
