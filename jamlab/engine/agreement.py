@@ -37,10 +37,11 @@ _HARMLESS = frozenset(
 )
 
 _NOTHING = 1e-22  # contact energy in natural units that is rounding
-_STRONGER = 4.0  # contact energy over that of a state that could not tell, from which on the next is looked at
+_STRONGER = 30.0  # contact energy over that of a state that could not tell, from which on the next is looked at
 
 _MOST_PAIRS = 3  # of different sizes that have to meet, of one large and one small kind of particles all
-_EACH_SESSION = 8  # states in parts of which a law was compared; the next are looked at less and less often
+_LOOKS = frozenset(8**k for k in range(12))  # the first state, the 8th, 64th ...: of those that hardly tell more
+_EACH_SESSION = 4  # states in parts of which a law was compared; the next are looked at less and less often
 
 
 @dataclass
@@ -99,7 +100,7 @@ def _parts(packing: Packing) -> tuple[set[Hashable], int]:
         return found, most
     gap = packing.kind.contact_forces(packing).gap
     pulls = {"push": gap < 0, "near": (gap > 0) & (gap < 0.5 * reach), "far": (gap > 0.5 * reach) & (gap < reach)}
-    return {(each, name) for each in found for name, there in pulls.items() if there.any()}, most * len(pulls)
+    return found | {name for name, there in pulls.items() if there.any()}, most + len(pulls)
 
 
 class _Own(NamedTuple):
@@ -225,7 +226,7 @@ class Comparison:
 
     def _wanted(self, known: _Known, energy: float) -> bool:
         known.seen += 1
-        seldom = known.seen & (known.seen - 1) == 0  # the first, second, fourth ... state
+        seldom = known.seen in _LOOKS
         if not energy > _NOTHING:
             return seldom and bool(np.isfinite(energy))
         if known.parts:
