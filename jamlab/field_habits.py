@@ -3,14 +3,11 @@
 from jamlab.habits import LIMITS, MODULE, Concept
 
 _SPECTRA = ("ComplexModulus", "NonlinearModulus", "Oscillation")
-_FIT = "`jamlab.flow_curve({p}, rates)`: fit its rates and stress by scipy.optimize.curve_fit"
-_LAME = "`to_dataframe()`, in two dimensions mu = g and lambda = b - g"
-_SAMPLES = "`jamlab.open_campaign(path)`, which runs several processes"
 
 FIELD = (
     # elasticity
     Concept("lame lambda_ lambda lam mu lame_coefficients lame_parameters first_lame second_lame", "", "",
-            {"ElasticTensor": _LAME}),
+            {"ElasticTensor": "`to_dataframe()`, in two dimensions mu = g and lambda = b - g"}),
     Concept("compliance compliance_tensor compliance_matrix S s_ijkl", "", "", {"ElasticTensor":
             "`relaxed`, whose inverse it is"}),
     Concept("anisotropy isotropic is_isotropic isotropy zener eigenvalues eigvals principal_moduli kelvin_moduli "
@@ -64,7 +61,8 @@ FIELD = (
     Concept("yield_curve yield", "", "`jamlab.flow_curve({p}, rates).herschel_bulkley()`, or "
             "`jamlab.quasistatic_shear({p}, strain)`"),
     Concept("carreau carreau_yasuda cross cross_model papanastasiou ostwald power_law_fluid sisko fit_model "
-            "carreau_fit cross_fit windhab three_component", "", _FIT,
+            "carreau_fit cross_fit windhab three_component", "",
+            "`jamlab.flow_curve({p}, rates)`: fit its rates and stress by scipy.optimize.curve_fit",
             {"FlowCurve": "`rates` and `stress`, in scipy.optimize.curve_fit"}),
     Concept("power_law power_law_fit powerlaw shear_thinning thinning_index", "", "",
             {"FlowCurve": "`herschel_bulkley()`"}),
@@ -296,7 +294,8 @@ FIELD = (
             "`jamlab.open_campaign(path)`, which keeps its results", {MODULE:
             "`jamlab.open_campaign(path)`, which keeps its results"}),
     Concept("n_jobs map pool Pool multiprocessing joblib dask mpi mpi4py workers set_threads nproc parallel_map "
-            "parallelize", "", _SAMPLES, {"Campaign": "`run()`, with its argument processes"}),
+            "parallelize", "", "`jamlab.open_campaign(path)`, which runs several processes",
+            {"Campaign": "`run()`, with its argument processes"}),
     Concept("viz visualize visualise visualization vis viewer explorer gui dashboard", "", "`jamlab.write_page(path, "
             "packings)`, or `{p}.plot()`"),
     Concept("rng default_rng RandomState generator_of_numbers seeds", "seeds", "the argument seed of `jamlab.pack` or "

@@ -55,7 +55,6 @@ INSTEAD = {
 # file formats and programs in names such as read_data or to_numpy
 _FORMATS = ("data dump lammps xyz extxyz hdf5 h5 npz npy json vtk gsd pdb ase ovito file trajectory snapshot "
             "configuration packing packings").split()  # fmt: skip
-_PICTURES = ("tiff tif png jpg jpeg image images picture pictures mask masks labels stack nd2 czi lif avi").split()
 _RUN = {
     "QuasistaticShear": "`jamlab.flow_curve({p}, rates)`",
     "ShearRun": "`stress / rate`",
@@ -68,7 +67,6 @@ _NOT_HERE = dict.fromkeys(
 )
 _SPECTRUM = "`jamlab.complex_modulus({p}, omega).%s`"
 _QUASISTATIC = "`jamlab.quasistatic_shear({p}, strain)`"
-_SPECTRA_OF_MODES = "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"
 
 CONCEPTS = (
     # oscillation
@@ -214,7 +212,7 @@ CONCEPTS = (
     Concept("modes dos vdos density_of_states normal_modes eigenmodes eigenvalues phonons spectrum_of_modes "
             "vibrational_modes density D D_omega boson_peak omega_star w_star diagonalize eigh eig eigsh soft_modes "
             "soft_spots quasilocalized quasilocalised low_frequency_modes",
-            "frequencies eigenvalues", _SPECTRA_OF_MODES),
+            "frequencies eigenvalues", "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"),
     Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
     Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
             "mode_shapes",
@@ -347,7 +345,8 @@ CONCEPTS = (
     Concept("to_numpy as_array", "", "", {"Packing": "`positions`"}),
     Concept("elastic_energy strain_energy", "energy", "`jamlab.evaluate({p}).energy`"),
     # files and tables
-    Concept(" ".join(f"{do}_{what}" for do in ("read", "load", "open", "import", "from") for what in _PICTURES), "",
+    Concept(" ".join(f"{do}_{what}" for do in ("read", "load", "open", "import", "from") for what in (
+        "tiff tif png jpg jpeg image images picture pictures mask masks labels stack nd2 czi lif avi").split()), "",
             "`jamlab.micrograph(picture)`"),
     Concept(" ".join(f"{do}_{what}" for do in ("read", "load", "open", "import") for what in _FORMATS), "",
             "`jamlab.read(path)`"),

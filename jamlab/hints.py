@@ -46,7 +46,6 @@ _VAGUE |= {*("index", "size", "values", "list", "array", "table", "scale", "time
 _VAGUE |= {*("value", "displacement", "difference", "histogram", "matrix", "sweep", "network", "state", "full")}
 # words beside a known part that leave its meaning as it is
 _NEUTRAL = {*("mean", "average", "avg", "data", "value", "values", "list", "array", "table", "of", "the", "all", "per")}
-_ARGUMENT = re.compile(r"`(\w+)`")
 _ENDING = re.compile(r"(?:i[sz](?:e|ed|ing|ation)|s)$")
 _WHOLE = {"frac": "fraction", "mod": "modulus", "moduli": "modulus", "freq": "frequency", "dist": "distribution"}
 _WHOLE |= {"frequencies": "frequency", "viscosities": "viscosity", "visc": "viscosity", "coord": "coordination"}
@@ -82,7 +81,7 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
 
 def _targets(use: str) -> set[str]:
     """The argument that a hint begins with; none where it begins with other code or with words."""
-    return {found[1]} if (found := _ARGUMENT.match(use)) else set()
+    return {found[1]} if (found := re.match(r"`(\w+)`", use)) else set()
 
 
 @lru_cache(LIKENESS.remembered)

@@ -62,12 +62,12 @@ LIMITS = CampaignLimits()
 
 STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
-_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
 def _check_observable(value: str) -> str:
     declared = DECLARED.names()
-    if value not in (STATES, *OBSERVABLES, *declared) and not _FUNCTION.fullmatch(value):
+    function = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
+    if value not in (STATES, *OBSERVABLES, *declared) and not function.fullmatch(value):
         known = ", ".join(map(repr, (STATES, *OBSERVABLES, *declared)))
         raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
     return value
@@ -283,8 +283,11 @@ class CampaignTable(FileTable):
 
 
 # tables by the key that holds them, where the annotation shows what they are turned into
-_GRIDS = dict.fromkeys(("omega", "correlation_omega", "rates", "amplitudes"), LogGrid)
-_PLAIN: dict[str, type[FileTable]] = {"sweep": SweepTable, "seeds": SeedRange, **_GRIDS}
+_PLAIN: dict[str, type[FileTable]] = {
+    "sweep": SweepTable,
+    "seeds": SeedRange,
+    **dict.fromkeys(("omega", "correlation_omega", "rates", "amplitudes"), LogGrid),
+}
 
 
 def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:

@@ -9,12 +9,13 @@ import importlib
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
+from jamlab.checks import T
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
@@ -23,10 +24,8 @@ from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.registry import Registry
 from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
 
-MOST_FREQUENCIES = 10_000  # of a spectrum
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
 
-T = TypeVar("T")
 Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
 TableColumns = dict[str, NDArray[Any]]
 
@@ -78,7 +77,7 @@ class LogGrid(FileTable):
 
     lowest: Positive
     highest: Positive
-    points: Annotated[int, Field(ge=2, le=MOST_FREQUENCIES)]
+    points: Annotated[int, Field(ge=2, le=10_000)]  # of a spectrum
 
     @model_validator(mode="after")
     def _check_order(self) -> "LogGrid":

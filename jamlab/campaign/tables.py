@@ -35,11 +35,8 @@ DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` 
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
-_MODULI = ("g", "g_x", "b", "g0")  # columns that may be negative where a packing is unstable
 _LAW = {each.name: each.law_columns for each in (DROPLETS, DISKS)}
 _OF_LAWS = (*_LAW[DROPLETS.name], *_LAW[DISKS.name], "contact")
-# columns of what is never averaged over: which particles, in which box, driven how
-_ALIKE = ("model", "ensemble", "units", *_OF_LAWS, *LAW, "alpha", "prestress")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
@@ -78,7 +75,8 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     if not parts:
         return pd.DataFrame({column: np.empty(0) for column in wanted})
     rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
-    warn_of_negative_rows({each: rows[each] for each in _MODULI if each in wanted}, f"rows of {name!r}")
+    # columns that may be negative where a packing is unstable
+    warn_of_negative_rows({each: rows[each] for each in ("g", "g_x", "b", "g0") if each in wanted}, f"rows of {name!r}")
     return rows[wanted]
 
 
@@ -195,7 +193,9 @@ def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
 def _check_alike(part: pd.DataFrame) -> None:
     """Refuse a group of rows that were made or measured in different ways."""
     laws = tuple(f"{law}_" for law in part["law"].unique()) if "law" in part else ()
-    for name in (*_ALIKE, *(each for each in part if str(each).startswith(laws))):
+    # columns of what is never averaged over: which particles, in which box, driven how
+    alike = ("model", "ensemble", "units", *_OF_LAWS, *LAW, "alpha", "prestress")
+    for name in (*alike, *(each for each in part if str(each).startswith(laws))):
         if name in part and part[name].nunique(dropna=False) > 1:
             found = " and ".join(sorted(map(str, part[name].unique())))
             raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")

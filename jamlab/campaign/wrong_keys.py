@@ -9,7 +9,6 @@ from jamlab.checks import name_meant
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-_SHOWN = 120  # characters of a wrong value in its message
 # key -> what it is called elsewhere; said only in tables that have the key
 _ALSO_CALLED = {
     "name": ("campaign", "title", "label", "id"),
@@ -109,4 +108,5 @@ def _show(value: Any) -> str:
         text = repr(value)
     except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
         return f"a {type(value).__name__} too long to print"
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+    shown = 120  # characters of a wrong value in its message
+    return text if len(text) <= shown else f"{text[:shown]}..."

@@ -90,7 +90,7 @@ def analyze(
     source = file or labels
     if source is None:
         raise InputError("no FILE is given: name a file or a picture, or a label image by --labels")
-    if file is not None and file.suffix.lower() in _ARRAYS:
+    if file is not None and file.suffix.lower() in (".npy", ".npz"):
         raise InputError(f"{file}: an array of labels or a mask is given as --labels {file}")
     for path in (overlay, csv, packing):
         if path is not None:
@@ -128,9 +128,6 @@ def _measure_picture(
     if csv is not None:
         write_table(found.table(), csv)
     return found
-
-
-_ARRAYS = (".npy", ".npz")
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:

@@ -115,14 +115,17 @@ def _line(error: BaseException) -> str:
     return f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
-_OF_TOPICS = {
-    "Force law and sizes": "law ratio large sizes",
-    "Drag law": "drag beta alpha tau stokes eta_f background",
-    "Accuracy and cores": "tolerance ranks processes workers",
-    "Files of other programs": "units box radii style",
-    "Output": "out plot csv overlay packing force as_json",
+TOPICS = {
+    name: topic
+    for topic, names in {
+        "Force law and sizes": "law ratio large sizes",
+        "Drag law": "drag beta alpha tau stokes eta_f background",
+        "Accuracy and cores": "tolerance ranks processes workers",
+        "Files of other programs": "units box radii style",
+        "Output": "out plot csv overlay packing force as_json",
+    }.items()
+    for name in names.split()
 }
-TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.split()}
 
 
 class Once(TyperCommand):

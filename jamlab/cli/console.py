@@ -75,7 +75,6 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 _LINE_INTERVAL = 30.0  # s between lines of one name where there is no terminal: a log stays short
-_EARLY = 0.03  # share of the work below which the time left is a guess not worth showing
 
 
 @contextmanager
@@ -106,14 +105,11 @@ def progress_bar(name: str) -> "Iterator[Progress]":
 
 
 def _time_left(share: float, before: float, elapsed: float) -> str:
-    if not before + _EARLY <= share < 1:  # nan where it is not known
+    # share of the work below which the time left is a guess not worth showing
+    if not before + 0.03 <= share < 1:  # nan where it is not known
         return ""
     left = elapsed * (1 - share) / (share - before)
     return f", about {left:.0f} s left" if left < 120 else f", about {left / 60:.0f} min left"
-
-
-G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
-_MARKS = {True: "yes", False: "NO", None: "-"}
 
 
 def print_packings(
@@ -154,11 +150,11 @@ def print_packings(
     filled = [name for name in measured if MEASURED[name].shown and any(value == value for value in measured[name])]
     lines = [[_cell(name, measured[name][k], MEASURED[name].shown) for name in filled] for k in range(len(packings))]
     for line, mark in zip(lines, marks, strict=True):
-        line.append(_MARKS[mark])
+        line.append({True: "yes", False: "NO", None: "-"}[mark])
     headings = [MEASURED[name].symbol for name in filled]
     print_table(f"{packings[0].model}, n = {packings[0].n}", [*headings, "converged"], lines)
     if "g" in filled:
-        print_note(G_NOTE)
+        print_note("G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box")
     if None in marks:
         print_note(
             "converged -: unknown, the file does not state it; G and B are meaningful only at an energy "

@@ -104,7 +104,6 @@ def deck(
 
 
 _LOG = Path("log.lammps")
-_PATIENCE = 5.0  # s that LAMMPS has to end in
 
 
 def _run(line: list[str]) -> int:
@@ -125,7 +124,7 @@ def _run(line: list[str]) -> int:
             if program.poll() is None:
                 program.terminate()
                 try:
-                    program.wait(_PATIENCE)
+                    program.wait(5.0)  # s that LAMMPS has to end in
                 except subprocess.TimeoutExpired:
                     program.kill()
 
@@ -242,9 +241,6 @@ def _own(known: Mapping[str, str]) -> list[str]:
     return sorted(known.keys() - {"dir", "model", "quote", "table", "section", "strict"})
 
 
-_INTERVAL = re.compile(r"([\[(])(\S+), (\S+)\] ?(even|whole)?")
-
-
 def _rules(path: Path) -> dict[str, tuple[str, Callable[[str], bool]]]:
     """What each variable of a deck may be, in words, and whether a text is that."""
     from jamlab.engine.deck_defaults import LIMITS, settings
@@ -273,7 +269,7 @@ def _usual(default: str) -> str:
 
 def _rule(limits: str) -> tuple[str, Callable[[str], bool]]:
     """A number in an interval, or one of several words."""
-    interval = _INTERVAL.match(limits)
+    interval = re.match(r"([\[(])(\S+), (\S+)\] ?(even|whole)?", limits)
     if interval is None:
         return f"one of {limits}", limits.split(" | ").__contains__
     bracket, least, most, kind = interval.groups()

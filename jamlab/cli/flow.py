@@ -8,10 +8,11 @@ from dataclasses import dataclass, fields
 from inspect import signature
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jamlab.checks import T
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept
 from jamlab.cli.options import (
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
     from jamlab.rheology.drag_law import DragLaw
 
-
-T = TypeVar("T")
 
 Tolerance = Annotated[
     float | None, typer.Option(help="Relative error of velocities per step (default: 1e-2 at a rate, 1e-3 otherwise).")
@@ -141,12 +140,12 @@ class Job:
         names = [name for name in columns if name in table]
         shown = table.iloc[sorted({round(k * (len(table) - 1) / (_LINES - 1)) for k in range(_LINES)})]
         lines = [[f"{row[name]:{columns[name]}}" for name in names] for row in shown.to_dict("records")]
-        print_table(describe(found), [_HEADINGS.get(name, name.replace("_", " ")) for name in names], lines)
+        headings = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
+        print_table(describe(found), [headings.get(name, name.replace("_", " ")) for name in names], lines)
         for note in (*notes, found.conclusion, f"unit of stress {found.unit}, of time tau_1; wrote {self.out}"):
             print_note(note)
 
 
-_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
 _LINES = 15  # of a table on the screen
 
 

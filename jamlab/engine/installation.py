@@ -24,7 +24,6 @@ PLUGIN_STYLES = (
     ("fix", "overdamped"),
 )
 PLUGIN = ("plugin", "jamlabplugin.so")
-_LONGEST_MESSAGE = 4096  # bytes of an error of LAMMPS
 
 
 @cache
@@ -143,7 +142,7 @@ def check_lammps(lmp: Any) -> None:
 
 def last_error(lmp: Any) -> str:
     """What LAMMPS says of the command that has just failed; it may cut a letter beyond ASCII in two."""
-    message = ctypes.create_string_buffer(_LONGEST_MESSAGE)
+    message = ctypes.create_string_buffer(4096)  # bytes of an error of LAMMPS
     lmp.lib.lammps_get_last_error_message(lmp.lmp, message, len(message))
     return message.value.decode(errors="replace").strip()
 

@@ -44,8 +44,6 @@ NEWEST = {
 }
 """Newest release of each library that the default suite has passed with, on the newest Python."""
 
-_PYTHON = "Programming Language :: Python :: "
-
 
 class Tested(NamedTuple):
     """Releases of a library that were tested."""
@@ -58,7 +56,8 @@ class Tested(NamedTuple):
 def tested_pythons() -> list[str]:
     """Releases of Python that are tested, in ascending order, such as "3.11"."""
     found = metadata.metadata("jamlab").get_all("Classifier") or []
-    names = [line.removeprefix(_PYTHON) for line in found if line.startswith(f"{_PYTHON}3.")]
+    python = "Programming Language :: Python :: "
+    names = [line.removeprefix(python) for line in found if line.startswith(f"{python}3.")]
     return sorted(names, key=Version)
 
 

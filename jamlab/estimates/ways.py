@@ -175,7 +175,6 @@ SHIPPED = "ways.csv.xz"
 N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
 WAY_QUANTITIES = ("z", "g", "b", "a", "void_sides")
 WAY = ("start", "n", "nv", "contact", "tolerance")
-WAY_COLUMNS = (*WAY, "seed", "rho", *WAY_QUANTITIES, ONSET, "seconds")
 _COMMAND = "python -m studies tables ways"
 
 
@@ -201,7 +200,7 @@ def read_ways(path: Path | None = None) -> Ways:
 
 @cache
 def _read(path: Path | None) -> Ways:
-    table = read_table(path, SHIPPED, WAY_COLUMNS, _COMMAND)
+    table = read_table(path, SHIPPED, (*WAY, "seed", "rho", *WAY_QUANTITIES, ONSET, "seconds"), _COMMAND)
     try:
         found, made_with = collect(table), table.attrs["parameters"]
     except (ValueError, KeyError) as error:

@@ -10,7 +10,6 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.formats import check_ending
 
 _DPI = 130
-_WITHOUT_DATE = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 
 
 def save_picture(figure: Figure, path: Path) -> bytes:
@@ -30,5 +29,6 @@ def picture(figure: Figure, kind: str = ".png") -> bytes:
         engine.execute(figure)
         figure.set_layout_engine(None)
     with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
-        figure.savefig(buffer, format=kind[1:], dpi=_DPI, metadata=_WITHOUT_DATE.get(kind))
+        without_date = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+        figure.savefig(buffer, format=kind[1:], dpi=_DPI, metadata=without_date.get(kind))
     return buffer.getvalue()

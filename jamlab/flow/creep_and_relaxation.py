@@ -273,7 +273,6 @@ class StressRelaxation(StoppedFlow):
         return {"strain": self.step_strain, **last, "change": self.change}
 
 
-STEP_TIME = 1e-2  # tau_1; no contact relaxes in less than tau_1
 _STEPS = 20  # at least, of the ramp
 
 
@@ -284,7 +283,7 @@ def relax_stress(
     duration: float,
     damping: DragLaw | None = None,
     *,
-    step_time: float = STEP_TIME,
+    step_time: float = 1e-2,  # tau_1; no contact relaxes in less than tau_1
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
     trajectory_error: bool = False,

@@ -143,8 +143,6 @@ class FlowCurve(FlowResult):
 
 FLOW_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took correlated rows for independent
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
-MOST_PROCESSES = 1024
-AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
 
 
 @checked
@@ -153,7 +151,7 @@ def flow_curve(
     rates: Sequence[float],
     damping: DragLaw | None = None,
     *,
-    strain: float = AVERAGE,
+    strain: float = 4.0,  # strain: 2 to 3 % of error at N = 256
     discard: float = EVENTS.transient,
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
@@ -192,7 +190,7 @@ def flow_curve(
     check_number("strain", strain, 1e4, 1.0)
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
-    check_number("processes", processes, MOST_PROCESSES)
+    check_number("processes", processes, 1024)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
     curve = _Curve(packing, law, task, path, progress)
     missing = [rate for rate in wanted if rate not in curve.points]

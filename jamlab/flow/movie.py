@@ -27,7 +27,6 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.formats import check_ending
 
 _INCHES, _DPI = (10.0, 5.0), 100  # 1000 x 500 pixels: even numbers, which video needs
-MOST_RATE = 120  # frames per second
 
 
 @checked
@@ -57,7 +56,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
         4
     """
     check_ending(path, "movie")
-    check_number("fps", fps, MOST_RATE)
+    check_number("fps", fps, 120)  # frames per second
     packings = list(run.frames if isinstance(run, FlowRun) else run)
     if len(packings) < 2:
         kept = "store packings of the flow with snapshot_every=..." if isinstance(run, FlowRun) else "give two or more"

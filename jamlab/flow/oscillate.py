@@ -126,7 +126,6 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
 
 
 OSCILLATION_DEFINITION = 2  # version, see jamlab.campaign.tasks
-POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,7 @@ def oscillate(
     damping: DragLaw | None = None,
     *,
     cycles: int = 20,
-    points: int = POINTS,
+    points: int = 32,  # rows in a cycle: about as many as there are steps at high frequencies
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
     trajectory_error: bool = False,

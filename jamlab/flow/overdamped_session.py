@@ -72,8 +72,6 @@ class FlowSteps:
 
 STEPS = FlowSteps()
 
-_CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
-
 
 class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
@@ -105,13 +103,7 @@ class FlowState(NamedTuple):
     marginal: float  # pairs of disks whose gap, zero but for an error of the step, does not tell whether they touch
 
 
-_STRESSES = (
-    *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
-    *("dissipation", "energy", "work", "dissipated"),
-)
 ON_WALLS = ("lower_stress", "lower_pressure", "upper_stress", "upper_pressure")
-_OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
-_COUNTED = ("time", "strain", "work", "dissipated", "iterations", "ambiguous_contacts")  # from the start
 
 
 class End(NamedTuple):
@@ -293,7 +285,8 @@ class OverdampedSession:
         """What droplets have at the end of the step: forces of their prediction are those of a moment before."""
         self._session.command("run 0 post no")
         now = self.state()
-        elastic = {name: getattr(now, name) for name in _OF_POSITIONS}
+        of_positions = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
+        elastic = {name: getattr(now, name) for name in of_positions}
         return state._replace(**elastic, stress=now.elastic_stress + state.viscous_stress)
 
     def _watch(self, state: FlowState, *, within_row: bool) -> None:
@@ -327,12 +320,17 @@ class OverdampedSession:
         """Numbers of this instant, the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
         stress = self._scales.stress
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
-        found = found._replace(**{name: stress * getattr(found, name) for name in _STRESSES})
+        stresses = (
+            *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
+            *("dissipation", "energy", "work", "dissipated"),
+        )
+        found = found._replace(**{name: stress * getattr(found, name) for name in stresses})
         on_walls = [stress * (getattr(found, name) - self._between[k]) for k, name in enumerate(ON_WALLS)]
         found = found._replace(**dict(zip(ON_WALLS, on_walls, strict=True)))
         if self._before is None:
             return found
-        return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
+        counted = ("time", "strain", "work", "dissipated", "iterations", "ambiguous_contacts")  # from the start
+        return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in counted})
 
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
@@ -346,7 +344,8 @@ class OverdampedSession:
             yield
         except EngineError as error:
             text = str(error).partition("ERROR: ")[2].partition(" (/")[0].partition("\n")[0] or str(error)
-            coded = _CODE.fullmatch(text)
+            code = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
+            coded = code.fullmatch(text)
             if coded is None and self._session.is_whole():
                 raise
             raise ConvergenceError("".join(coded.groups()) if coded else text) from error

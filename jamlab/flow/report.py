@@ -15,7 +15,6 @@ from jamlab.plotting.drawable import LEGEND
 from jamlab.plotting.palette import BLACK, RED
 
 LEAST_SHOWN = 1e-4
-_SETTLED = ("rests", "flows", "relaxed", "periodic", "steady", "start-up")  # any other state is written large
 
 Number = float | str | tuple[float, float] | Sequence[float]  # one, in words, with its standard error, or several
 
@@ -38,7 +37,8 @@ def describe(result: Any) -> str:
 
 def conclude(result: Any) -> str:
     """Name state and numbers of a result, and what to do if its energy is not balanced."""
-    state = result.state if result.state in _SETTLED else result.state.upper()
+    settled = ("rests", "flows", "relaxed", "periodic", "steady", "start-up")  # any other state is written large
+    state = result.state if result.state in settled else result.state.upper()
     words = ", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])
     if worst_imbalance(result) <= result.energy_tolerance:
         return words

@@ -42,7 +42,6 @@ R = TypeVar("R", bound=FlowRun)
 
 _EVERY = 10.0  # s between two versions of a file
 _NO_DRAG = {"law": "none"}  # of runs without time
-_APART = ("frames", "damping")  # fields of a result that have a place of their own
 REST = "give jamlab.relax(packing), or, to stop a flow, jamlab.stop_flow(packing, duration=...)"
 _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
 
@@ -132,7 +131,8 @@ class RunFile(Generic[T]):
 
 def write_result(path: FilePath, result: FlowResult, task: str = "{}") -> None:
     """Write a result to a file, all or nothing. `task`: see `RunFile`."""
-    entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in _APART}
+    # fields of a result that have a place of their own
+    entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in ("frames", "damping")}
 
     def add_group(file: Any) -> None:
         group = file.create_group("flow")

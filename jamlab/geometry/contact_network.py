@@ -41,9 +41,6 @@ def find_rattlers(
         rattlers |= loose
 
 
-MEAN_WIDTH = 2.0  # points, of the mean force: the strongest of disordered packings are three to four times as strong
-
-
 @dataclass(frozen=True)
 class ContactForces(Result):
     """Forces of contacts, rows as in `Contacts.pairs`.
@@ -184,7 +181,8 @@ class Contacts(Result):
         from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 
         packing, strength = self.packing, self.forces.size
-        look = merged(LineCollection, {"color": BLUE, "linewidth": MEAN_WIDTH, "capstyle": "round"}, style)
+        # points, of the mean force: the strongest of disordered packings are three to four times as strong
+        look = merged(LineCollection, {"color": BLUE, "linewidth": 2.0, "capstyle": "round"}, style)
         width = look.pop("linewidth")
         if not is_number(width):
             raise InputError(f"linewidth = {width!r:.60}: give one number, the width of the mean force in points")

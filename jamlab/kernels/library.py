@@ -34,7 +34,6 @@ REAL = ctypes.c_double
 INTEGER = ctypes.c_int64
 
 _NO_MEMORY = -1000  # NO_MEMORY of plugin/kernels/kernel.h
-_LESSON = 2**25 - 2**16  # bytes; glibc learns from less than 32 MB alone
 
 
 @cache
@@ -43,7 +42,7 @@ def library() -> ctypes.CDLL:
     path = installed_file("plugin", "jamlabkernels.so")
     # glibc gives blocks larger than any that was freed before back to the system, and their pages are cleared when they
     # come again: a quarter of the time of some kernels. From one large block, never written, it learns to keep them.
-    np.empty(_LESSON, dtype=np.uint8)
+    np.empty(2**25 - 2**16, dtype=np.uint8)  # bytes; glibc learns from less than 32 MB alone
     return ctypes.CDLL(str(path))
 
 

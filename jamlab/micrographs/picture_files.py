@@ -17,7 +17,6 @@ MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 by
 LEAST_SIDE = 8  # pixels
 CHANNELS = ("grey", "red", "green", "blue")
 REMEDY = "install it with pip install 'jamlab[images]'"
-LOSSY = ("JPEG", "MPO", "JPEG2000", "WEBP")  # formats that change numbers
 LOSSY_TIFF = (6, 7, 33003, 33005, 34712, 34892, 50001)  # the same by the tag of compression
 
 
@@ -109,7 +108,7 @@ def count_pages(path: Path) -> int:
 def _of_pillow(path: Path, numbers: bool) -> list[NDArray[Any]]:
     plain = ("1", "L", "RGB", "RGBA", "F", "I", "I;16", "I;16B", *(("P",) if numbers else ()))
     with Image.open(path) as image:  # reads the size only
-        if numbers and image.format in LOSSY:
+        if numbers and image.format in ("JPEG", "MPO", "JPEG2000", "WEBP"):  # formats that change numbers
             raise InputError(f"{path} is {image.format}, which changes numbers: save labels as TIFF, PNG or NPY")
         check_pixels((image.height, image.width), str(path))
         found = []

@@ -10,17 +10,13 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
-from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
+from typing import Any, Concatenate, NoReturn
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from jamlab.checks import as_plain
+from jamlab.checks import P, R, T, as_plain
 from jamlab.errors import InputError
-
-P = ParamSpec("P")
-R = TypeVar("R")
-S = TypeVar("S")
 
 MOST_SITES = 100_000  # disks and vertices of all packings that keep what was computed of them: about 2 kB each
 
@@ -71,14 +67,14 @@ class Derived:
         self.results: dict[Any, Any] = {}  # by function and arguments
 
 
-def per_packing(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+def per_packing(function: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
     """Compute what a function of a packing gives once; its arrays become read-only. The function depends on the state
     alone, box, positions, sizes and law, and what it gives does not hold the packing. Arguments beside the packing are
     hashable."""
     defaults = getattr(function, "__kwdefaults__", None) or {}
 
     @functools.wraps(function)
-    def call(packing: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
+    def call(packing: T, /, *args: P.args, **kwargs: P.kwargs) -> R:
         derived: Derived = packing._derived  # type: ignore[attr-defined]  # Packing is declared above this module
         key = (function, args, *{**defaults, **kwargs}.items())
         if key not in derived.results:

@@ -66,8 +66,6 @@ FACTS = (
 )
 STATE: dict[str, Any] = {"onset": None, **{name: usual for name, usual in KNOWN.items() if name != "fixed"}}
 OF_DIGITS = ("max_force", "converged", "tolerance")  # of a minimum, which a rounded packing is not at
-_CHOICES: dict[str, tuple[str, ...]] = {"ensemble": ENSEMBLES}  # of facts that are words
-_NAMES = ("model", "units", "fixed", "law")  # facts that are words of any sort
 _LAW_COLUMN = "law_"
 
 
@@ -140,7 +138,8 @@ def facts_of_words(found: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _fact_of_word(name: str, text: str, chosen: Mapping[str, tuple[str, ...]]) -> Any:
-    if name in chosen or name in _NAMES:
+    names = ("model", "units", "fixed", "law")  # facts that are words of any sort
+    if name in chosen or name in names:
         return text
     if name == "provenance":
         history = json.loads(unquote(text))
@@ -220,7 +219,8 @@ def shared_parameters(law: str | None = None) -> list[str]:
 
 
 def _choices(law: str | None) -> Mapping[str, tuple[str, ...]]:
-    return _CHOICES | {name: each.choices for name, each in law_parameters(law).items() if each.choices}
+    # of facts that are words
+    return {"ensemble": ENSEMBLES} | {name: each.choices for name, each in law_parameters(law).items() if each.choices}
 
 
 def history_text(provenance: Mapping[str, Any], what: str) -> str:

@@ -11,17 +11,15 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Any, cast
 
 import numpy as np
 
+from jamlab.checks import P, R
 from jamlab.laws.pair_law import PairLaw
 from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import NUMBER
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 
 @dataclass(frozen=True)

@@ -99,9 +99,6 @@ def _write(
     return lost(kind, frames) or None
 
 
-_SHAPES = {"i": "I:1", "f": "R:1"}  # of a column, by kind of numpy
-
-
 def _write_xyz(path: FilePath, frames: Sequence[Packing]) -> None:
     """Positions and radii of disks, or of the vertices of droplets with the radius of their rims; the second line of a
     frame holds all facts of the packing, see `jamlab.packing.facts`."""
@@ -115,7 +112,8 @@ def _write_xyz(path: FilePath, frames: Sequence[Packing]) -> None:
         own = site_columns(packing)
         for name in ("type", *(["mol"] if packing.offsets is None else [])):  # sizes tell types; disks are no molecules
             del own[name]
-        names = ":".join(f"{name}:{_SHAPES[column.dtype.kind]}" for name, column in own.items())
+        shapes = {"i": "I:1", "f": "R:1"}  # of a column, by kind of numpy
+        names = ":".join(f"{name}:{shapes[column.dtype.kind]}" for name, column in own.items())
         lines += [str(len(packing.positions))]
         lines += [f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:{names} pbc="T T F" {words(facts_of(packing))}']
         rows = zip(packing.positions.tolist(), *(column.tolist() for column in own.values()), strict=True)

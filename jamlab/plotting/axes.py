@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from jamlab.errors import InputError, JamlabError
 
-PAD = 0.04  # inches around all that is drawn
 LEAST_FONT = 5.0  # points
 
 
@@ -47,7 +46,7 @@ def show_whole(figure: Figure) -> None:
     """
     figure.draw_without_rendering()
     size = figure.get_size_inches()
-    drawn = figure.get_tightbbox().padded(PAD)
+    drawn = figure.get_tightbbox().padded(0.04)  # inches around all that is drawn
     low, high = np.maximum(-np.array(drawn.min), 0.0), np.maximum(np.array(drawn.max) - size, 0.0)
     if not (low.any() or high.any()):
         return

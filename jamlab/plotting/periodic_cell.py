@@ -15,7 +15,6 @@ from jamlab.arrays import Array
 from jamlab.plotting.axes import merged
 
 MARGIN = 0.045  # around the cell, over the root of its area: a third of a particle where there are 64
-_ARC = 48  # corners of a drawn disk: a circle to the eye at this size
 
 
 def lattice_moves(box: Array) -> Array:
@@ -31,7 +30,7 @@ def _margin(box: Array) -> float:
 
 def circles(centres: Array, diameters: Array) -> list[Array]:
     """Closed ring of each disk."""
-    turn = 2 * np.pi * np.arange(_ARC + 1) / _ARC
+    turn = 2 * np.pi * np.arange(48 + 1) / 48  # corners of a drawn disk: a circle to the eye at this size
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
     return [x + 0.5 * d * circle for x, d in zip(centres, diameters, strict=True)]
 

@@ -18,17 +18,13 @@ from typing import NoReturn
 from jamlab.errors import JamlabWarning
 from jamlab.processes.cores import cores_given
 
-_LOOK = 0.1  # s between two looks at the parent
-_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
-_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-
 
 def die_with(parent: int, number: int = signal.SIGKILL) -> None:
     """Have a signal end this process when its parent dies: who has lost its parent has another one."""
 
     def watch() -> None:
         while os.getppid() == parent:
-            time.sleep(_LOOK)
+            time.sleep(0.1)  # s between two looks at the parent
         os.kill(os.getpid(), number)
 
     threading.Thread(target=watch, daemon=True).start()
@@ -36,7 +32,11 @@ def die_with(parent: int, number: int = signal.SIGKILL) -> None:
 
 def child_environment() -> dict[str, str]:
     """Environment of a Python process with one thread and the same modules as here, whatever folder it runs in."""
-    return os.environ | dict.fromkeys(_THREADS, "1") | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+    return (
+        os.environ
+        | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+        | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+    )
 
 
 def serve(connection: Connection) -> None:
@@ -73,7 +73,7 @@ def become_program(parent: int, line: list[str]) -> NoReturn:
 
     There is no process between the two that could be killed alone. The program must not start others that outlive it.
     """
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)  # kept by exec
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG of linux/prctl.h; kept by exec
     if os.getppid() != parent:  # it died before
         sys.exit(128 + signal.SIGTERM)
     os.execv(line[0], line)

@@ -44,7 +44,6 @@ class SizeLimits:
 SIZE_LIMITS = SizeLimits()
 
 FROM_FILE = "from-file:"
-_RANDOM = "random"
 _LAWS: dict[str, dict[str, tuple[float, float]]] = {  # numbers of each law, and their limits
     "monodisperse": {},
     "bidisperse": {"RATIO": (1.0, SIZE_LIMITS.widest_ratio), "SHARE": (1e-6, 1 - 1e-6)},
@@ -58,7 +57,6 @@ _LAWS: dict[str, dict[str, tuple[float, float]]] = {  # numbers of each law, and
     },
 }
 _WRITTEN = {name: name + ":"[: len(limits)] + ",".join(limits) for name, limits in _LAWS.items()}
-USAGE = ", ".join([*_WRITTEN.values(), f"{FROM_FILE}PATH"])
 
 
 @dataclass(frozen=True)
@@ -80,9 +78,10 @@ class SizeDistribution:
     def of(cls, text: str) -> SizeDistribution:
         """Read a distribution from its name and numbers."""
         name, *words = [word.strip() for word in text.replace(":", ",", 1).split(",")]
-        random = words[-1:] == [_RANDOM]
+        random = words[-1:] == ["random"]
         if name not in _LAWS:
-            raise InputError(f"sizes = {text!r}: use one of {USAGE}")
+            usage = ", ".join([*_WRITTEN.values(), f"{FROM_FILE}PATH"])
+            raise InputError(f"sizes = {text!r}: use one of {usage}")
         try:
             numbers = tuple(map(float, words[:-1] if random else words))
         except ValueError:

@@ -18,7 +18,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction
 from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
 
-ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
 _GEARS = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
 LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
@@ -74,7 +73,7 @@ class ContactDamping(DragLaw):
         must=f"a number from {LEAST_ALPHA:g} to 1 (linear drag); films with mobile surfactants have 2/3, with "
         "immobile surfactants 1/2",
     )
-    lever_arms: str = parameter("radius", "where lever arms of disks end", choices=ARMS)
+    lever_arms: str = parameter("radius", "where lever arms of disks end", choices=("radius", "contact"))
 
     def __str__(self) -> str:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LIMITS = ("g0", "eta0", "eta_inf")
-_BELOW = -0.17  # top of a legend below the label of the axis, in heights of the axes
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,8 @@ class MeanSpectra(Result):
         label_modulus(axes, " or ".join(dict.fromkeys(s.unit for s in self)), legend=not several)
         if several:
             axes.set_title(f"{self.damping}; $G'$ filled, $G''$ open", fontsize=LABEL)
-            legend_below(axes, axes.lines[before::2], bbox_to_anchor=(0.5, _BELOW))
+            # top of a legend below the label of the axis, in heights of the axes
+            legend_below(axes, axes.lines[before::2], bbox_to_anchor=(0.5, -0.17))
 
 
 @checked

@@ -11,8 +11,6 @@ from jamlab.errors import InputError
 
 Curve = tuple[Array, Array]
 
-_GRID = 60  # points at which curves are compared
-
 
 def _take_logarithms(curves: Sequence[Curve]) -> list[Curve]:
     if len(curves) < 2:
@@ -26,7 +24,7 @@ def _spread_of_logarithms(logs: list[Curve]) -> float:
     """How far curves (x, y) of ascending x lie apart: root mean square distance from their mean, in y, where two or
     more overlap. 0 is a perfect collapse."""
     starts, ends = np.array([[x[0], x[-1]] for x, _ in logs]).T
-    grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], _GRID)
+    grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], 60)  # points at which curves are compared
     inside = (grid >= starts[:, None]) & (grid <= ends[:, None])
     inside &= inside.sum(axis=0) >= 2
     count = inside.sum(axis=0)

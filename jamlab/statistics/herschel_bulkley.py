@@ -81,7 +81,8 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
     may be negative. One below its error means that none is seen. Errors must not follow the scatter of the stresses:
     of 12 points that scatter by 20 % of the law, errors of 20 % of each stress lower the yield stress by 7 %, and of 10
     % by 0.1 %, since points that came out low weigh most."""
-    x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_stderr), strict=True))
+    names = ("rates", "stress", "stress_stderr")
+    x, y, error = (finite_array(n, v, (None,)) for n, v in zip(names, (rates, stress, stress_stderr), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
         raise InputError(f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points are needed")
     if min(x.min(), error.min()) <= 0:
@@ -109,7 +110,6 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
 
 
 _REMEDY = "give more rates, longer strain or more particles"
-_NAMES = ("rates", "stress", "stress_stderr")
 
 
 def _law(rate: Array, yield_stress: float, consistency: float, exponent: float) -> Array:

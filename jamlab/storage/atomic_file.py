@@ -14,9 +14,7 @@ from pathlib import Path
 from jamlab.errors import StorageError
 from jamlab.storage.system_errors import system_said
 
-_ABANDONED = 86_400.0  # s since its last change after which a temporary file has no writer
 _MODE = 0o666  # of new files, but for the umask
-_NAME = re.compile(r"\.jamlab-(?P<node>.+)-(?P<process>\d+)-[0-9a-f]+\.tmp")
 _looked_after: set[Path] = set()  # folders in which this process has removed what others left behind
 
 
@@ -29,10 +27,11 @@ def _remove_abandoned(folder: Path) -> None:
     has changed for a day. Those of other machines stay: their writers may live, and their clocks be other ones."""
     with suppress(OSError):
         for file in folder.glob(".jamlab-*.tmp"):
-            named = _NAME.fullmatch(file.name)
+            named = re.fullmatch(r"\.jamlab-(?P<node>.+)-(?P<process>\d+)-[0-9a-f]+\.tmp", file.name)
             if named is None or named["node"] != _node() or _runs(int(named["process"])):
                 continue
-            if time.time() - file.stat().st_mtime > _ABANDONED:
+            # s since its last change after which a temporary file has no writer
+            if time.time() - file.stat().st_mtime > 86_400.0:
                 file.unlink(missing_ok=True)
 
 

@@ -22,14 +22,11 @@ FORMATS: dict[str, tuple[str, ...]] = {  # endings of what jamlab writes, the us
 }
 
 
-_ENDINGS = {ending for endings in FORMATS.values() for ending in endings}
-_OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
-
-
 def begins_as(path: str | os.PathLike[str]) -> str:
     """The kind of LAMMPS file that a name such as data.droplets begins with, or nothing."""
     start, _, rest = Path(os.fspath(path)).name.partition(".")
-    return start if rest and start in _OF_LAMMPS else ""
+    # files that LAMMPS users name by what they begin with, as in data.droplets
+    return start if rest and start in ("data", "dump") else ""
 
 
 def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") -> None:
@@ -38,5 +35,6 @@ def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") ->
     name = os.fspath(path)
     ending = Path(name).suffix.lower()
     allowed = [known for kind in kinds for known in FORMATS[kind]]
-    if ending not in ("", *allowed) and not (begins_as(path) in kinds and ending not in _ENDINGS):
+    endings = {ending for endings in FORMATS.values() for ending in endings}
+    if ending not in ("", *allowed) and not (begins_as(path) in kinds and ending not in endings):
         raise InputError(f"{option} {name}: name a file that ends in {', '.join(allowed)}".lstrip())

@@ -4,19 +4,21 @@ import errno
 import os
 import re
 
-_FAILED = "the file system failed, not the file: try again, or ask who runs it"
 _REMEDIES = {
-    **dict.fromkeys((errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV), _FAILED),
+    **dict.fromkeys(
+        (errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV),
+        "the file system failed, not the file: try again, or ask who runs it",
+    ),
     **dict.fromkeys((errno.ENOLCK, errno.ENOTSUP), "this file system cannot do that: take a folder on another one"),
     errno.EDQUOT: "your quota is used up: remove files, or ask for more",
 }
-_OF_HDF5 = re.compile(r"errno = (\d+)")  # HDF5 gives the number in its text alone where h5py does not pass it on
 
 
 def system_error(error: BaseException) -> int | None:
     """Number of the error of the system behind an error; None if there is none, so that the content is at fault."""
     found = error.errno if isinstance(error, OSError) else None
-    number = found or next(map(int, _OF_HDF5.findall(str(error))), 0)
+    of_hdf5 = re.compile(r"errno = (\d+)")  # HDF5 gives the number in its text alone where h5py does not pass it on
+    number = found or next(map(int, of_hdf5.findall(str(error))), 0)
     return number or None
 
 

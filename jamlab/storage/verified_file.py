@@ -33,7 +33,6 @@ PACKINGS = "packings"
 USER_BLOCK = 512  # bytes; HDF5 looks for its signature at 0, 512, 1024, ...
 _HEADER = re.compile(rb"jamlab (packings|task [0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
 _CHECK = "check the name and its permissions"
-_DEFLATE = 1032  # zlib cannot compress further, and jamlab itself does not compress
 # what h5py raises on damaged files
 _DAMAGE = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
 
@@ -60,13 +59,14 @@ def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | N
     import h5py  # here and below: most of a short run's imports, and only files need it
 
     found, fault = group.get(name), ""
+    # zlib cannot compress further, and jamlab itself does not compress
     if not isinstance(found, h5py.Dataset):
         fault = "is missing" if found is None else "is not a dataset"
     elif ("T" if h5py.check_string_dtype(found.dtype) else found.dtype.kind) not in kinds:
         fault = f"holds values of type {found.dtype}"
     elif found.shape is None or (shape is not None and not _fits(found.shape, shape)):
         fault = f"has shape {found.shape}" + (f", not {shape}, None for any" if shape else "")
-    elif (size := np.prod(found.shape, dtype=float) * found.dtype.itemsize) > _DEFLATE * found.id.get_storage_size():
+    elif (size := np.prod(found.shape, dtype=float) * found.dtype.itemsize) > 1032 * found.id.get_storage_size():
         fault = f"is declared with {size:.3g} bytes, which the file does not hold"
     if fault:
         raise StorageError(f"{group.file.filename} is damaged: {group.name.rstrip('/')}/{name} {fault}; {REMEDY}")

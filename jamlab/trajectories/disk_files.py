@@ -40,7 +40,6 @@ _NAMES = {  # of columns of tables, by what programs call them
 # columns that number the states of one table
 _NAMED_FRAMES = ("image", "snapshot")  # by number or by the name of a file
 _FRAMES = ("frame", "slice", "step", "timestep", "time", "position_t", "imagenumber", *_NAMED_FRAMES)
-_PARTICLES = ("particle", "track_id", "id")  # columns that name a particle in all states, the surest first
 _UNIT = re.compile(r"\s*[\[(/].*")  # behind the name of a column
 _KEYS = re.compile(r'([^\s="]+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
 
@@ -169,7 +168,8 @@ def _is_time(columns: Columns) -> bool:
 
 def _particles(columns: Columns) -> str | None:
     """The column that names particles, if all of them have a number there."""
-    name = next((name for name in _PARTICLES if name in columns), None)
+    particles = ("particle", "track_id", "id")  # columns that name a particle in all states, the surest first
+    name = next((name for name in particles if name in columns), None)
     if name is None or not _is_number(columns.words(name)):
         return None
     values = columns.numbers(name)

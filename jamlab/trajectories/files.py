@@ -24,11 +24,14 @@ _READERS: dict[str, Callable[..., Iterator[Any]]] = {  # kinds of files: each fr
     **{"data": lammps_data.read_data, "dump": lammps_data.read_dump},
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "gsd": disk_files.read_gsd},
 }
-_ENDINGS: dict[str, tuple[str, ...]] = {
-    **{kind: FORMATS[kind] for kind in ("data", "dump", "xyz")},
-    **{"csv": (".csv", ".tsv"), "gsd": (".gsd",)},
+_KIND_OF = {
+    ending: kind
+    for kind, endings in {
+        **{kind: FORMATS[kind] for kind in ("data", "dump", "xyz")},
+        **{"csv": (".csv", ".tsv"), "gsd": (".gsd",)},
+    }.items()
+    for ending in endings
 }
-_KIND_OF = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
 
 
 @checked

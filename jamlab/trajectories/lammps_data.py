@@ -208,16 +208,6 @@ def _by_atom(rows: list[list[str]], place: dict[int, int]) -> list[str]:
     return words
 
 
-_PREFIX = re.compile(r"^[vd]_")  # of a variable or property
-# columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
-_COORDINATES = (
-    ("xu", "yu", False, False),
-    ("xsu", "ysu", True, False),
-    ("x", "y", False, True),
-    ("xs", "ys", True, True),
-)
-
-
 def read_dump(path: FilePath) -> Iterator[Callable[[], Sites]]:
     """Read the frames of a dump as text; the atoms of one are made by calling it."""
     with text_of(path) as file:
@@ -267,7 +257,8 @@ def _places(columns: list[str]) -> dict[str, int]:
     places = {name: k for k, name in reversed(list(enumerate(columns)))}
     for own in (SIZE_NAMES.keys(), {"a0"}):
         if not own & places.keys():
-            plain = {_PREFIX.sub("", name): k for name, k in reversed(places.items())}
+            # of a variable or property
+            plain = {re.sub(r"^[vd]_", "", name): k for name, k in reversed(places.items())}
             places |= {name: plain[name] for name in plain.keys() & own}
     return places
 
@@ -332,7 +323,14 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
 
 def _positions(atoms: Columns, low: Array, box: Array) -> tuple[Array, bool, float]:
     """(n, 2) positions, whether they are wrapped, and their rounding."""
-    known = next((entry for entry in _COORDINATES if entry[0] in atoms and entry[1] in atoms), None)
+    # columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
+    coordinates = (
+        ("xu", "yu", False, False),
+        ("xsu", "ysu", True, False),
+        ("x", "y", False, True),
+        ("xs", "ys", True, True),
+    )
+    known = next((entry for entry in coordinates if entry[0] in atoms and entry[1] in atoms), None)
     if known is None:
         raise InputError("a dump without positions: give it columns x y, xu yu, xs ys or xsu ysu")
     x, y, scaled, wrapped = known

@@ -22,8 +22,6 @@ DROPLETS = (
     "particle",
     "id",
 )  # columns, the surest first
-AREAS = ("free_area", "rest_area")  # columns with one number a droplet; arguments of `jamlab.droplets_from_outlines`
-GEOJSON = (".geojson", ".json")
 
 
 def read_outlines(path: FilePath) -> dict[str, Any]:
@@ -32,7 +30,7 @@ def read_outlines(path: FilePath) -> dict[str, Any]:
     A table (.csv, .tsv or other text) names its columns in the first line: x, y and one that tells droplets apart. Rows
     of one droplet stand in the order of its vertices.
     """
-    if Path(path).suffix.lower() in GEOJSON:
+    if Path(path).suffix.lower() in (".geojson", ".json"):
         return {"outlines": _geojson(path)}
     import pandas as pd
 
@@ -55,7 +53,8 @@ def read_outlines(path: FilePath) -> dict[str, Any]:
             )
         groups = table.groupby(names[0], sort=False)
         found: dict[str, Any] = {"outlines": [_numbers(droplet, part[["x", "y"]]) for droplet, part in groups]}
-        for name in (name for name in AREAS if name in table):
+        # columns with one number a droplet; arguments of `jamlab.droplets_from_outlines`
+        for name in (name for name in ("free_area", "rest_area") if name in table):
             found[f"{name}s"] = np.array([_common(droplet, part, name) for droplet, part in groups])
         return found
 

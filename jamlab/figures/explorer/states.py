@@ -34,7 +34,6 @@ def encode(values: ArrayLike, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-_NO_LINES = np.empty(0, dtype=object)
 # in sqrt(cell area / particles)
 COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
 _JOINED = 1e-9  # ends of pieces of a wall between cells that are nearer than this are one point
@@ -55,7 +54,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
         "contacts": _pack_contacts(packing, network, home),
         "particles": _pack_particles(packing, network, cells),
         "voids": _pack_voids(packing),
-        "walls": _packed_lines(_NO_LINES) if cells is None else _pack_walls(packing, cells.lines),
+        "walls": _packed_lines(np.empty(0, dtype=object)) if cells is None else _pack_walls(packing, cells.lines),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }

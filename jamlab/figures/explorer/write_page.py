@@ -42,29 +42,6 @@ def check_bytes(total: float, states: int, every: int) -> None:
         )
 
 
-SCRIPTS = (  # in the order in which they need each other
-    "palette.js",
-    "packed_states.js",
-    "view.js",
-    "outlines.js",
-    "scene.js",
-    "pointing.js",
-    "legend.js",
-    "curves.js",
-    "controls.js",
-    "explorer.js",
-)
-TOGGLES = (  # key, what it switches, whether it is on at first
-    ("f", "forces", True),
-    ("r", "rattlers", True),
-    ("v", "voids", False),
-    ("c", "cells", False),
-    ("d", "displacements", False),
-)
-_ENSEMBLES = {
-    "fixed-box": "Periodic cell of fixed shape.",
-    "shear-stabilized": "Periodic cell, sheared until no shear stress is left.",
-}
 _FOLDER = files("jamlab.figures.explorer")
 _PAGES = Environment(loader=PackageLoader("jamlab.figures.explorer", ""), autoescape=select_autoescape())
 
@@ -111,7 +88,11 @@ def write_page(
     walls = int(first.flat_walls.sum())
     title = f"{first.n - walls} {first.kind.particles}{' between flat walls' if walls else ''}"
     title += f", {count} states" if count > 1 else ""
-    lead = f"{_ENSEMBLES[first.ensemble]} {unit_labels(first)['meaning']}. Particles are numbered from 0 as in jamlab."
+    ensembles = {
+        "fixed-box": "Periodic cell of fixed shape.",
+        "shear-stabilized": "Periodic cell, sheared until no shear stress is left.",
+    }
+    lead = f"{ensembles[first.ensemble]} {unit_labels(first)['meaning']}. Particles are numbered from 0 as in jamlab."
     write_sections(path, title, lead, [("", fragment)], _facts(first, states[-1]))
 
 
@@ -156,13 +137,20 @@ def explorer_fragment(
         check_bytes(size * len(chosen) / (k + 1), len(chosen), every)
         if progress is not None:
             progress((k + 1) / len(chosen), f"state {k + 1} of {len(chosen)}")
+    toggles = (  # key, what it switches, whether it is on at first
+        ("f", "forces", True),
+        ("r", "rattlers", True),
+        ("v", "voids", False),
+        ("c", "cells", False),
+        ("d", "displacements", False),
+    )
     return Markup(
         _PAGES.get_template("fragment.html").render(
             head=htmlsafe_json_dumps(_head(chosen, rows)),
             states=packed,
             along=along(chosen),
             curves=curves(chosen[0]),
-            toggles=TOGGLES,
+            toggles=toggles,
         )
     )
 
@@ -177,7 +165,19 @@ def explorer_assets() -> Markup:
     """Style and script of all explorers of a page, as HTML."""
     style = _FOLDER.joinpath("explorer.css").read_text(encoding="utf-8")
     script = f"const SHARED = {htmlsafe_json_dumps(_COLOURS)};\n"
-    script += "\n".join(_FOLDER.joinpath(name).read_text(encoding="utf-8") for name in SCRIPTS)
+    scripts = (  # in the order in which they need each other
+        "palette.js",
+        "packed_states.js",
+        "view.js",
+        "outlines.js",
+        "scene.js",
+        "pointing.js",
+        "legend.js",
+        "curves.js",
+        "controls.js",
+        "explorer.js",
+    )
+    script += "\n".join(_FOLDER.joinpath(name).read_text(encoding="utf-8") for name in scripts)
     return Markup(f"<style>\n{style}</style>\n<script>\n(() => {{\n'use strict';\n{script}}})();\n</script>")
 
 

@@ -104,7 +104,8 @@ class Voids(Result):
         for move in lattice_moves(packing.box):
             moved = [Path(paths[k].vertices + move, paths[k].codes) for k in closed]
             axes.add_collection(PathCollection(moved, **look))
-        for k in closed[self.area[closed] > _LABELLED * packing.area / packing.n]:
+        # voids larger than this fraction of the cell per particle have room for a digit
+        for k in closed[self.area[closed] > 0.03 * packing.area / packing.n]:
             axes.text(*self.centroid[k], str(self.sides[k]), ha="center", va="center", fontsize=7)
         frame_cell(axes, packing.box)
         names = side_names(sides) | ({"white": "percolates"} if len(closed) < len(self.sides) else {})
@@ -114,7 +115,6 @@ class Voids(Result):
 
 
 _ARC_STEP = 0.05  # radians, of drawn arcs
-_LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
 class LoopKind(IntEnum):
