@@ -3,6 +3,7 @@
 import pickle
 import time
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, overload
 
@@ -30,8 +31,17 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
 MODULI = ("g", "g_x", "b")
-_TRIAL = 0.5  # s after which `measure` looks at the time that a state takes
-_START = 2.0  # s that new processes take to start and to load what measures
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Times that decide whether `measure` starts processes."""
+
+    look: float = 0.5  # s after which `measure` looks at the time that a state takes
+    start: float = 2.0  # s that new processes take to start and to load what measures
+
+
+TRIAL = Trial()
 
 
 _Own = Callable[..., Any]  # of the user: takes a packing, returns a number
@@ -207,7 +217,7 @@ def _measure_several(
             rows.append(one(state))
             show(len(rows))
             spent = time.perf_counter() - began
-            if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), most) > 1:
+            if spent > TRIAL.look and _count_processes(total - len(rows), spent / len(rows), most) > 1:
                 break
     if rest := states[len(rows) :]:
         count, first = _count_processes(len(rest), spent / len(rows), most), len(rows)
@@ -241,10 +251,10 @@ def _measure_state(
 
 def _count_processes(left: int, seconds: float, most: int | None) -> int:
     """Number of processes for states that take some seconds each; 1 where starting more would take longer."""
-    if (left - 1) * seconds < _START:
+    if (left - 1) * seconds < TRIAL.start:
         return 1
     count = min(left, available_cores() if most is None else most)
-    return count if left * seconds * (1 - 1 / count) > _START else 1
+    return count if left * seconds * (1 - 1 / count) > TRIAL.start else 1
 
 
 _OF_VOIDS = ("voids", "void_sides", "void_area", "void_shape")

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field
 
 from jamlab.campaign.observable import LAW, STATE, Driven, FileTable, Grid, Row
 from jamlab.errors import ConvergenceError
-from jamlab.flow.creep_and_relaxation import LARGEST_STRESS, LONGEST, creep
+from jamlab.flow.creep_and_relaxation import RAMP, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
 from jamlab.flow.oscillate import OSCILLATION_LIMITS, oscillate
 from jamlab.flow.overdamped_session import (
@@ -20,7 +20,7 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_TOLERANCE,
     check_flowing,
 )
-from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
+from jamlab.flow.quasistatic_shear import LIMITS, quasistatic_shear
 from jamlab.flow.shear import SHEAR_LIMITS, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA
@@ -54,7 +54,7 @@ class Flowing(_Driving):
     rates: Grid[Annotated[float, Field(ge=0, le=SHEAR_LIMITS.largest_rate), AfterValidator(_zero_or_resolved)]]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
-    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
+    step: Annotated[float, Field(ge=1e-6, le=LIMITS.step)] = 1e-3  # of strain, at rate 0
     background: Background | None = None
     tolerance: FlowTolerance = TOLERANCE
 
@@ -72,8 +72,8 @@ class Creeping(_Driving):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
     # beside the residual one, in natural units of the packing
-    stresses: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=LARGEST_STRESS)]]
-    duration: Annotated[float, Field(ge=FLOW_LIMITS.least_time, le=LONGEST)]  # tau_1
+    stresses: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=RAMP.largest_stress)]]
+    duration: Annotated[float, Field(ge=FLOW_LIMITS.least_time, le=RAMP.longest)]  # tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 10.0  # at which a run ends early
 
 

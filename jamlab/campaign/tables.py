@@ -7,6 +7,7 @@ their mean, and the bootstrap draws whole packings.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,8 +30,16 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-_RESAMPLES = 1000  # the ends of a 95 % interval to a tenth of its width
-_DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
+@dataclass(frozen=True)
+class Grouping:
+    """Rows that are averaged."""
+
+    resamples: int = 1000  # the ends of a 95 % interval to a tenth of its width
+    digits: int = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
+
+
+GROUPING = Grouping()
+
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
@@ -151,7 +160,7 @@ def aggregate(
     keys = {name: frame[name] for name in by}
     for name, key in keys.items():
         if key.dtype.kind == "f":
-            keys[name] = key.map(lambda value: float(f"{value:.{_DIGITS}g}"))
+            keys[name] = key.map(lambda value: float(f"{value:.{GROUPING.digits}g}"))
     if along is not None:
         place = _bins_of(frame[along], bins)
         inside = place >= 0
@@ -207,6 +216,6 @@ def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:
     packings = kept.groupby(_PACKING)[name].mean().to_numpy(np.float64)
     ends = (np.nan, np.nan, np.nan)
     if len(packings):
-        mean = bootstrap([packings], lambda g: np.mean(g[0]), resamples=_RESAMPLES, level=confidence)
+        mean = bootstrap([packings], lambda g: np.mean(g[0]), resamples=GROUPING.resamples, level=confidence)
         ends = (float(mean.value), float(mean.low), float(mean.high))
     return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_packings"), (*ends, len(packings)), strict=True))

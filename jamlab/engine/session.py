@@ -13,6 +13,7 @@ from __future__ import annotations
 import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -43,11 +44,22 @@ from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
 from jamlab.packing.strain_map import shapes_of_stress
 
-_EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
-_EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
-_COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
-_SOFTEST, _STIFFEST = 1e-2, 1e6  # contacts, over the natural stiffness, whose time steps are those of others
-_FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
+
+@dataclass(frozen=True)
+class SessionLimits:
+    """When a session is built anew, and what LAMMPS compares."""
+
+    edge_room: float = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
+    edge_kept: float = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
+    # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
+    component: float = 0.5
+    # contacts, over the natural stiffness, whose time steps are those of others
+    softest: float = 1e-2
+    stiffest: float = 1e6
+    from_one: float = 4.0  # factor by which natural units of a packing may differ from its own
+
+
+LIMITS = SessionLimits()
 
 
 class Session(Hinted):
@@ -143,7 +155,7 @@ class Session(Hinted):
         """
         before = self._packing
         self._hold(packing)
-        stretched = packing.kind.longest_edge(self._packing) > _EDGE_KEPT * self._edge_limit
+        stretched = packing.kind.longest_edge(self._packing) > LIMITS.edge_kept * self._edge_limit
         if anew or stretched or self._packing.difference(before) is not None:
             if self._own_forces:
                 self._hold(before)
@@ -240,7 +252,7 @@ class Session(Hinted):
                 "them out, or use style='fire' with repulsive disks, none of them fixed"
             )
         stretch = min(stretch or steps, steps)
-        component = _COMPONENT * force
+        component = LIMITS.component * force
         if by_kernel:
             found = fire_disks(self._state(), force, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
@@ -372,7 +384,7 @@ class Session(Hinted):
             settings["own_sizes"] = f"sizes {section} power {text(packing.law.power_of_contact)}"
             settings["section"] = f"fix {section} NULL {section}"
         if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
-            self._edge_limit = max(float(defaults(kind.name).get("longest_edge", 0.0)), _EDGE_ROOM * longest)
+            self._edge_limit = max(float(defaults(kind.name).get("longest_edge", 0.0)), LIMITS.edge_room * longest)
             settings["longest_edge"] = self._edge_limit
 
         self._run("clear")
@@ -435,7 +447,7 @@ class Session(Hinted):
         if self.law.deck_part or self._own_forces:
             return 1.0
         stiffness = self.law.stiffness_at(max(self.evaluate().pressure, 0.0))
-        return float(np.clip(stiffness, _SOFTEST, _STIFFEST) ** -0.5)
+        return float(np.clip(stiffness, LIMITS.softest, LIMITS.stiffest) ** -0.5)
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""
@@ -494,8 +506,8 @@ def _evaluation_by_terms(packing: Packing) -> Evaluation:
 
 def _check_fits(packing: Packing) -> None:
     scales = natural_scales(packing)
-    most = {scales.length: _FROM_ONE, scales.stress: _FROM_ONE * max(1.0, packing.law.stiffness)}
-    if not all(1 / _FROM_ONE <= unit <= highest for unit, highest in most.items()):
+    most = {scales.length: LIMITS.from_one, scales.stress: LIMITS.from_one * max(1.0, packing.law.stiffness)}
+    if not all(1 / LIMITS.from_one <= unit <= highest for unit, highest in most.items()):
         raise InputError(
             f"the natural units of the packing are {scales.length:.3g} of its unit of length and "
             f"{scales.stress:.3g} of its unit of stress, too far from 1 for LAMMPS; give "

@@ -6,7 +6,7 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,19 @@ from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import effective_relaxation_time, equivalent_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
-RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
-# where noise hides it
-MOST_STRAIN = 1e3
-MOST_CYCLES = 17  # that an oscillation is given to relax
+
+@dataclass(frozen=True)
+class FlowPlan:
+    """Runs that are estimated."""
+
+    # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too, where
+    # noise hides it
+    error: float = 0.01
+    strain: float = 1e3  # longest run of a flow
+    cycles: int = 17  # that an oscillation is given to relax
+
+
+FLOW_PLAN = FlowPlan()
 
 
 @checked
@@ -86,9 +95,9 @@ def choose_flow(
     if (omega is None) == (rate is None):
         raise InputError(f"omega = {omega}, rate = {rate}: give one of them, a frequency or a rate of steady shear")
     check_number("tolerance", tolerance, 1.0)
-    if tolerance < RUN_ERROR:
+    if tolerance < FLOW_PLAN.error:
         raise InputError(
-            f"tolerance = {tolerance:g}: errors below {RUN_ERROR:g} were not measured; compare several runs"
+            f"tolerance = {tolerance:g}: errors below {FLOW_PLAN.error:g} were not measured; compare several runs"
         )
     if rate is not None:
         check_number("rate", rate, SHEAR_LIMITS.largest_rate)
@@ -124,9 +133,9 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
         values["equivalent damping"], errors["equivalent damping"] = best, error
     # the slowest relaxes to e^-3, then two cycles are compared; where G_xy < 0 no time is known to be the slowest
     relaxing = 3.0 * spectrum.tau_star * omega / (2 * np.pi)
-    cycles = 3 + int(np.ceil(min(relaxing, MOST_CYCLES))) if np.isfinite(relaxing) else 3 + MOST_CYCLES
+    cycles = 3 + int(np.ceil(min(relaxing, FLOW_PLAN.cycles))) if np.isfinite(relaxing) else 3 + FLOW_PLAN.cycles
     run = 4.0 * (amplitude or 0.0) * cycles
-    errors["oscillation"] = RUN_ERROR
+    errors["oscillation"] = FLOW_PLAN.error
     options, row = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
     way = str(options.at[row, "way"])
     function: Callable[..., Any] = complex_modulus
@@ -159,7 +168,7 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
             f"{'; '.join(outside)}: the scatter of steady flow was not measured there; run flow_curve and use its "
             "stress_stderr"
         )
-    models = {"flow": RUN_ERROR}
+    models = {"flow": FLOW_PLAN.error}
     if flow.alpha != 1.0:
         models = {"linear flow": table.promise(flow)} | models
     scatter = table.scatter_of_flow * np.sqrt(CONDITIONS.size / packing.n)
@@ -194,8 +203,8 @@ def _options(errors: dict[str, float], strains: dict[str, float], tolerance: flo
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:
     """Strain of an average whose noise, known at unit strain, fills the room beside a model: upwards to three
-    digits. Where that is more than `MOST_STRAIN`, or a model leaves no room, the error that it reaches is larger
+    digits. Where that is more than `FLOW_PLAN.strain`, or a model leaves no room, the error that it reaches is larger
     than allowed."""
     strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
-    return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - EVENTS.transient))
+    return float(min(np.ceil(strain / digit) * digit, FLOW_PLAN.strain - EVENTS.transient))

@@ -9,7 +9,7 @@ that, and the distance from it that few packings exceed, is its expected error. 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,17 @@ CHOICE_QUANTITIES = {
     "a": "mean excess shape factor A - A_J (A_J: free particle), absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
-_MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often is not offered there
-_TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
+
+
+@dataclass(frozen=True)
+class Offer:
+    """Which ways are offered."""
+
+    failures: float = 0.1  # of the packings of a level: a way that fails more often is not offered there
+    transfer: float = 1 / 3  # part of a mean error that may be another in packings of another size
+
+
+OFFER = Offer()
 
 
 @checked
@@ -125,7 +134,7 @@ def _succeeds(record: WayRecord, reference: WayRecord, rho: float) -> bool:
     there = np.isfinite(reference.values["z"][two])
     failed = (there & ~np.isfinite(record.values["z"][one])).sum(axis=0)
     beside = list(neighbours(record.levels, rho)[:2])
-    return bool((failed[beside] <= _MOST_FAILURES * there.sum(axis=0)[beside]).all())
+    return bool((failed[beside] <= OFFER.failures * there.sum(axis=0)[beside]).all())
 
 
 def _option(
@@ -137,7 +146,7 @@ def _option(
         levels = errors_of(record, reference, name)
         mean = between(record.levels, [abs(each.mean()) if len(each) else np.inf for each in levels], rho)
         far = [expected_error(each, N, n, ways.QUANTUM.get(name, 0.0) / N) for each in levels]
-        error[name] = between(record.levels, far, rho) + (1.0 if name == "g" else _TRANSFER) * mean
+        error[name] = between(record.levels, far, rho) + (1.0 if name == "g" else OFFER.transfer) * mean
     why = None
     if not _succeeds(record, reference, rho):
         why = Why.FAILS

@@ -120,7 +120,17 @@ class CreepRun(FlowRun):
         self._draw(axes, self.time[1:], self.compliance[1:], name, quantity, **style)
 
 
-LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, as in the papers
+@dataclass(frozen=True)
+class Ramp:
+    """Ramp and longest runs of creep and stress relaxation."""
+
+    steps: int = 20  # at least, of the ramp
+    # in natural units, as in the papers
+    largest_stress: float = 1e3
+    longest: float = 1e12
+
+
+RAMP = Ramp()
 
 
 @checked
@@ -167,8 +177,8 @@ def creep(
             f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
         )
     scale = natural_scales(packing).stress
-    check_number("stress", stress, LARGEST_STRESS * scale, FLOW_LIMITS.least_strain * scale)
-    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
+    check_number("stress", stress, RAMP.largest_stress * scale, FLOW_LIMITS.least_strain * scale)
+    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("largest_strain", largest_strain, 1e4)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
@@ -273,9 +283,6 @@ class StressRelaxation(StoppedFlow):
         return {"strain": self.step_strain, **last, "change": self.change}
 
 
-_STEPS = 20  # at least, of the ramp
-
-
 @checked
 def relax_stress(
     packing: Packing,
@@ -316,7 +323,7 @@ def relax_stress(
         raise InputError(
             f"strain = {strain!r}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
         )
-    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
+    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
@@ -326,7 +333,7 @@ def relax_stress(
         flow.facts |= {"step_strain": strain, "step_time": step_time}
         if flow.before is None:
             flow.facts["residual"] = flow.session.drive("rate 0", duration).elastic_stress
-            flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
+            flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / RAMP.steps)
             flow.advance()
             flow.begin_again(time=0.5 * step_time)
         _wait(flow, duration)
@@ -370,7 +377,7 @@ def stop_flow(
     Raises:
         InputError, ConvergenceError, StorageError: see `shear`.
     """
-    check_number("duration", duration, LONGEST, FLOW_LIMITS.least_time)
+    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
     accuracy, task = (tolerance, background_drag), {"strain": 0}

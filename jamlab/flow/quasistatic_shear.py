@@ -337,8 +337,16 @@ def _drop(before: Minimum, after: Minimum) -> float:
     return float(np.sign(after.strain) * (before.stress - after.stress))
 
 
-LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1
-HIGHEST_PRESSURE = 1.0  # that may be held, stiffness of a contact
+@dataclass(frozen=True)
+class ShearLimits:
+    """Largest arguments."""
+
+    strain: float = 1e3
+    step: float = 0.1
+    pressure: float = 1.0  # that may be held, stiffness of a contact
+
+
+LIMITS = ShearLimits()
 
 
 @checked
@@ -387,11 +395,11 @@ def quasistatic_shear(
     """
     packing = walled(packing, walls)
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
-    largest = LARGEST_STRAIN if shearing.along_x else 1.0
+    largest = LIMITS.strain if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):
         raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
-    check_number("step", step, min(LARGEST_STEP, whole), whole / MOST_STATES)
+    check_number("step", step, min(LIMITS.step, whole), whole / MOST_STATES)
     if every is not None:
         check_number("every", every, whole)
         if every < step:
@@ -422,7 +430,7 @@ def _check_pressure(packing: Packing, pressure: str | float | None) -> None:
     """Refuse what is no pressure that the packing can be held at."""
     if pressure is None or pressure == "constant":
         return
-    largest = HIGHEST_PRESSURE * natural_scales(packing).stress  # beyond, particles pass through each other
+    largest = LIMITS.pressure * natural_scales(packing).stress  # beyond, particles pass through each other
     known = not isinstance(pressure, str) and is_number(pressure) and abs(pressure) <= largest
     if not known or (pressure <= 0 and not packing.law.range):  # type: ignore[operator]  # a number by now
         raise InputError(

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Generic, Self, TypeVar
 
@@ -40,10 +40,19 @@ from jamlab.storage.verified_file import REMEDY, FilePath, add_checksum, dataset
 T = TypeVar("T", bound=FlowResult)
 R = TypeVar("R", bound=FlowRun)
 
-_EVERY = 10.0  # s between two versions of a file
+
+@dataclass(frozen=True)
+class FileSteps:
+    """Rows and versions of the file of a flow."""
+
+    every: float = 10.0  # s between two versions of a file
+    spacing: float = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
+
+
+RECORD = FileSteps()
+
 _NO_DRAG = {"law": "none"}  # of runs without time
 REST = "give jamlab.relax(packing), or, to stop a flow, jamlab.stop_flow(packing, duration=...)"
-_SPACING = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
 
 
 _replacing = ContextVar("replacing", default=False)
@@ -95,7 +104,7 @@ class RunFile(Generic[T]):
 
     def save(self, result: T | None = None) -> None:
         """Write a result, or the run as it is if the file has not been brought up to date for a while."""
-        if self._path is None or (result is None and time.monotonic() - self._saved <= _EVERY):
+        if self._path is None or (result is None and time.monotonic() - self._saved <= RECORD.every):
             return
         write_result(self._path, result or self.result(), self._task)
         self._saved = time.monotonic()
@@ -318,7 +327,7 @@ class TimedRun(Run[R]):
     def advance_log_spaced(self, end: float) -> Iterator[FlowState]:
         """Go on to a time, where the interval ends; rows lie evenly in the logarithm of the number of steps."""
         while self.rows[-1].time < end * (1 - 1e-12):
-            state = self.advance(max(1, int(_SPACING * self.steps)))
+            state = self.advance(max(1, int(RECORD.spacing * self.steps)))
             self.report(state.time / end, f"time {state.time:.3g}, strain {state.strain:.3g}")
             yield state
 

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 
-_EQUAL = 1e-10  # relative spread of the lengths at which spreading ends
-_MOST = 200  # rounds of it
-_ALLOWED = 1e-2  # relative spread that is taken for equal
+
+@dataclass(frozen=True)
+class Spreading:
+    """Vertices that are spread along an outline until all edges are equal."""
+
+    equal: float = 1e-10  # relative spread of the lengths at which spreading ends
+    rounds: int = 200  # rounds of it
+    allowed: float = 1e-2  # relative spread that is taken for equal
+
+
+SPREADING = Spreading()
 
 
 def equal_edges(outline: Array, count: int, name: str = "outline") -> Array:
@@ -31,16 +41,16 @@ def equal_edges(outline: Array, count: int, name: str = "outline") -> Array:
     closed = np.vstack([outline, outline[:1]])
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(closed, axis=0).T)))
     place = np.linspace(0.0, along[-1], count + 1)
-    for _ in range(_MOST):
+    for _ in range(SPREADING.rounds):
         points = np.column_stack([np.interp(place, along, closed[:, k]) for k in (0, 1)])
         lengths = np.hypot(*np.diff(points, axis=0).T)
-        if np.ptp(lengths) <= _EQUAL * lengths.mean():
+        if np.ptp(lengths) <= SPREADING.equal * lengths.mean():
             break
         covered = np.append(0.0, np.cumsum(lengths))
         place = np.interp(np.linspace(0.0, covered[-1], count + 1), covered, place)
     centre, area = _centroid(outline)
     centre_of_new, new_area = _centroid(points[:-1])
-    if np.ptp(lengths) > _ALLOWED * lengths.mean() or new_area <= 0:
+    if np.ptp(lengths) > SPREADING.allowed * lengths.mean() or new_area <= 0:
         raise InputError(f"{name}: {count} vertices are too few for edges of equal length; use more")
     return np.asarray(centre + (points[:-1] - centre_of_new) * np.sqrt(area / new_area))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.tessellation import SHORTEST, find_power_walls
+from jamlab.geometry.tessellation import CELLS, find_power_walls
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
@@ -97,7 +97,7 @@ def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     names = np.column_stack([walls.i, walls.j, walls.shift])
     bonds, which = np.unique(names, axis=0, return_inverse=True)
     length = np.bincount(which.ravel(), walls.length, len(bonds))
-    bonds = bonds[length > SHORTEST * np.sqrt(packing.area / packing.n)]
+    bonds = bonds[length > CELLS.shortest * np.sqrt(packing.area / packing.n)]
     i, j = bonds[:, :2].T
     neighbors = np.bincount(i, minlength=packing.n)
     if not neighbors.all():

@@ -31,10 +31,20 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import RED
 
-SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
-CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n
-# A wall shorter than this, in sqrt(cell area / particles), is rounding where more than three cells meet in one corner.
-SHORTEST = 1e-9
+
+@dataclass(frozen=True)
+class CellSteps:
+    """Walls between cells of polygons."""
+
+    # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
+    spacing: float = 0.05
+    closed: float = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n
+    # A wall shorter than this, in sqrt(cell area / particles), is rounding where more than three cells meet in
+    # one corner.
+    shortest: float = 1e-9
+
+
+CELLS = CellSteps()
 
 
 @dataclass(frozen=True)
@@ -103,7 +113,7 @@ class PowerWalls:
 
 
 @checked
-def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
+def tessellation(packing: Packing, spacing: float = CELLS.spacing) -> Tessellation:
     """Divide the plane into power cells of disks, or set-Voronoi cells of polygons without rim.
 
     Args:
@@ -121,7 +131,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
         (True, 6.0)
     """
     if not (np.isfinite(spacing) and spacing > 0):
-        raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
+        raise InputError(f"spacing is {spacing}: must be a positive number, such as {CELLS.spacing}")
     whole = packing.frame.images
     owner, points, radius = whole.kind.power_points(whole, spacing)
     walls = find_power_walls(points, radius, whole.box)
@@ -161,7 +171,7 @@ def find_power_walls(points: Array, radius: Array, box: Array) -> PowerWalls:
     reach = 4 * np.sqrt(area / len(points)) + 2 * float(radius.max() - radius.min())
     while True:
         walls = _find_hull_walls(points, radius, box, reach)
-        if abs(0.5 * float((walls.height * walls.length).sum()) - area) <= CLOSED * area:
+        if abs(0.5 * float((walls.height * walls.length).sum()) - area) <= CELLS.closed * area:
             return walls
         if reach > 4 * (np.abs(box).sum() + float(radius.max())):  # every cell lies within
             raise InputError("the cells do not fill the box: are several particles in the same place?")
@@ -216,7 +226,7 @@ def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple
 
 def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWalls) -> Tessellation:
     """Merge the cells of all points of a particle; walls between them vanish."""
-    n, shortest = packing.n, SHORTEST * np.sqrt(packing.area / packing.n)
+    n, shortest = packing.n, CELLS.shortest * np.sqrt(packing.area / packing.n)
     i, j, shift = owner[walls.i], owner[walls.j], walls.shift
     outside = (i != j) | shift.any(axis=1)
     names, which = np.unique(np.column_stack([i, j, shift])[outside], axis=0, return_inverse=True)

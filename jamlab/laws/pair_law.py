@@ -24,14 +24,29 @@ from jamlab.registry import EXTENDING
 # say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, since
 # analysis reads no deck; tests/engine/test_decks.py compares the two.
 LEAST_CONTACTS = 3
-# overlaps of two disks over their distance of contact: that of packings well above onset, and where a search ends
-_TYPICAL, _LEAST, _MOST = 1e-2, 1e-14, 0.999
-_JUMP = 1e-6  # of a force where contacts open, over the stiffness: a rounded 0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Overlaps of two disks over their distance of contact, at which a law is tried."""
+
+    # that of packings well above onset, and where a search ends
+    typical: float = 1e-2
+    least: float = 1e-14
+    most: float = 0.999
+    jump: float = 1e-6  # of a force where contacts open, over the stiffness: a rounded 0
+    bisections: int = 60  # of its logarithm: float64 has no more digits
+    # at which U' and U'' are compared with differences; gaps over the range at which they are, too; the step of
+    # differences, over the distance of contact or the range; relative error of what agrees: that of a power 10 is 1e-7
+    overlaps: tuple[float, ...] = (0.03, 0.05, 0.08, 0.12)
+    gaps: tuple[float, ...] = (0.2, 0.3, 0.7, 0.8)
+    step: float = 1e-4
+    error: float = 1e-6
+
+
+TRIAL = Trial()
+
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
-# overlaps over the distance of contact and gaps over the range at which derivatives are compared with differences,
-# their step, and the relative error of what agrees; that of a power 10 is 1e-7
-_OVERLAPS, _GAPS, _STEP, _OFF = (0.03, 0.05, 0.08, 0.12), (0.2, 0.3, 0.7, 0.8), 1e-4, 1e-6
-_BISECTIONS = 60  # of its logarithm: float64 has no more digits
 
 
 def formulas(coefficients: Iterable[str]) -> str:
@@ -203,13 +218,13 @@ class PairLaw(ABC):
     @property
     def stiffness(self) -> float:
         """Stiffness of a contact over the strength, by which natural units go: time steps and tolerances."""
-        found = self._at(_TYPICAL)[2] / self.strength
+        found = self._at(TRIAL.typical)[2] / self.strength
         if not (np.isfinite(found) and found > 0):
             raise InputError(
-                f"{self}: the stiffness U'' of disks that overlap by {_TYPICAL:g} of their distance of contact is "
+                f"{self}: the stiffness U'' of disks that overlap by {TRIAL.typical:g} of their distance of contact is "
                 f"{found:.6g}, must be positive: check the derivatives of {type(self).__name__}, see {EXTENDING}"
             )
-        if not self.range and not (jump := abs(self._at(_LEAST)[1])) <= _JUMP * found * self.strength:
+        if not self.range and not (jump := abs(self._at(TRIAL.least)[1])) <= TRIAL.jump * found * self.strength:
             raise InputError(
                 f"{self}: the force of disks that just touch is {jump:.6g}, must be 0, or no state with contacts has a "
                 f"minimum: subtract the force at contact in {type(self).__name__}, as pair styles with `shift/force` do"
@@ -256,8 +271,8 @@ class PairLaw(ABC):
         """Overlap of two disks that touch at the unit of length, by bisection of what grows with it."""
         if value <= 0:
             return 0.0
-        low, high = np.log(_LEAST), np.log(_MOST)
-        for _ in range(_BISECTIONS):
+        low, high = np.log(TRIAL.least), np.log(TRIAL.most)
+        for _ in range(TRIAL.bisections):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if grows(self._at(float(np.exp(middle)))) < value else (low, middle)
         return float(np.exp(0.5 * (low + high)))
@@ -274,17 +289,17 @@ def check_derivatives(law: PairLaw, contact: float) -> None:
     Raises:
         InputError: with both figures.
     """
-    places = [contact * (1 - np.array(_OVERLAPS))]
-    if law.range > 100 * _STEP * contact:
-        places.append(contact + law.range * np.array(_GAPS))
-    step, steps = _STEP * min(contact, law.range or contact), np.arange(-2, 3)
+    places = [contact * (1 - np.array(TRIAL.overlaps))]
+    if law.range > 100 * TRIAL.step * contact:
+        places.append(contact + law.range * np.array(TRIAL.gaps))
+    step, steps = TRIAL.step * min(contact, law.range or contact), np.arange(-2, 3)
     for r in places:
         asked = (r[:, None] + step * steps).ravel()
         with np.errstate(all="ignore"):
             values = [each.reshape(-1, 5) for each in law(np.full(len(asked), contact), asked)]
         slopes = [each @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * step) for each in values[:2]]  # fourth order
         for (name, of), slope, said in zip((("U'", "U"), ("U''", "U'")), slopes, values[1:], strict=True):
-            wrong = np.abs(slope - said[:, 2]) > _OFF * np.abs(said[:, 2])
+            wrong = np.abs(slope - said[:, 2]) > TRIAL.error * np.abs(said[:, 2])
             if 2 * wrong.sum() > len(r):  # at a kink no difference is a derivative, so most places have to be wrong
                 k = int(wrong.argmax())
                 raise InputError(

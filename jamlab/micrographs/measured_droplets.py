@@ -23,9 +23,17 @@ if TYPE_CHECKING:
 
     from jamlab.packing.packing import Packing
 
-DPI = 150  # of an overlay
-INCHES = 9.0  # longer side of the picture in an overlay
-FONT = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is larger
+
+@dataclass(frozen=True)
+class Overlay:
+    """How numbers are drawn over a picture."""
+
+    dpi: int = 150  # of an overlay
+    inches: float = 9.0  # longer side of the picture in an overlay
+    font: tuple[float, float] = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is larger
+
+
+OVERLAY = Overlay()
 
 
 @dataclass(frozen=True)
@@ -198,16 +206,16 @@ class Micrograph(Result):
 
         check_ending(path, "png")
         check_target(path)
-        figure = Figure(figsize=self._inches, layout="constrained", dpi=DPI)
+        figure = Figure(figsize=self._inches, layout="constrained", dpi=OVERLAY.dpi)
         self._draw(figure.subplots())
         show_whole(figure)
         with atomic_file(path) as temporary:
-            figure.savefig(temporary, format="png", dpi=DPI)
+            figure.savefig(temporary, format="png", dpi=OVERLAY.dpi)
 
     @property
     def _inches(self) -> tuple[float, float]:
         height, width = self.picture.shape
-        scale = INCHES / max(height, width)
+        scale = OVERLAY.inches / max(height, width)
         return width * scale + 0.2, height * scale + 1.0
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -240,9 +248,9 @@ class Micrograph(Result):
             closed = [np.vstack([ring, ring[:1]]) for ring in rings]
             axes.add_collection(LineCollection(closed, colors=colours, linewidths=min(line, 0.12 * points)))
         axes.add_collection(LineCollection([*self.touching], colors=BLUE, linewidths=min(1.1, 0.1 * points), alpha=0.8))
-        size = min(0.55 * points, FONT[1])
+        size = min(0.55 * points, OVERLAY.font[1])
         halo = [withStroke(linewidth=0.25 * size, foreground="white")]
-        for number, (x, y) in enumerate(self.centres / pixel if size >= FONT[0] else (), 1):
+        for number, (x, y) in enumerate(self.centres / pixel if size >= OVERLAY.font[0] else (), 1):
             axes.text(x, y, str(number), ha="center", va="center", fontsize=size, color="black", path_effects=halo)
         look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.4, "zorder": 3}
         look |= {"c": [SIDE_COLOURS.get(count, OTHER) for count in sides], "s": np.clip(0.3 * points, 1.5, 7.0) ** 2}

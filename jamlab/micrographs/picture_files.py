@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,17 @@ from PIL import Image
 from jamlab.arrays import Array, ArrayLike, Mask
 from jamlab.errors import InputError
 
-MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
-LEAST_SIDE = 8  # pixels
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures that are read, in pixels."""
+
+    most: int = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
+    side: int = 8  # pixels
+
+
+PICTURES = Pictures()
+
 CHANNELS = ("grey", "red", "green", "blue")
 REMEDY = "install it with pip install 'jamlab[images]'"
 LOSSY_TIFF = (6, 7, 33003, 33005, 34712, 34892, 50001)  # the same by the tag of compression
@@ -36,9 +46,9 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
         (h, w) float64.
     """
     values = np.asarray(read_values(Path(picture)) if isinstance(picture, str | Path) else picture)
-    if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
+    if values.ndim not in (2, 3) or min(values.shape[:2]) < PICTURES.side or values.shape[2:] not in ((), (3,), (4,)):
         raise InputError(
-            f"a picture must be (h, w) or (h, w, 3) and at least {LEAST_SIDE} x {LEAST_SIDE}, got {values.shape}"
+            f"a picture must be (h, w) or (h, w, 3) and at least {PICTURES.side} x {PICTURES.side}, got {values.shape}"
         )
     check_pixels(values.shape)
     if values.ndim == 3:
@@ -57,8 +67,8 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
 
 def check_pixels(shape: tuple[int, ...], name: str = "the picture") -> None:
     """Refuse more pixels than memory holds; `name`: of the file."""
-    if shape[0] * shape[1] > MOST_PIXELS:
-        raise InputError(f"{name} is {shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
+    if shape[0] * shape[1] > PICTURES.most:
+        raise InputError(f"{name} is {shape[:2]}: cut it to {PICTURES.most:.0e} pixels at most")
 
 
 def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:

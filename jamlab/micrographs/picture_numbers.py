@@ -15,8 +15,17 @@ from jamlab.statistics.confidence import CONFIDENCE
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
 LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
-LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
-LEAST_VOID_SHARE = 1e-3  # of a droplet
+
+
+@dataclass(frozen=True)
+class Voids:
+    """Voids of a picture that are counted."""
+
+    pixels: float = 3.0  # pixels of area: a corner between three walls has as much
+    share: float = 1e-3  # of a droplet
+
+
+VOIDS = Voids()
 
 
 @dataclass(frozen=True)
@@ -126,7 +135,7 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, radius: float, sc
     sides = np.bincount(rows // width, minlength=count)
     kept = (
         ~np.isin(np.arange(count), edge_of(void))
-        & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2))
+        & (area > max(VOIDS.pixels, VOIDS.share * np.pi * radius**2))
         & (sides >= 2)
     )
     return PictureVoids(sides[kept].astype(np.int64), (area[kept] * scale**2).astype(np.float64), centre[kept] * scale)

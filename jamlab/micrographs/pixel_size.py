@@ -10,8 +10,18 @@ from xml.etree import ElementTree
 
 from jamlab.errors import InputError
 
-UNLIKE = 1e-3  # relative difference of width and height, up to which pixels are square
-SCREEN = 1200.0  # pixels to an inch: up to here a resolution is that of screens and printers, not of a picture
+
+@dataclass(frozen=True)
+class Resolution:
+    """Resolutions of files that are those of pictures."""
+
+    unlike: float = 1e-3  # relative difference of width and height, up to which pixels are square
+    # pixels to an inch: up to here a resolution is that of screens and printers, not of a picture
+    screen: float = 1200.0
+
+
+RESOLUTION = Resolution()
+
 UNITS = {  # as files write them; "" is no length
     "\u00b5m": "um", "\u03bcm": "um", "\\u00b5m": "um", "micron": "um", "microns": "um", "micrometer": "um",
     "pixel": "", "pixels": "", "inch": "in", "inches": "in", "meter": "m",
@@ -30,7 +40,7 @@ class PixelSize:
     @property
     def square(self) -> bool:
         """Whether pixels are as wide as high."""
-        return abs(self.width - self.height) <= UNLIKE * max(self.width, self.height)
+        return abs(self.width - self.height) <= RESOLUTION.unlike * max(self.width, self.height)
 
     def text(self) -> str:
         """The size in words."""
@@ -68,7 +78,7 @@ def common_size(picture: Path | None, labels: Path | None) -> PixelSize | None:
     if len(known) == 2:
         (one, first), (other, second) = known.items()
         ratio = first.width * METRES.get(first.unit, 1.0) / (second.width * METRES.get(second.unit, 1.0))
-        if abs(ratio - 1) > UNLIKE:
+        if abs(ratio - 1) > RESOLUTION.unlike:
             states = f"{one} states pixels of {first.text()}, {other} of {second.text()}"
             raise InputError(f"{states}: give pixel= or --pixel")
     return next(iter(known.values()), None)
@@ -94,7 +104,7 @@ def _of_tags(tags: Any, imagej: dict[str, Any] | None) -> PixelSize | None:
     code = int(tags["ResolutionUnit"].value) if "ResolutionUnit" in tags else 2
     named = {2: "in", 3: "cm"}.get(code, "")
     unit = _unit(str(imagej["unit"])) if imagej is not None and imagej.get("unit") else named
-    if unit == "in" and imagej is None and 1 / width <= SCREEN:
+    if unit == "in" and imagej is None and 1 / width <= RESOLUTION.screen:
         unit = ""
     return _checked(width, height, unit)
 

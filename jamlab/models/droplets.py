@@ -8,6 +8,7 @@ tan(pi/nv).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -37,8 +38,19 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
-_SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
-_AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """What differs by rounding alone."""
+
+    same: float = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
+    # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
+    at_half: float = 1e-9
+
+
+ROUNDING = Rounding()
+
 _PARAMETERS = {
     "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST)),  # line tension
     "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST)),  # area elasticity
@@ -201,7 +213,7 @@ class Droplets(Model[Packing]):
         on_vertex = cross(vertex - centre[of_vertex], normal) / size
         on_edge = cross(vertex - meetings.separation - meetings.shift - centre[of_edge], normal) / size
         lever_i, lever_j = np.where(swapped, (on_edge, on_vertex), (on_vertex, on_edge))
-        marks = np.round(np.column_stack([normal, lever_i]) / _SAME).astype(np.int64)
+        marks = np.round(np.column_stack([normal, lever_i]) / ROUNDING.same).astype(np.int64)
         first = np.unique(np.column_stack([pair, marks]), axis=0, return_index=True)[1]
         i, j = names[pair[first], :2].T
         rows = np.zeros((len(first), packing.n, 3))
@@ -262,7 +274,7 @@ class Droplets(Model[Packing]):
                 "takes it; give contact='outline' to all else"
             )
         edges = packing.polygons.edges
-        if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
+        if (wrong := np.flatnonzero(shortest_images((1 + ROUNDING.at_half) * edges, packing.box).any(axis=1))).size:
             raise EngineError(
                 f"the edge between vertices {wrong[0]} and {packing.polygons.successor[wrong[0]]} is "
                 f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from io import BytesIO
 from textwrap import fill
 from typing import Any
@@ -23,18 +24,28 @@ from jamlab.plotting.axes import merged
 from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, RATTLER, SMALL
 from jamlab.plotting.periodic_cell import fill_everywhere, line_everywhere
 
-_MOST = 4000  # particles: beyond, a picture this small shows grey
-_INCHES, _DPI = 4.0, 80  # of a picture for notebooks
+
+@dataclass(frozen=True)
+class Glance:
+    """A picture of a packing for notebooks."""
+
+    particles: int = 4000  # particles: beyond, a picture this small shows grey
+    # of a picture for notebooks
+    inches: float = 4.0
+    dpi: int = 80
+
+
+GLANCE = Glance()
 
 
 def draw_png(packing: BarePacking) -> bytes | None:
     """Picture of the packing for notebooks, with its facts above it; None for more particles than it can show."""
-    if packing.n > _MOST:
+    if packing.n > GLANCE.particles:
         return None
-    figure, buffer = Figure(figsize=(_INCHES, _INCHES), layout="constrained"), BytesIO()
+    figure, buffer = Figure(figsize=(GLANCE.inches, GLANCE.inches), layout="constrained"), BytesIO()
     axes = packing.plot(figure.subplots())
     axes.set_title(fill(repr(packing), 60), fontsize=7)
-    figure.savefig(buffer, format="png", dpi=_DPI)
+    figure.savefig(buffer, format="png", dpi=GLANCE.dpi)
     return buffer.getvalue()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,9 +13,18 @@ from jamlab.hints import Hinted
 if TYPE_CHECKING:
     import pandas as pd
 
-_LONGEST = 60  # characters of one value
+
+@dataclass(frozen=True)
+class Shown:
+    """What a notebook shows of a result."""
+
+    characters: int = 60  # characters of one value
+    rows: int = 8  # rows of a table in a notebook
+
+
+SHOWN = Shown()
+
 _PAIR, _ENDS = ("i", "j"), ("_x", "_y")  # columns of pairs of particles, and of vectors
-_SHOWN = 8  # rows of a table in a notebook
 
 
 class Result(Hinted):
@@ -43,7 +52,7 @@ class Result(Hinted):
     def _repr_html_(self) -> str:
         table = self.to_dataframe()
         text = repr(self).replace("<", "&lt;").replace(">", "&gt;")
-        return f"<p>{text}</p>{table.head(_SHOWN).to_html() if len(table) else ''}"
+        return f"<p>{text}</p>{table.head(SHOWN.rows).to_html() if len(table) else ''}"
 
     def to_dataframe(self) -> pd.DataFrame:
         """What the result holds one by one, a row each: contacts, frequencies, rates, particles, as its class declares.
@@ -86,6 +95,6 @@ def _shorten(value: Any) -> str:
     if isinstance(value, float | np.floating):
         return f"{value:.6g}"
     text = repr(value)
-    if isinstance(value, Mapping) or (isinstance(value, list | tuple) and len(text) > _LONGEST):
+    if isinstance(value, Mapping) or (isinstance(value, list | tuple) and len(text) > SHOWN.characters):
         return f"<{len(value)} entries>"
-    return text if len(text) <= _LONGEST else f"<{type(value).__name__}>"
+    return text if len(text) <= SHOWN.characters else f"<{type(value).__name__}>"

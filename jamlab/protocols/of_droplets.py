@@ -7,6 +7,7 @@ droplets are pushed apart and compressed first; as long as they do not jam, the 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,16 @@ from jamlab.protocols.relaxation import relax_session
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
-_TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
-_ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
+
+@dataclass(frozen=True)
+class Placing:
+    """Droplets that are placed in disks."""
+
+    touching: float = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
+    rounding: float = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
+
+
+PLACING = Placing()
 
 
 class MakingOfDroplets(Making):
@@ -62,10 +71,10 @@ class MakingOfDroplets(Making):
             droplet_params(2, **parameters)
 
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
-        if (left := _ROUNDING * law.get("ka", 0.0) / law["eps"]) > tolerance:
+        if (left := PLACING.rounding * law.get("ka", 0.0) / law["eps"]) > tolerance:
             raise InputError(
                 f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance "
-                f"{tolerance:g}: use ka up to {tolerance / _ROUNDING:.1g} eps"
+                f"{tolerance:g}: use ka up to {tolerance / PLACING.rounding:.1g} eps"
             )
 
     def check_start(self, start: str, ratio: float | None) -> None:
@@ -119,7 +128,7 @@ def _compressed(holders: Packing, fractions: Array) -> Packing | None:
     with Session(holders) as session:
         for reached in fractions:
             session.load(at_phi(loose or holders, holders.phi * reached / fractions[0]))
-            if relax_session(session).evaluation.energy > _TOUCHING * holders.n:
+            if relax_session(session).evaluation.energy > PLACING.touching * holders.n:
                 break
             loose = session.packing()
     return loose

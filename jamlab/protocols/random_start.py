@@ -1,6 +1,7 @@
 """Random starts: disks placed at random, and loose droplets in their place, from which a search for onset starts."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,17 @@ from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
-_APART, _APART_STEPS = 1e-3, 2000  # largest force of springs that leave random disks apart, and steps of FIRE at most
+
+@dataclass(frozen=True)
+class Apart:
+    """Springs that leave random disks apart."""
+
+    # largest force of springs that leave random disks apart, and steps of FIRE at most
+    force: float = 1e-3
+    steps: int = 2000
+
+
+APART = Apart()
 
 
 def push_apart(packing: Packing) -> Packing:
@@ -29,7 +40,7 @@ def push_apart(packing: Packing) -> Packing:
         return packing
     springs = packing.with_state(params={packing.units: packing.params[packing.units]})
     with Session(natural_scales(springs).to_natural(springs)) as session:
-        session.minimize(_APART, style="fire", steps=_APART_STEPS)
+        session.minimize(APART.force, style="fire", steps=APART.steps)
         moved = natural_scales(springs).from_natural(session.packing())
     return packing.with_state(positions=moved.positions)
 

@@ -28,7 +28,13 @@ from jamlab.rheology.relaxation_spectrum import (
     build_spectrum,
     find_all_modes,
 )
-from jamlab.rheology.rounding_error import NOTHING, relative_parts, rounding_error, solve_frequency, variational_modulus
+from jamlab.rheology.rounding_error import (
+    OF_ROUNDING,
+    relative_parts,
+    rounding_error,
+    solve_frequency,
+    variational_modulus,
+)
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
 # version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, without free droplets; 2
@@ -212,9 +218,11 @@ def linear_modulus(
 
 def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:
     """Warn where rounding may change the modulus |G*| by more than a tenth."""
-    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(np.abs(modulus), NOTHING)
+    error = np.hypot(relative.real * modulus.real, relative.imag * modulus.imag) / np.maximum(
+        np.abs(modulus), OF_ROUNDING.nothing
+    )
     worst = int(np.argmax(error))
-    if error[worst] > LOST and abs(modulus[worst]) > NOTHING:
+    if error[worst] > LOST and abs(modulus[worst]) > OF_ROUNDING.nothing:
         warn(
             f"G* at omega = {omega[worst]:g} may be wrong by {100 * error[worst]:.2g} % through rounding, see "
             "error_bound: use method='direct', a beta nearer to 1, or a lower frequency"

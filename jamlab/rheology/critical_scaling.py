@@ -18,11 +18,19 @@ from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.confidence import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 
-HIGHEST = (
-    0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)
-)
-CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
-_LEAST_POINTS = 3  # frequencies that make a slope: two have no scatter to show
+
+@dataclass(frozen=True)
+class CriticalRange:
+    """Which frequencies are critical."""
+
+    # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)
+    highest: float = 0.1
+    # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
+    lowest: float = 30.0
+    points: int = 3  # frequencies that make a slope: two have no scatter to show
+
+
+CRITICAL_RANGE = CriticalRange()
 
 
 @dataclass(frozen=True)
@@ -135,14 +143,15 @@ def scaling_collapse(
                 f"a packing at pressure {pressure:g} has no positive modulus (G_0 = {unstable[0]:.3g}): leave it out, "
                 "or use prestress=False"
             )
-    kept = omega <= HIGHEST
+    kept = omega <= CRITICAL_RANGE.highest
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = omega[kept]
     means = [c.mean(axis=0) for c in curves]
     best = _fit(x, p, means)
     if np.isnan(best[2]):
         missing = (
-            f"no Δ: no pressure has {_LEAST_POINTS} frequencies from {CRITICAL:g} p^λ to {HIGHEST:g}, λ = {best[1]:.3g}"
+            f"no Δ: no pressure has {CRITICAL_RANGE.points} frequencies from {CRITICAL_RANGE.lowest:g} p^λ to "
+            f"{CRITICAL_RANGE.highest:g}, λ = {best[1]:.3g}"
         )
         warn(f"{missing}; use a larger n, or more frequencies")
     errors = np.zeros(3) * best[:3]  # nan where the exponent is
@@ -162,7 +171,7 @@ def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float,
     mu, lam = -found.b, -found.a
     slopes = []
     for c, pressure in zip(curves, p, strict=True):
-        critical = omega > CRITICAL * pressure**lam
-        if np.count_nonzero(critical) >= _LEAST_POINTS:
+        critical = omega > CRITICAL_RANGE.lowest * pressure**lam
+        if np.count_nonzero(critical) >= CRITICAL_RANGE.points:
             slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
     return mu, lam, float(np.mean(slopes)) if slopes else float("nan"), found.spread

@@ -91,10 +91,18 @@ class BorderedMatrix:
         return np.asarray(_bordered(self.inner, self.edge, self.corner).toarray())
 
 
-# of the drag on each coordinate, that solvers add to motions that no contact resists; answers are refined without it
-_TRACE = 1e-10
-_TRACE_OF_STIFFNESS = 1e-13  # likewise, of the largest
-_ROUNDING = 1e-13  # of the sum of the drag on each coordinate
+@dataclass(frozen=True)
+class Traces:
+    """What is added to matrices that have no inverse, and what counts as 0."""
+
+    # of the drag on each coordinate, that solvers add to motions that no contact resists; answers are refined
+    # without it
+    drag: float = 1e-10
+    stiffness: float = 1e-13  # likewise, of the largest
+    rounding: float = 1e-13  # of the sum of the drag on each coordinate
+
+
+TRACES = Traces()
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ class EquationOfMotion:
         """k_qq to factorise beside B, with a trace of stiffness where there may be none."""
         if not self.loose:
             return self.k_qq
-        trace = np.where(np.arange(self.size) < self.moving, _TRACE_OF_STIFFNESS * self.k_qq.diagonal().max(), 0.0)
+        trace = np.where(np.arange(self.size) < self.moving, TRACES.stiffness * self.k_qq.diagonal().max(), 0.0)
         return self.k_qq + sparse.diags_array(trace, format="csc")
 
     @property
@@ -136,7 +144,7 @@ class EquationOfMotion:
         """b_qq to factorise beside K, with a trace of drag where there may be none."""
         if not self.loose:
             return self.b_qq
-        return self.b_qq + _TRACE * sparse.diags_array(self.b_qq.diagonal(), format="csc")
+        return self.b_qq + TRACES.drag * sparse.diags_array(self.b_qq.diagonal(), format="csc")
 
     @property
     def k(self) -> BorderedMatrix:
@@ -204,7 +212,7 @@ def equation_of_motion(
 def _drags_along(matrix: sparse.csc_array, together: Indices) -> bool:
     """Whether drag resists that coordinates move together, by more than sums over contacts round off."""
     part = matrix[together][:, together]
-    return bool(abs(part.sum()) > _ROUNDING * part.diagonal().sum())
+    return bool(abs(part.sum()) > TRACES.rounding * part.diagonal().sum())
 
 
 def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:

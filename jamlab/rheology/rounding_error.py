@@ -7,6 +7,7 @@ error; real and imaginary parts are bounded apart, since one may be 1e12 times s
 The direct solver takes one complex symmetric sparse factorisation for each frequency, Baumgarten & Tighe eq 12.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,24 @@ from jamlab.mechanics.factors import SymmetricFactors
 from jamlab.mechanics.floppy_modes import least_along
 from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 
-# Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets
-# under contact damping are there without, at 1e-13; two are a guard for soft packings and for Stokes drag.
-_REFINEMENTS = 2
+
+@dataclass(frozen=True)
+class Rounding:
+    """What rounding leaves."""
+
+    # Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and
+    # droplets under contact damping are there without, at 1e-13; two are a guard for soft packings and for
+    # Stokes drag.
+    refinements: int = 2
+    # Entries of K and B are sums of a few products each, so that they err by a few units in the last place;
+    # with four, the estimate is never ten times too low against extended precision
+    # (tests/rheology/test_complex_modulus.py).
+    entries: float = 4.0 * float(np.finfo(np.float64).eps)
+    dragless: float = 1e-14  # drag along a floppy mode, over the largest, that is rounding
+    nothing: float = 1e-200  # below every modulus at a frequency that is allowed
+
+
+OF_ROUNDING = Rounding()
 
 
 def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tuple[Complex, complex, complex]:
@@ -36,7 +52,7 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
         return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg) if floppy.size else q
 
     q = balanced(-solver.solve(column))
-    for _ in range(_REFINEMENTS):
+    for _ in range(OF_ROUNDING.refinements):
         q = balanced(q + solver.solve(-column - matrix @ q))
     residual = -column - matrix @ q
     corner = motion.k_gg + 1j * omega * motion.b_gg
@@ -66,18 +82,10 @@ class _Driftless:
         return q
 
 
-# Entries of K and B are sums of a few products each, so that they err by a few units in the last place; with four, the
-# estimate is never ten times too low against extended precision (tests/rheology/test_complex_modulus.py).
-ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
-
-_DRAGLESS = 1e-14  # drag along a floppy mode, over the largest, that is rounding
-NOTHING = 1e-200  # below every modulus at a frequency that is allowed
-
-
 def least_drag(motion: EquationOfMotion, floppy: Array, drag: NDArray[Any]) -> NDArray[Any]:
     """(m,) motion along floppy modes (m, k) that balances a drag (m,) on them."""
     dragged = floppy.T @ (motion.b_qq @ floppy)
-    return least_along(floppy, dragged, floppy.T @ drag, _DRAGLESS * float(motion.b_qq.diagonal().max()))
+    return least_along(floppy, dragged, floppy.T @ drag, OF_ROUNDING.dragless * float(motion.b_qq.diagonal().max()))
 
 
 def variational_modulus(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
@@ -90,7 +98,7 @@ def rounding_error(motion: EquationOfMotion, q: Complex, omega: Array) -> Comple
     """(f,) bounds of rounding in G' and, as imaginary part, in G'', for responses q (m, f)."""
     strained = np.vstack([q, np.ones_like(omega)])
     slow, fast = np.abs(strained.real), np.abs(strained.imag)
-    return ROUNDING * _quadratic_form(abs(motion.k), abs(motion.b), slow, fast, omega, 1.0) / motion.area
+    return OF_ROUNDING.entries * _quadratic_form(abs(motion.k), abs(motion.b), slow, fast, omega, 1.0) / motion.area
 
 
 def _quadratic_form(
@@ -109,8 +117,8 @@ def _quadratic_form(
 
 def relative_parts(error: Complex, modulus: Complex) -> Complex:
     """(f,) relative error of G' and, imaginary, of G''; enormous where one of them is 0."""
-    storage = np.abs(error.real) / np.maximum(np.abs(modulus.real), NOTHING)
-    loss = np.abs(error.imag) / np.maximum(np.abs(modulus.imag), NOTHING)
+    storage = np.abs(error.real) / np.maximum(np.abs(modulus.real), OF_ROUNDING.nothing)
+    loss = np.abs(error.imag) / np.maximum(np.abs(modulus.imag), OF_ROUNDING.nothing)
     return np.asarray(storage + 1j * loss)
 
 

@@ -11,7 +11,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.mechanics.factors import PositiveSolver, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes
 from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
-from jamlab.rheology.rounding_error import ROUNDING, least_drag
+from jamlab.rheology.rounding_error import OF_ROUNDING, least_drag
 
 
 class ShiftedSolver:
@@ -130,7 +130,7 @@ def find_limits(motion: EquationOfMotion) -> Limits:
 
 def _form(matrix: BorderedMatrix, q: Array) -> tuple[float, float]:
     """q^T M q, 0 where nothing but rounding is left, and what rounding may change it by."""
-    found, rounding = float(q @ (matrix @ q)), ROUNDING * float(np.abs(q) @ (abs(matrix) @ np.abs(q)))
+    found, rounding = float(q @ (matrix @ q)), OF_ROUNDING.entries * float(np.abs(q) @ (abs(matrix) @ np.abs(q)))
     return (found if abs(found) > rounding else 0.0), rounding
 
 

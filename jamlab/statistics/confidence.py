@@ -59,7 +59,6 @@ def bend(levels: Array, values: Array, at: float) -> float:
     return float(max(known, default=0.0) * (at - levels[left]) * (levels[right] - at))
 
 
-SEED = 1
 MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then
 
 
@@ -85,7 +84,7 @@ def bootstrap(
     *,
     resamples: int = 200,
     level: float = CONFIDENCE,
-    seed: int = SEED,
+    seed: int = 1,
     least: int = 1,
 ) -> Interval:
     """Compute the percentile interval of a statistic of groups (packings, ...), such as one of each system size;

@@ -14,8 +14,16 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 
-_STEEPEST = 2.0  # exponent
-_EDGE = 1e-3  # of its range, within which it counts as at its end
+
+@dataclass(frozen=True)
+class Exponents:
+    """Exponents that are tried."""
+
+    steepest: float = 2.0  # exponent
+    edge: float = 1e-3  # of its range, within which it counts as at its end
+
+
+EXPONENTS = Exponents()
 
 
 @dataclass(frozen=True)
@@ -91,14 +99,14 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
         raise InputError(f"stress is {y[0]:.6g} at every rate: such a curve has no exponent")
     low = 0.5 * y.min() if y.min() > 0 else y.min()
     start = (low, (y.max() - low) / x.max() ** 0.5, 0.5)
-    bounds = ([-np.inf, 0.0, 0.0], [np.inf, np.inf, _STEEPEST])
+    bounds = ([-np.inf, 0.0, 0.0], [np.inf, np.inf, EXPONENTS.steepest])
     try:
         best, covariance = curve_fit(
             _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(np.abs(y).max(), start[1], 0.5)
         )
     except RuntimeError as failure:
         raise ConvergenceError(f"no Herschel-Bulkley law fits these {len(x)} points: {_REMEDY}") from failure
-    if not _EDGE < best[2] < _STEEPEST - _EDGE:
+    if not EXPONENTS.edge < best[2] < EXPONENTS.steepest - EXPONENTS.edge:
         raise ConvergenceError(f"the fitted exponent is {best[2]:.3g}, the limit of its range: {_REMEDY}")
     if best[1] * np.ptp(x ** best[2]) < error.min():
         raise ConvergenceError(f"stress is {y.mean():.6g} at every rate, within its errors: {_REMEDY}")

@@ -27,8 +27,18 @@ from jamlab.packing.outlines import polygon_areas
 from jamlab.packing.packing import Packing
 
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
-_DENSE = 1.5  # phi of disks beyond which radii are possibly diameters, which make it 4 times as large
-_FLAT = 1e-4  # a plane: largest height over the width of the box
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """What makes a frame one of another kind."""
+
+    dense: float = 1.5  # phi of disks beyond which radii are possibly diameters, which make it 4 times as large
+    flat: float = 1e-4  # a plane: largest height over the width of the box
+
+
+DOUBTS = Doubts()
+
 Radii = ArrayLike | Mapping[Any, float] | None
 
 
@@ -115,7 +125,7 @@ def check_flat(heights: Array, extent: float, what: str = "the frame") -> None:
     """Refuse points (n,) at heights that differ: dropped, those of a sphere packing would lie on each other. `extent`:
     size of the box or of the points in the plane, in the same unit."""
     spread = float(np.ptp(heights))
-    if spread > _FLAT * extent:
+    if spread > DOUBTS.flat * extent:
         raise InputError(f"{what} is not flat: z spans {spread:.3g}, and packings are two-dimensional")
 
 
@@ -241,7 +251,7 @@ class Sites:
             common |= {"positions": vertices, "offsets": rings.offsets}
         history = {**entries.get("provenance", {}), **self.provenance, **({"assumed": assumed} if assumed else {})}
         packing = Packing(params=law, provenance=history, **common)
-        if rings is None and "model" not in self.entries and packing.phi > _DENSE:
+        if rings is None and "model" not in self.entries and packing.phi > DOUBTS.dense:
             warn(
                 f"disks cover the box {packing.phi:.3g} times (nominal packing fraction phi): are these diameters? "
                 "`radii` and columns of radii take half of them"

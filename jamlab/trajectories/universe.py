@@ -6,6 +6,7 @@ MDAnalysis holds coordinates in float32, whatever it was read from.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +35,20 @@ from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.files import read_all
 from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
 
-# Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
-# with a margin of a third
-_FLOAT32 = 2.0**-22
+
+@dataclass(frozen=True)
+class Single:
+    """What numbers of single precision may differ by."""
+
+    # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of
+    # the box each, with a margin of a third
+    rounding: float = 2.0**-22
+    same: float = 1e-4  # relative difference of perimeters that float32 may cause
+
+
+SINGLE = Single()
+
 _AT_HALF = 1e-4  # relative length below half the box from which on an edge counts as half the box: float32 may move it
-_SAME = 1e-4  # relative difference of perimeters that float32 may cause
 
 
 class RestAreas(ResidueAttr):  # type: ignore[misc]
@@ -217,7 +227,7 @@ class UniverseFrames:
                 raise type(failure)(f"frame {step.frame}: {failure}") from failure
         positions = self.group.positions.astype(np.float64)
         box = _box(self.trajectory) if self._box is None else self._box
-        error = _FLOAT32 * max(float(np.abs(positions).max()), float(np.abs(box).sum()))
+        error = SINGLE.rounding * max(float(np.abs(positions).max()), float(np.abs(box).sum()))
         provenance = {"source": _source(self.trajectory), "frame": int(step.frame), "precision": "float32"}
         entries, lost = self._facts(int(step.frame))
         if lost:
@@ -275,7 +285,7 @@ class UniverseFrames:
         following[self._rings.offsets[1:] - 1] = starts
         found = np.add.reduceat(np.hypot(*(vertices[following] - vertices).T), starts)
         for m, (perimeter, known) in enumerate(zip(found, self._perimeters[self._rings.order][starts], strict=True)):
-            if not np.isclose(perimeter, known, rtol=_SAME, atol=sites.rounding).any():
+            if not np.isclose(perimeter, known, rtol=SINGLE.same, atol=sites.rounding).any():
                 raise InputError(
                     f"the outline of polygon {m} is not that of its droplet, since the box has cut it, as `wrap` does; "
                     "its edges are longer than half the box, so give whole droplets"

@@ -17,7 +17,7 @@ from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
+from jamlab.rheology.critical_scaling import CRITICAL_RANGE
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.displacement_correlation import correlation_along_x, displacement_response
 from jamlab.rheology.equation_of_motion import equation_of_motion
@@ -111,7 +111,7 @@ def slopes_without_rotations(packing: Packing) -> dict[str, float]:
     whole = equation_of_motion(network, ContactDamping())
     m = whole.moving
     still = replace(whole, k_qq=whole.k_qq[:m, :m], b_qq=whole.b_qq[:m, :m], k_qg=whole.k_qg[:m], b_qg=whole.b_qg[:m])
-    omega = np.geomspace(CRITICAL * measure(packing, "pressure")["pressure"], HIGHEST, 9)
+    omega = np.geomspace(CRITICAL_RANGE.lowest * measure(packing, "pressure")["pressure"], CRITICAL_RANGE.highest, 9)
     try:
         limits = find_limits(still)
     except ConvergenceError:  # not stable

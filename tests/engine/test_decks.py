@@ -53,7 +53,7 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
     [
         ("jam", "n", [2, MOST_PARTICLES]),
         ("jam", "force", [relaxation.LEAST_TOLERANCE]),
-        ("shear", "strain", [0, quasistatic_shear.LARGEST_STEP]),
+        ("shear", "strain", [0, quasistatic_shear.LIMITS.step]),
         ("startup", "rate", [shear.SHEAR_LIMITS.least_rate, shear.SHEAR_LIMITS.largest_rate]),
         ("startup", "strain", [overdamped_session.FLOW_LIMITS.least_strain, shear.SHEAR_LIMITS.largest_strain]),
         ("startup", "background", [0, overdamped_session.FLOW_LIMITS.largest_background]),
@@ -72,8 +72,8 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
             [overdamped_session.FLOW_LIMITS.least_strain, oscillate.OSCILLATION_LIMITS.largest_amplitude],
         ),
         ("oscillate", "cycles", [1, oscillate.OSCILLATION_LIMITS.most_cycles]),
-        ("creep", "stress", [overdamped_session.FLOW_LIMITS.least_strain, creep_and_relaxation.LARGEST_STRESS]),
-        ("creep", "duration", [overdamped_session.FLOW_LIMITS.least_time, creep_and_relaxation.LONGEST]),
+        ("creep", "stress", [overdamped_session.FLOW_LIMITS.least_strain, creep_and_relaxation.RAMP.largest_stress]),
+        ("creep", "duration", [overdamped_session.FLOW_LIMITS.least_time, creep_and_relaxation.RAMP.longest]),
     ],
 )
 def test_limits_of_decks_are_those_of_python(protocol, name, limits):

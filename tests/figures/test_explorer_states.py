@@ -12,7 +12,7 @@ import shapely
 import jamlab
 from jamlab.figures.explorer import write_page as page
 from jamlab.figures.explorer.states import (
-    COARSE,
+    PAGES,
     displacements,
     observe,
     pack_state,
@@ -91,7 +91,7 @@ def test_voids_have_their_size(packing):
     rings = lines(packed)
     first = np.cumsum(numbers(packed, "rings").view("<u4")) - numbers(packed, "rings").view("<u4")
     areas = np.array([shapely.Polygon(rings[k]).area for k in first])
-    solid, coarse = found.islands[closed] == 0, COARSE * np.sqrt(packing.area / packing.n)
+    solid, coarse = found.islands[closed] == 0, PAGES.coarse * np.sqrt(packing.area / packing.n)
     wrong = np.abs(areas - found.area[closed])[solid]
     assert (wrong <= coarse * found.perimeter[closed][solid]).all()  # boundaries are off by `coarse` at most
     assert (numbers(packed, "sides") == found.sides[closed]).all()

@@ -7,7 +7,7 @@ import pytest
 
 import jamlab
 from jamlab.estimates.choice import Why
-from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
+from jamlab.estimates.flow_choice import FLOW_PLAN
 from jamlab.estimates.flow_errors import CONDITIONS, FlowCondition, shipped_errors
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies.flow_errors import STEADY
@@ -118,7 +118,7 @@ def test_steady_flow(packing):
     wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
     for choice, n in ((fast, 64), (slow, 64), (wide, 128)):
         noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow * np.sqrt(CONDITIONS.size / n / (choice.strain - 1))
-        assert bound(choice) == pytest.approx(np.hypot(RUN_ERROR, noise))
+        assert bound(choice) == pytest.approx(np.hypot(FLOW_PLAN.error, noise))
     assert 0.99 * 0.2 < bound(fast) <= 0.2 and 0.99 * 0.02 < bound(slow) <= 0.02 and 0.99 * 0.02 < bound(wide) <= 0.02
 
 
@@ -134,9 +134,9 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
     for tolerance in (0.9 * model, model * (1 + 1e-6)):  # near its own error nothing is left for the average
         refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
         assert refused.way == "flow" and options(refused)["linear flow"] > tolerance >= bound(refused)
-        assert refused.strain <= MOST_STRAIN
+        assert refused.strain <= FLOW_PLAN.strain
     with pytest.raises(jamlab.InputError, match=r"tolerance = 0\.011"):
-        jamlab.choose_flow(packing, rate=1e-2, tolerance=RUN_ERROR * 1.1)
+        jamlab.choose_flow(packing, rate=1e-2, tolerance=FLOW_PLAN.error * 1.1)
 
 
 def test_steady_flow_runs_as_its_errors_were_measured(packing):

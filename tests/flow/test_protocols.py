@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.flow.run import FileSteps
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +131,7 @@ def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("jamlab.flow.run._EVERY", 0.0)
+        patch.setattr("jamlab.flow.run.RECORD", FileSteps(every=0.0))
         run(packing, path=file, progress=stop)
     kept, again, whole = jamlab.read_flow(file), run(packing, path=file), run(packing)
     count = len(getattr(kept, rows))

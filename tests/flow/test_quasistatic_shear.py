@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import jamlab
 from jamlab import quasistatic_shear
+from jamlab.flow.run import FileSteps
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.deformation import sheared
 
@@ -159,7 +160,7 @@ def test_it_goes_on_from_its_file(packing, tmp_path, how):
         return quasistatic_shear(packing, strain, 2e-3, every=8e-3, **how, **more)
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("jamlab.flow.run._EVERY", 0.0)
+        patch.setattr("jamlab.flow.run.RECORD", FileSteps(every=0.0))
         drive(path=file, progress=stop)
     part = jamlab.read_flow(file)
     assert part.state == "interrupted" and part.strain[-1] == pytest.approx(0.016)

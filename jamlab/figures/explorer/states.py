@@ -34,9 +34,16 @@ def encode(values: ArrayLike, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-# in sqrt(cell area / particles)
-COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
-_JOINED = 1e-9  # ends of pieces of a wall between cells that are nearer than this are one point
+@dataclass(frozen=True)
+class Pages:
+    """What lines of a page may be off by, in sqrt(cell area / particles)."""
+
+    coarse: float = 2e-3  # boundaries of voids and cells: a fifth of a pixel
+    joined: float = 1e-9  # ends of pieces of a wall between cells that are nearer than this are one point
+    sheared: float = 1e-9  # change of the strain, or relative one of phi, that is more than rounding
+
+
+PAGES = Pages()
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
@@ -157,7 +164,7 @@ def _pack_voids(packing: Packing) -> dict[str, Any]:
 
 def _pack_walls(packing: Packing, pieces: Array) -> dict[str, Any]:
     """Walls between cells as lines, each with its middle in the box."""
-    step = _JOINED * np.sqrt(packing.area / packing.n)
+    step = PAGES.joined * np.sqrt(packing.area / packing.n)
     ends = shapely.linestrings(step * np.round(pieces / step))
     walls = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(ends)))
     middles = shapely.get_coordinates(shapely.line_interpolate_point(walls, 0.5, normalized=True))
@@ -168,7 +175,7 @@ def _pack_walls(packing: Packing, pieces: Array) -> dict[str, Any]:
 
 def _coarse(packing: Packing, lines: Any) -> Any:
     """Lines less points that no eye would miss; a small ring keeps its shape."""
-    most = COARSE * np.sqrt(packing.area / packing.n)
+    most = PAGES.coarse * np.sqrt(packing.area / packing.n)
     return shapely.simplify(lines, np.minimum(most, 0.01 * shapely.length(lines)))
 
 
@@ -186,7 +193,6 @@ def unit_labels(packing: Packing) -> dict[str, str]:
 
 
 SHOWN = ("rho", "z", "z_all", "rattlers", "pressure", "g")
-SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more than rounding
 
 
 @dataclass(frozen=True)
@@ -240,9 +246,9 @@ def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:
 def along(packings: Sequence[Packing]) -> ShownQuantity:
     """What changes from state to state: rho, the strain at fixed phi, or nothing but the number of the state."""
     phi = np.array([packing.phi for packing in packings])
-    if np.ptp(phi) > SHEARED * phi.max():
+    if np.ptp(phi) > PAGES.sheared * phi.max():
         return ShownQuantity("rho", "ρ", "true packing fraction ρ")
-    if np.ptp(strains(packings)) > SHEARED:
+    if np.ptp(strains(packings)) > PAGES.sheared:
         return ShownQuantity("strain", "γ", "shear strain γ")
     return ShownQuantity("number", "state", "state")
 

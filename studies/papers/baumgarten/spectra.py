@@ -17,7 +17,7 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
-from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, scaling_collapse
+from jamlab.rheology.critical_scaling import CRITICAL_RANGE, scaling_collapse
 from jamlab.rheology.displacement_correlation import displacement_response
 from jamlab.statistics.power_laws import fit_power_law
 from studies.ensemble_tables import EnsembleTables
@@ -215,13 +215,13 @@ def stars(tables: EnsembleTables, prestress: bool = False) -> Sample:
 def wide_spectra(tables: EnsembleTables, prestress: bool = True) -> Sample:
     """Take eta_0, eta_inf and G'' of the pressures whose critical regime is not empty."""
     every = sampled(spectra(tables, "contact", prestress), large=False)
-    groups = {p: g for p, g in every.items() if CRITICAL * p < HIGHEST}
+    groups = {p: g for p, g in every.items() if CRITICAL_RANGE.lowest * p < CRITICAL_RANGE.highest}
     drawn = [np.column_stack([g.eta0, g.eta_inf, g.loss]) for g in groups.values()]
     return Sample(drawn, lambda packings: (list(groups), [g.omega for g in groups.values()], packings))
 
 
 def regime_ends(
-    p: list[float], omega: list[Array], drawn: list[Array], at: float = HIGHEST, pressure: int = -1
+    p: list[float], omega: list[Array], drawn: list[Array], at: float = CRITICAL_RANGE.highest, pressure: int = -1
 ) -> Array:
     """Find where the law omega^0.5 through G'' at one frequency meets eta_inf omega, as a power of p, and at the lowest
     pressure where it meets eta_0 omega and eta_inf omega, in decades of omega/p and of omega."""
@@ -271,7 +271,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
     draw(out, axes, group, f"$p = {format_power(SHOWN)}$", {"color": GREEN, "marker": "o"})
-    low, high, w = CRITICAL * SHOWN, HIGHEST, group.omega
+    low, high, w = CRITICAL_RANGE.lowest * SHOWN, CRITICAL_RANGE.highest, group.omega
     storage, loss = group.storage.mean(axis=0), group.loss.mean(axis=0)
     axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
     out.slope(axes, 1.0, (w[0], 0.1 * SHOWN), 0.4 * loss[0])
@@ -323,7 +323,7 @@ def _draw_collapse(out: Drawing, plain: Any, over: Any, groups: dict[float, Grou
         look, name = sequence(index, len(groups)), f"$p = {format_power(p)}$"
         if plain is not None:
             draw(out, plain, group, name, look)
-        draw(out, over, group.at(group.omega <= HIGHEST), name, look, 1 / p, p**-0.5)
+        draw(out, over, group.at(group.omega <= CRITICAL_RANGE.highest), name, look, 1 / p, p**-0.5)
     low = max(min(g.omega[0] / p for p, g in groups.items()), 1e-4)
     level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
     out.slope(over, 1.0, (low, 1e-1), 0.1 * level * low)
