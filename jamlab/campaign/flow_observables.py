@@ -23,10 +23,10 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.quasistatic_shear import LIMITS, quasistatic_shear
 from jamlab.flow.shear import SHEAR_LIMITS, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import LEAST_ALPHA
+from jamlab.rheology.damping import DRAG_LIMITS
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
-from jamlab.statistics.confidence import FEWEST_BLOCKS
+from jamlab.statistics.confidence import AVERAGES
 
 Background = Annotated[float, Field(ge=0, le=FLOW_LIMITS.largest_background)]
 FlowTolerance = Annotated[float, Field(ge=FLOW_LIMITS.least_tolerance, le=FLOW_LIMITS.largest_tolerance)]
@@ -41,7 +41,7 @@ def _zero_or_resolved(rate: float) -> float:
 class _Driving(FileTable):
     """What all tables of driven packings have."""
 
-    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0  # power of the velocity in contact damping, 1 is linear
+    alpha: Annotated[float, Field(ge=DRAG_LIMITS.alpha, le=1)] = 1.0  # power in contact damping
     # drag beside contact damping, over k tau_1; default for steady flow: as in `jamlab.shear`
     background: Background | None = SMALL_STRAIN_BACKGROUND
     tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
@@ -142,8 +142,8 @@ class SteadyFlow(_Run):
         how = self.flow
         if how.rates[0] and "step" in how.model_fields_set:
             raise ValueError("flow.step applies to rate 0, which is not in flow.rates: leave it out")
-        if how.rates[0] == 0 and (steps := round(how.strain / how.step)) < 2 * FEWEST_BLOCKS:
-            least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * FEWEST_BLOCKS} or more"
+        if how.rates[0] == 0 and (steps := round(how.strain / how.step)) < 2 * AVERAGES.blocks:
+            least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * AVERAGES.blocks} or more"
             raise ValueError(f"flow.step = {how.step:g}: {least}: lower it")
 
     def points(self) -> list[dict[str, float]]:

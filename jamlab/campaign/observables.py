@@ -19,7 +19,7 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations
 from jamlab.rheology.mode_character import MOTIONS, mode_character
-from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
+from jamlab.rheology.relaxation_spectrum import DENSE
 
 SPECTRUM_ERROR = 1e-3  # relative, of G*, from which on it is not converged
 
@@ -112,8 +112,8 @@ class ModesOfStates(Driven):
 
     def check(self, sites: float) -> None:
         super().check(sites)
-        if 2 * sites > LARGEST_DENSE:
-            most = LARGEST_DENSE // 2
+        if 2 * sites > DENSE.size:
+            most = DENSE.size // 2
             raise ValueError(f"observable 'modes' of {sites:g} vertices: at most {most}; lower n or their vertices")
 
     def one(self, packing: Packing, **how: Any) -> list[Row]:

@@ -98,7 +98,7 @@ class Job:
         """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`.
         `twice`: each runs again at a tenth of its tolerance."""
         from jamlab.flow.flow_curve import flow_cost, require_time
-        from jamlab.flow.flow_run import FINER
+        from jamlab.flow.flow_run import FLOW_ENERGY
         from jamlab.flow.shear import TOLERANCE
 
         if within is not None and not within > 0:
@@ -107,7 +107,7 @@ class Job:
             return
         cost = flow_cost(self.packing(), rates, self.law, strain=strain, **self.accuracy)
         if twice:
-            finer = self.accuracy | {"tolerance": FINER * self.accuracy.get("tolerance", TOLERANCE)}
+            finer = self.accuracy | {"tolerance": FLOW_ENERGY.finer * self.accuracy.get("tolerance", TOLERANCE)}
             cost["seconds"] += flow_cost(self.packing(), rates, self.law, strain=strain, **finer)["seconds"]
         if within is not None:
             require_time(cost, within)
@@ -138,15 +138,13 @@ class Job:
             print_json(content | {"conclusion": found.conclusion, "out": str(self.out), "drag": describe(found)})
             return
         names = [name for name in columns if name in table]
-        shown = table.iloc[sorted({round(k * (len(table) - 1) / (_LINES - 1)) for k in range(_LINES)})]
+        most = 15  # lines on the screen
+        shown = table.iloc[sorted({round(k * (len(table) - 1) / (most - 1)) for k in range(most)})]
         lines = [[f"{row[name]:{columns[name]}}" for name in names] for row in shown.to_dict("records")]
         headings = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
         print_table(describe(found), [headings.get(name, name.replace("_", " ")) for name in names], lines)
         for note in (*notes, found.conclusion, f"unit of stress {found.unit}, of time tau_1; wrote {self.out}"):
             print_note(note)
-
-
-_LINES = 15  # of a table on the screen
 
 
 def make_job(

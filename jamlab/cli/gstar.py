@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from jamlab.arrays import Array
     from jamlab.rheology.mean_spectrum import MeanSpectra, MeanSpectrum
 
-HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 SHEAR = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
 _HEADINGS = {"omega": "ω τ1", "storage": "G'_xy", "loss": "G''_xy", "error_bound": "error"}
 _HEADINGS |= {"storage_stderr": "± G'_xy", "loss_stderr": "± G''_xy"}
@@ -161,7 +160,13 @@ def save(spectra: "MeanSpectra", path: Path) -> None:
     """Write a picture (.png, .pdf, .svg) or a table (.csv, .tsv), all or nothing."""
     if path.suffix.lower() in (".csv", ".tsv"):
         names = ["omega", "storage", "loss"] if len(spectra) == 1 else ["kind", "omega", "storage", "loss"]
-        headers = dict(zip(("kind", "omega", "storage", "loss"), ("Kind", *HEADERS), strict=True))
+        headers = dict(
+            zip(
+                ("kind", "omega", "storage", "loss"),
+                ("Kind", "Angular Frequency", "Storage Modulus", "Loss Modulus"),
+                strict=True,
+            )
+        )
         write_table(spectra.to_dataframe()[names].rename(columns=headers), path)
     else:
         from jamlab.figures.save_picture import save_picture

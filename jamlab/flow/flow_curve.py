@@ -27,7 +27,7 @@ from jamlab.processes.progress import Progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
-from jamlab.statistics.confidence import LARGEST_DRIFT
+from jamlab.statistics.confidence import AVERAGES
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class FlowCurve(FlowResult):
     @property
     def finished(self) -> NDArray[np.bool_]:
         """(m,) whether the flow is steady: its stress has one mean in both halves of the average, to the errors."""
-        return np.abs(self.drift) <= LARGEST_DRIFT
+        return np.abs(self.drift) <= AVERAGES.drift
 
     @property
     def packings(self) -> tuple[Packing, ...]:

@@ -23,12 +23,21 @@ SERIES = (  # arrays of a result, one value a row
     *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
     *("normal_stress_difference", "dissipation", "energy", "work", "dissipated", "contacts"),
 )
-ROUNDING = 1e-13  # of an energy that is a sum over all contacts and edges
-# drag beside that of contacts, over k tau_1. Droplets lose less of their work with it: without, finer steps did not
-# help, four flows lost .013 to 113 of it; with it 3e-5 to .006. Flows of disks that find no step go on with it, and
-# their mean stress moves by less than 3 %
-HELPFUL_BACKGROUND = 1e-2
-FINER = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
+
+
+@dataclass(frozen=True)
+class FlowEnergy:
+    """Balance of energy of a flow, and what makes it better."""
+
+    rounding: float = 1e-13  # of an energy that is a sum over all contacts and edges
+    # drag beside that of contacts, over k tau_1. Droplets lose less of their work with it: without, finer steps
+    # did not help, four flows lost .013 to 113 of it; with it 3e-5 to .006. Flows of disks that find no step go
+    # on with it, and their mean stress moves by less than 3 %
+    background: float = 1e-2
+    finer: float = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
+
+
+FLOW_ENERGY = FlowEnergy()
 
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
@@ -36,7 +45,7 @@ def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
     more than the sum of all energies rounds off."""
     gap = work - lost - energy
     gap = gap - gap[0]
-    return np.where(np.abs(gap) > ROUNDING * np.abs(energy).max(), gap, 0.0)
+    return np.where(np.abs(gap) > FLOW_ENERGY.rounding * np.abs(energy).max(), gap, 0.0)
 
 
 def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
@@ -69,9 +78,9 @@ class FlowResult(Result):
     def remedy(self) -> dict[str, float]:
         """Argument to change where energy is not balanced: shorter steps, or a background drag for droplets."""
         drags = self.damping is not None and self.damping.at_contacts
-        if self.frames[0].kind.carrier == "outlines" and drags and self.background < HELPFUL_BACKGROUND:
-            return {"background_drag": HELPFUL_BACKGROUND}
-        return {"tolerance": FINER * self.tolerance}
+        if self.frames[0].kind.carrier == "outlines" and drags and self.background < FLOW_ENERGY.background:
+            return {"background_drag": FLOW_ENERGY.background}
+        return {"tolerance": FLOW_ENERGY.finer * self.tolerance}
 
     @property
     def conclusion(self) -> str:

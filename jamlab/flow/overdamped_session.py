@@ -21,7 +21,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.flow.agreement import Evaluated, agrees, compare
-from jamlab.flow.flow_run import FINER, HELPFUL_BACKGROUND
+from jamlab.flow.flow_run import FLOW_ENERGY
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.facts import law_of
@@ -304,7 +304,7 @@ class OverdampedSession:
             return
         remedies = [self.end.shorter if self.end else "a lower rate"]
         if crawls and self._damping.at_contacts:
-            more = max(HELPFUL_BACKGROUND, 10 * self._background)
+            more = max(FLOW_ENERGY.background, 10 * self._background)
             remedies = [
                 f"background_drag = {more:g} (now {self._background:g}) for motion without drag",
                 *remedies,
@@ -370,7 +370,7 @@ def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> No
         "tolerance",
         tolerance,
         FLOW_LIMITS.largest_tolerance,
-        FLOW_LIMITS.least_tolerance / (FINER if trajectory_error else 1.0),
+        FLOW_LIMITS.least_tolerance / (FLOW_ENERGY.finer if trajectory_error else 1.0),
     )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError, StorageError, warn
-from jamlab.flow.flow_run import FINER, FlowResult, FlowRun
+from jamlab.flow.flow_run import FLOW_ENERGY, FlowResult, FlowRun
 from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
 from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
 from jamlab.mechanics.force_network import check_at_rest
@@ -337,7 +337,7 @@ class TimedRun(Run[R]):
             return
         self.save()
         told = self.progress
-        tolerance = FINER * self.facts["tolerance"]
+        tolerance = FLOW_ENERGY.finer * self.facts["tolerance"]
 
         def progress(share: float, words: str) -> None:
             if told is not None:

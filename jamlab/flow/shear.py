@@ -25,7 +25,7 @@ from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
-from jamlab.statistics.confidence import FEWEST_BLOCKS, BlockAverage, block_average
+from jamlab.statistics.confidence import AVERAGES, BlockAverage, block_average
 
 
 class StressDrops(NamedTuple):
@@ -145,9 +145,9 @@ class ShearRun(FlowRun):
             InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
         """
         kept = self.path >= (self._last_part + discard) * (1 - 1e-9)
-        if kept.sum() <= 2 * FEWEST_BLOCKS:
+        if kept.sum() <= 2 * AVERAGES.blocks:
             raise InputError(
-                f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * FEWEST_BLOCKS + 1} are "
+                f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * AVERAGES.blocks + 1} are "
                 f"needed: shear to more than {self.path[-1]:g}, or use a larger n_rows"
             )
         values = getattr(self, name, None)

@@ -15,8 +15,17 @@ from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
-SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
-MARGIN = 1e-6  # of the rim, beyond which edges are not looked at
+
+@dataclass(frozen=True)
+class Capsules:
+    """Edges as capsules."""
+
+    # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
+    shortest: float = 1e-12
+    margin: float = 1e-6  # of the rim, beyond which edges are not looked at
+
+
+CAPSULES = Capsules()
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ def edge_rings(packing: Packing) -> EdgeRings:
     after[high - 1] = low
     length = np.hypot(*(x[after] - x).T)
     particle = np.repeat(np.arange(packing.n), high - low)
-    kept = length > SHORTEST * np.add.reduceat(length, low)[particle]
+    kept = length > CAPSULES.shortest * np.add.reduceat(length, low)[particle]
     particle, tail = particle[kept], x[kept]
     end = np.cumsum(np.bincount(particle, minlength=packing.n))
     begin = np.append(0, end[:-1])
@@ -76,7 +85,7 @@ def near_edges(packing: Packing) -> NearEdges:
     """Find the edges of a DP packing nearer than delta to each other, and some more."""
     edges = edge_rings(packing)
     middle = edges.tail + 0.5 * edges.length[:, None] * edges.along
-    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + edges.rim * (1 + MARGIN))
+    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + edges.rim * (1 + CAPSULES.margin))
     i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
     shift = np.concatenate([near.shift, -near.shift])
     r = edges.tail[j] - edges.tail[i] + shift @ packing.box

@@ -28,9 +28,20 @@ from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
-EMPTY = 1e-14  # a cell smaller than this part of R^2, or a void than this of A/n, is a hundred times rounding
-# Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a void.
-TOUCH = 1e-12
+
+@dataclass(frozen=True)
+class CellRounding:
+    """What rounding leaves of cells and gaps."""
+
+    # a cell smaller than this part of R^2, or a void than this of A/n, is a hundred times rounding
+    empty: float = 1e-14
+    # Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a
+    # void.
+    touch: float = 1e-12
+
+
+CELL_ROUNDING = CellRounding()
+
 
 _TURN = 2 * np.pi
 
@@ -85,9 +96,9 @@ def disk_cells(packing: Packing) -> DiskCells:
 
 @per_packing
 def free_arcs(packing: Packing) -> tuple[Chords, Arcs]:
-    """Common chords of the disks of an SP packing that overlap, or touch within `TOUCH`, and the arcs between them."""
+    """Common chords of the disks of an SP packing that overlap, or touch within `touch`, and the arcs between them."""
     radius = 0.5 * packing.disk_diameters
-    near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
+    near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * CELL_ROUNDING.touch))
     chords = find_chords(near, radius)
     return chords, find_free_arcs(chords)
 
@@ -98,7 +109,7 @@ def cut_disks(chords: Chords, arcs: Arcs, radius: Array) -> DiskCells:
     free = _sum_by_disk(arcs.i, arcs.angle, n)
     area = 0.5 * (radius**2 * free + _sum_by_disk(chords.i, chords.height * length, n))
     perimeter = radius * free + _sum_by_disk(chords.i, length, n)
-    empty = area <= EMPTY * radius**2
+    empty = area <= CELL_ROUNDING.empty * radius**2
     area[empty] = perimeter[empty] = 0.0
     length[empty[chords.i]] = 0.0
     return DiskCells(area, perimeter, chords, length)
@@ -141,7 +152,7 @@ def _sum_by_disk(disk: Indices, values: Array, n: int) -> Array:
 
 def find_chords(near: Pairs, radius: Array) -> Chords:
     """Find the chords of all pairs that overlap or touch, seen from both disks. Disks that overlap or stand apart by no
-    more than `TOUCH` are joined by a chord of length zero, which ends an arc on either disk where they touch."""
+    more than `touch` are joined by a chord of length zero, which ends an arc on either disk where they touch."""
     n, swallowed, apart = len(radius), np.zeros(len(radius), dtype=bool), np.hypot(*near.r.T)
     inside = apart + radius[near.j] <= radius[near.i]
     swallowed[near.j[inside]] = True  # of two equal disks in one place, i < j stays
@@ -149,7 +160,7 @@ def find_chords(near: Pairs, radius: Array) -> Chords:
     near = near.select(~(swallowed[near.i] | swallowed[near.j]))
     distance, radius_i, radius_j = np.hypot(*near.r.T), radius[near.i], radius[near.j]
     height_i, height_j = radical_height(distance, radius_i, radius_j), radical_height(distance, radius_j, radius_i)
-    tangent = np.abs(distance - radius_i - radius_j) <= TOUCH * (radius_i + radius_j)
+    tangent = np.abs(distance - radius_i - radius_j) <= CELL_ROUNDING.touch * (radius_i + radius_j)
     height_i, height_j = np.where(tangent, radius_i, height_i), np.where(tangent, radius_j, height_j)
     cut = (distance < radius_i + radius_j) & (np.abs(height_i) < radius_i) & (np.abs(height_j) < radius_j)
     real = tangent | cut

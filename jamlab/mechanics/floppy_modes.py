@@ -14,7 +14,7 @@ from scipy import sparse
 from jamlab.arrays import Array
 from jamlab.mechanics.factors import SOFT, PositiveSolver, SymmetricFactors
 
-_PASSES = 3  # of inverse iteration: each divides what is not floppy by its stiffness over that of rounding, 1e3 or more
+PASSES = 3  # of inverse iteration: each divides what is not floppy by its stiffness over that of rounding, 1e3 or more
 
 
 def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
@@ -30,7 +30,7 @@ def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
         return np.zeros((size, 0))
     solver, modes = PositiveSolver(), np.random.default_rng(0).standard_normal((size, count))
     solver.factorise(matrix + raised)
-    for _ in range(_PASSES):
+    for _ in range(PASSES):
         modes, _ = np.linalg.qr(solver.solve(modes))
     return modes
 

@@ -26,8 +26,18 @@ from jamlab.geometry.contact_network import contacts, find_rattlers
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 
-MOST = 1000  # particles: singular values of a matrix of about (3 n, 3 n) take 10 s
-DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets
+
+@dataclass(frozen=True)
+class Counting:
+    """Degrees of freedom that are counted."""
+
+    most: int = 1000  # particles: singular values of a matrix of about (3 n, 3 n) take 10 s
+    # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets
+    dependent: float = 2e-3
+
+
+COUNTING = Counting()
+
 # are dented a little at onset, which leaves up to 7e-4; independent ones of 328 packings, N = 16 to 128, have 4.5e-3 on
 
 
@@ -70,13 +80,15 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
         >>> jamlab.maxwell_count(jamlab.jam(n=16))
         MaxwellCount(n_particles=15, pairs=29, contacts=29, self_stress_states=1, floppy_modes=0)
     """
-    if packing.n > MOST:
-        raise InputError(f"{packing.n} particles: maxwell_count supports at most {MOST}, since time grows as n cubed")
+    if packing.n > COUNTING.most:
+        raise InputError(
+            f"{packing.n} particles: maxwell_count supports at most {COUNTING.most}, since time grows as n cubed"
+        )
     rows, held, pairs = held_conditions(packing)
     if not held:
         return MaxwellCount(0, 0, 0, 0, 0)
     singular = np.linalg.svd(rows, compute_uv=False)
-    rank = int((singular > DEPENDENT).sum())
+    rank = int((singular > COUNTING.dependent).sum())
     whole = 2 if packing.frame.all_free else 0
     return MaxwellCount(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - whole - rank)
 

@@ -9,6 +9,7 @@ Source: H. W. Kuhn, Nav. Res. Logist. Q. 2, 83 (1955), for the matching.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,9 +30,18 @@ from jamlab.micrographs.series import SeriesFrame, read_series
 if TYPE_CHECKING:
     import pandas as pd
 
-FARTHEST = 0.5  # of the spacing, that a droplet may move from one picture to the next
+
+@dataclass(frozen=True)
+class Tracking:
+    """Droplets that are followed from picture to picture."""
+
+    farthest: float = 0.5  # of the spacing, that a droplet may move from one picture to the next
+    named: int = 5  # frames without droplets that a warning names
+
+
+TRACKING = Tracking()
+
 _HOW = ("pixel", "film", "contrast", "channel")  # arguments of `micrograph` that are those of all frames
-NAMED = 5  # frames without droplets that a warning names
 
 
 @checked
@@ -103,8 +113,8 @@ def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Microg
         raise InputError(f"no frame of {len(found)} has droplets: frame 0: {empty[0]}")
     _check_alike(seen)
     if empty:
-        names = ", ".join(map(str, [*empty][:NAMED])) + (
-            f" and {len(empty) - NAMED} more" if len(empty) > NAMED else ""
+        names = ", ".join(map(str, [*empty][: TRACKING.named])) + (
+            f" and {len(empty) - TRACKING.named} more" if len(empty) > TRACKING.named else ""
         )
         several = "s" if len(empty) > 1 else ""
         warn(f"frame{several} {names} of {len(found)} without droplets: {next(iter(empty.values()))}")
@@ -142,7 +152,7 @@ def _link(tables: list[Any], memory: int = 0) -> Any:
             names = np.full(len(now), -1)
             if len(lost):
                 last = lost.loc[lost["frame"] == lost["frame"].max(), "cell"]
-                reach = FARTHEST * float(np.sqrt(last.median()))
+                reach = TRACKING.farthest * float(np.sqrt(last.median()))
                 rows, columns = _match(lost[["x", "y"]].to_numpy(), now[["x", "y"]].to_numpy(), reach)
                 names[columns] = lost["particle"].to_numpy()[rows]
             fresh = names < 0

@@ -22,7 +22,7 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_mot
 from jamlab.rheology.free_droplets import free_droplets
 from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import (
-    LARGEST_DENSE,
+    DENSE,
     RelaxationModes,
     RelaxationSpectrum,
     build_spectrum,
@@ -189,7 +189,7 @@ def linear_modulus(
     free = free_droplets(network, law, direction)
     limits = find_limits(motion)
     if method == "auto":
-        method = "dense" if motion.moving <= (LARGEST_DENSE if limits.floppy.size else SOLVING.small) else "reduced"
+        method = "dense" if motion.moving <= (DENSE.size if limits.floppy.size else SOLVING.small) else "reduced"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     if limits.nothing_resists and method == "direct":
         raise ConvergenceError(f"{_NOTHING}; use StokesDrag, or a denser packing")

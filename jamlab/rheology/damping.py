@@ -18,9 +18,17 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction
 from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
 
-LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
-_GEARS = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
-LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
+
+@dataclass(frozen=True)
+class DragLimits:
+    """Arguments of the drag, and what of it is rounding."""
+
+    beta: float = 1e12  # both dampings stand in one matrix of 16 digits
+    gears: float = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
+    alpha: float = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
+
+
+DRAG_LIMITS = DragLimits()
 
 
 @checked_class
@@ -61,16 +69,16 @@ class ContactDamping(DragLaw):
         1.0,
         "ratio of tangential to normal damping",
         least=0.0,
-        largest=LARGEST_BETA,
-        must=f"a number from 0 to {LARGEST_BETA:g}; at larger values normal damping is lost to rounding",
+        largest=DRAG_LIMITS.beta,
+        must=f"a number from 0 to {DRAG_LIMITS.beta:g}; at larger values normal damping is lost to rounding",
     )
     tau: float = parameter(1.0, "relaxation time of two disks, tau_1", positive=True, must="a positive time")
     alpha: float = parameter(
         1.0,
         "exponent of the drag in the relative velocity; 1 is linear",
-        least=LEAST_ALPHA,
+        least=DRAG_LIMITS.alpha,
         largest=1.0,
-        must=f"a number from {LEAST_ALPHA:g} to 1 (linear drag); films with mobile surfactants have 2/3, with "
+        must=f"a number from {DRAG_LIMITS.alpha:g} to 1 (linear drag); films with mobile surfactants have 2/3, with "
         "immobile surfactants 1/2",
     )
     lever_arms: str = parameter("radius", "where lever arms of disks end", choices=("radius", "contact"))
@@ -142,7 +150,9 @@ class ContactDamping(DragLaw):
                 own = np.isin(touching.i, order)
                 sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
                 held = packing.frame.fixed[order].any()  # they do not turn
-                if not held and np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
+                if not held and np.abs(sliding).max(initial=0.0) <= DRAG_LIMITS.gears * np.abs(levers[own]).max(
+                    initial=1.0
+                ):
                     free.append(first)
         return free
 

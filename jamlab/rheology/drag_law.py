@@ -19,13 +19,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
+from jamlab.mechanics.floppy_modes import PASSES
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import Direction, shear_direction
 from jamlab.packing.terms import spread
 from jamlab.registry import Registry
 
 _KEY = "drag"  # of a declaration in the metadata of a field
-_TRIES = 3  # steps of inverse iteration, each of which divides what is not free by 1e10
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,7 @@ def turns_without_drag(packing: Packing, matrix: sparse.csc_array) -> list[int]:
     count, solver = 1, sparse.linalg.splu(scaled + FLOPPY * sparse.eye_array(len(turning), format="csc"))
     while True:
         vectors = np.random.default_rng(1).standard_normal((len(turning), count))
-        for _ in range(_TRIES):
+        for _ in range(PASSES):
             vectors = np.linalg.qr(solver.solve(vectors))[0]
         values, turned = np.linalg.eigh(vectors.T @ (scaled @ vectors))
         free = int(np.sum(values < FLOPPY**0.5))

@@ -11,7 +11,6 @@ from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
 
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
-_SHOWN = 4  # sizes in a label
 
 
 def group_by_kind(packings: Sequence[Packing]) -> dict[str, list[int]]:
@@ -51,7 +50,8 @@ def _facts(packing: Packing) -> dict[str, tuple[Any, str]]:
     kind, declared = packing.kind, packing.parameters
     sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
     every = [(f"{size:.12g}", int(count)) for size, count in zip(sizes, counts, strict=True)]
-    shown = " ".join(f"{count} × {size:.4g}" for size, count in zip(sizes[:_SHOWN], counts, strict=False))
+    most = 4  # sizes that are named
+    shown = " ".join(f"{count} × {size:.4g}" for size, count in zip(sizes[:most], counts, strict=False))
     vertices = np.unique(np.bincount(packing.particle)).tolist()
     held = int(packing.frame.fixed.sum())
     facts: dict[str, tuple[Any, str]] = {
@@ -59,7 +59,7 @@ def _facts(packing: Packing) -> dict[str, tuple[Any, str]]:
         "units": (packing.units, f"units {packing.units}"),
         "n": (packing.n, f"n = {packing.n}"),
         "ensemble": (packing.ensemble, packing.ensemble),
-        "sizes": (every, f"{kind.size_name}s {shown}" + " ..." * (len(sizes) > _SHOWN)),
+        "sizes": (every, f"{kind.size_name}s {shown}" + " ..." * (len(sizes) > most)),
         "vertices": (vertices, f"vertices {', '.join(map(str, vertices))}"),
         "fixed": ((held, packing.walls), f"{held} fixed" + ", walls" * packing.walls),
     }

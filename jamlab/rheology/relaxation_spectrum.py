@@ -23,8 +23,16 @@ from jamlab.plotting.palette import BLUE
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 
-_SHORT = 100.0  # lengths over rounding below which directions may have none
-LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
+
+@dataclass(frozen=True)
+class Dense:
+    """Spectra that are found from dense matrices."""
+
+    short: float = 100.0  # lengths over rounding below which directions may have none
+    size: int = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
+
+
+DENSE = Dense()
 
 
 @dataclass(frozen=True)
@@ -126,7 +134,7 @@ def _range_of(metric: Array) -> Array | None:
     have."""
     scale = 1 / np.sqrt(metric.diagonal())
     scaled, least = metric * np.outer(scale, scale), len(metric) * float(np.finfo(np.float64).eps)
-    if np.linalg.eigvalsh(scaled)[0] > _SHORT * least:
+    if np.linalg.eigvalsh(scaled)[0] > DENSE.short * least:
         return None
     values, vectors = np.linalg.eigh(scaled)
     kept = values > least
@@ -148,9 +156,9 @@ def build_spectrum(found: RelaxationModes, limits: Limits, area: float) -> Relax
 def find_all_modes(motion: EquationOfMotion, limits: Limits) -> tuple[RelaxationModes, Array]:
     """Find every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to."""
     moving, size = motion.moving, motion.size
-    if moving > LARGEST_DENSE:
+    if moving > DENSE.size:
         raise InputError(
-            f"method 'dense' with {moving} displacements: it takes at most {LARGEST_DENSE}; use method='reduced'"
+            f"method 'dense' with {moving} displacements: it takes at most {DENSE.size}; use method='reduced'"
         )
     basis = np.zeros((size, moving))
     basis[:moving] = np.eye(moving)

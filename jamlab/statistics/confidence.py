@@ -59,7 +59,16 @@ def bend(levels: Array, values: Array, at: float) -> float:
     return float(max(known, default=0.0) * (at - levels[left]) * (levels[right] - at))
 
 
-MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then
+@dataclass(frozen=True)
+class Statistics:
+    """Averages and their intervals."""
+
+    resamples: int = 1_000_000  # the ends of an interval have three digits then
+    blocks: int = 8  # of a series, at least, whose means scatter
+    drift: float = 3.0  # in standard errors: by chance in one series of 400
+
+
+AVERAGES = Statistics()
 
 
 @dataclass(frozen=True)
@@ -99,8 +108,8 @@ def bootstrap(
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):
         raise InputError("bootstrap got an empty group: each group needs at least one packing")
-    if not 1 <= resamples <= MOST_RESAMPLES or not 0 < level < 1:
-        raise InputError(f"resamples = {resamples}, level = {level}: need 1 to {MOST_RESAMPLES}, and 0 to 1")
+    if not 1 <= resamples <= AVERAGES.resamples or not 0 < level < 1:
+        raise InputError(f"resamples = {resamples}, level = {level}: need 1 to {AVERAGES.resamples}, and 0 to 1")
     check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
     several = [len(a) for a in arrays if len(a) > 1]  # one packing says nothing about its spread
@@ -140,9 +149,6 @@ def _stretch(packings: int, level: float) -> float:
     return float(stdtrit(packings - 1, tail) / ndtri(tail) * (packings / (packings - 1)) ** 0.5)
 
 
-FEWEST_BLOCKS = 8
-
-
 @dataclass(frozen=True)
 class Blocks:
     """How the error of the mean of a series is found."""
@@ -155,8 +161,6 @@ class Blocks:
 
 
 BLOCKS = Blocks()
-
-LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 
 @dataclass(frozen=True)
@@ -174,7 +178,7 @@ class BlockAverage:
     @property
     def steady(self) -> bool:
         """Whether both halves have the same mean, as far as their errors tell."""
-        return abs(self.drift) <= LARGEST_DRIFT
+        return abs(self.drift) <= AVERAGES.drift
 
 
 @checked
@@ -192,8 +196,8 @@ def block_average(values: ArrayLike) -> BlockAverage:
     more than a fiftieth of the series hides behind a fast one: 60 to 90 %.
     """
     series = np.asarray(values, dtype=np.float64)
-    if series.ndim != 1 or len(series) < 2 * FEWEST_BLOCKS or not np.isfinite(series).all():
-        raise InputError(f"a series of shape {series.shape}: give one row of at least {2 * FEWEST_BLOCKS} numbers")
+    if series.ndim != 1 or len(series) < 2 * AVERAGES.blocks or not np.isfinite(series).all():
+        raise InputError(f"a series of shape {series.shape}: give one row of at least {2 * AVERAGES.blocks} numbers")
     middle, places = len(series) // 2, np.arange(len(series))
     change = float(series[middle:].mean() - series[:middle].mean())
     trend = np.polyval(np.polyfit(places, series, 1), places)  # which would pass for noise of long blocks
@@ -214,7 +218,7 @@ def _error_of_mean(series: Array) -> tuple[float, float]:
     count = max(independent, BLOCKS.least_independent)
     error = _with_t(np.sqrt(variance / (count - 1)), count)
     length = 1
-    while size >= FEWEST_BLOCKS * length:
+    while size >= AVERAGES.blocks * length:
         count = size // length
         means = series[size - count * length :].reshape(count, length).mean(axis=1)
         error = max(error, _with_t(means.std(ddof=1) / np.sqrt(count), count))
@@ -249,7 +253,7 @@ def _autoregressive_time(found: Array) -> float:
     while True:
         size = len(found) / lag
         alike = (size * float(found[lag]) + 1) / (size - 4)
-        if alike < BLOCKS.smooth or size <= 2 * FEWEST_BLOCKS:
+        if alike < BLOCKS.smooth or size <= 2 * AVERAGES.blocks:
             break
         lag *= 2
     alike += BLOCKS.caution * np.sqrt(max(1 - alike**2, 1 / size) / size)

@@ -4,15 +4,6 @@ import errno
 import os
 import re
 
-_REMEDIES = {
-    **dict.fromkeys(
-        (errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV),
-        "the file system failed, not the file: try again, or ask who runs it",
-    ),
-    **dict.fromkeys((errno.ENOLCK, errno.ENOTSUP), "this file system cannot do that: take a folder on another one"),
-    errno.EDQUOT: "your quota is used up: remove files, or ask for more",
-}
-
 
 def system_error(error: BaseException) -> int | None:
     """Number of the error of the system behind an error; None if there is none, so that the content is at fault."""
@@ -26,4 +17,12 @@ def system_said(error: BaseException, remedy: str) -> str:
     """Reason and remedy; `remedy`: where the reason itself suggests no other."""
     number = system_error(error)
     reason = os.strerror(number) if number is not None else error
-    return f"{reason}; {_REMEDIES.get(number or 0, remedy)}"
+    remedies = {
+        **dict.fromkeys(
+            (errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV),
+            "the file system failed, not the file: try again, or ask who runs it",
+        ),
+        **dict.fromkeys((errno.ENOLCK, errno.ENOTSUP), "this file system cannot do that: take a folder on another one"),
+        errno.EDQUOT: "your quota is used up: remove files, or ask for more",
+    }
+    return f"{reason}; {remedies.get(number or 0, remedy)}"

@@ -41,7 +41,6 @@ _NAMES = {  # of columns of tables, by what programs call them
 _NAMED_FRAMES = ("image", "snapshot")  # by number or by the name of a file
 _FRAMES = ("frame", "slice", "step", "timestep", "time", "position_t", "imagenumber", *_NAMED_FRAMES)
 _UNIT = re.compile(r"\s*[\[(/].*")  # behind the name of a column
-_KEYS = re.compile(r'([^\s="]+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
 
 # tables ---------------------------------------------------------------------------------------------------------------
 
@@ -200,7 +199,7 @@ def _xyz_frames(file: Iterator[str]) -> Iterator[Sites]:
         if not said.isdecimal() or not int(said):
             raise InputError(f"{said!r:.40} stands where a frame should begin with its number of disks")
         comment, n = next(file, ""), int(said)
-        keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(comment)}
+        keys = {name: quoted or plain for name, quoted, plain in re.findall(r'([^\s="]+)=(?:"([^"]*)"|(\S+))', comment)}
         lines = list(islice(file, n))
         rows = [row.split() for row in lines]
         if len(rows) != n:

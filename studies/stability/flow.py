@@ -12,7 +12,7 @@ from jamlab.flow.quasistatic_shear import QUASISTATIC
 from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
-from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
+from jamlab.rheology.damping import DRAG_LIMITS, ContactDamping
 from studies.stability.map import Map, Trial, worst_of
 from studies.stability.moduli import opening_strain
 from studies.stability.packings import packed, swept
@@ -131,7 +131,7 @@ MAPS = (
     Map(
         "flow-power",
         lambda alpha, rate, seed: try_shear(_packed(seed), rate, alpha=alpha),
-        lambda *_: LEAST_ALPHA,
+        lambda *_: DRAG_LIMITS.alpha,
         (1.0, None),
     ),
     Map(

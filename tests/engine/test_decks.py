@@ -20,7 +20,7 @@ from jamlab.packing.lammps_files import described
 from jamlab.protocols import relaxation
 from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks
-from jamlab.rheology.damping import LEAST_ALPHA
+from jamlab.rheology.damping import DRAG_LIMITS
 
 DECKS = sorted(path.name for path in installed("lammps_inputs").glob("in.*"))
 FREE = {"data", "out", "dir", "model", "table", "section", "strict", "quote"}  # texts, and what jamlab deck sets
@@ -57,7 +57,7 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
         ("startup", "rate", [shear.SHEAR_LIMITS.least_rate, shear.SHEAR_LIMITS.largest_rate]),
         ("startup", "strain", [overdamped_session.FLOW_LIMITS.least_strain, shear.SHEAR_LIMITS.largest_strain]),
         ("startup", "background", [0, overdamped_session.FLOW_LIMITS.largest_background]),
-        ("startup", "alpha", [LEAST_ALPHA, 1]),
+        ("startup", "alpha", [DRAG_LIMITS.alpha, 1]),
         ("startup", "beta", [0, overdamped_session.FLOW_LIMITS.largest_beta]),
         (
             "startup",

@@ -205,12 +205,11 @@ def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
             jamlab.write_page(path, disks, **wrong)
     with pytest.raises(jamlab.StorageError):
         jamlab.write_page(tmp_path / "absent" / "page.html", disks)
-    monkeypatch.setattr(page, "MOST_BYTES", 10_000)
+    monkeypatch.setattr(page, "PAGE_LIMITS", page.PageLimits(bytes=10_000))
     with pytest.raises(jamlab.InputError) as refused:
         jamlab.write_page(path, [disks] * 8)
     every = int(re.search(r"every=(\d+)", str(refused.value))[1])
-    monkeypatch.setattr(page, "MOST_BYTES", 10_000 * 8 // every * every)  # what is proposed fits
-    monkeypatch.setattr(page, "MOST_SHOWN", 23)
+    monkeypatch.setattr(page, "PAGE_LIMITS", page.PageLimits(23, 10_000 * 8 // every * every))  # what is proposed fits
     with pytest.raises(jamlab.InputError):
         jamlab.write_page(path, disks)
     assert not path.exists()

@@ -12,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import count_strong
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import without_load
-from jamlab.mechanics.maxwell_count import MOST
+from jamlab.mechanics.maxwell_count import COUNTING
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
 
@@ -133,7 +133,7 @@ def test_a_droplet_between_two_opposite_contacts_is_held_though_it_rattles():
 
 def test_too_many_are_refused():
     rng = np.random.default_rng(0)
-    n = MOST + 1
+    n = COUNTING.most + 1
     many = jamlab.Packing("sp", 100 * np.eye(2), 100 * rng.random((n, 2)), {"eps": 1.0}, diameters=np.ones(n))
     with pytest.raises(InputError, match=f"{n}"):
         jamlab.maxwell_count(many)

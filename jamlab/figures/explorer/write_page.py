@@ -6,7 +6,7 @@ One page holds states of the same particles, in the same units, and not too much
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib.resources import files
 from typing import Any
 
@@ -28,17 +28,25 @@ from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import FilePath, versions
 
-MOST_SHOWN = 20_000  # more do not come out as single particles on a screen, and slow the page down
-MOST_BYTES = 50_000_000  # a page that a browser still opens within seconds
+
+@dataclass(frozen=True)
+class PageLimits:
+    """Pages that a browser still shows."""
+
+    states: int = 20_000  # more do not come out as single particles on a screen, and slow the page down
+    bytes: int = 50_000_000  # a page that a browser still opens within seconds
+
+
+PAGE_LIMITS = PageLimits()
 
 
 def check_bytes(total: float, states: int, every: int) -> None:
     """Refuse a page that grows too large, by the bytes of all states."""
-    if total > MOST_BYTES:
-        fewer = int(-(-total * every // MOST_BYTES))
+    if total > PAGE_LIMITS.bytes:
+        fewer = int(-(-total * every // PAGE_LIMITS.bytes))
         remedy = f"take every {fewer}th, every={fewer} or --every {fewer}" if states > 1 else "draw it as a figure"
         raise InputError(
-            f"{states} states are {total / 1e6:.0f} MB, and a page holds {MOST_BYTES / 1e6:.0f} MB: {remedy}"
+            f"{states} states are {total / 1e6:.0f} MB, and a page holds {PAGE_LIMITS.bytes / 1e6:.0f} MB: {remedy}"
         )
 
 
@@ -121,8 +129,10 @@ def explorer_fragment(
         raise InputError(f"every = {every}: must be 1 or more; 2 shows every second state")
     everything = list(packings)
     check_one_sweep(everything)
-    if (n := everything[0].n) > MOST_SHOWN:
-        raise InputError(f"{n} particles: a page shows {MOST_SHOWN} at most; draw states instead, packing.plot()")
+    if (n := everything[0].n) > PAGE_LIMITS.states:
+        raise InputError(
+            f"{n} particles: a page shows {PAGE_LIMITS.states} at most; draw states instead, packing.plot()"
+        )
     known = stored_columns(observables or {}, len(everything))
     chosen = everything[::every]
     strain, rows, packed, size = strains(everything)[::every], [], [], 0

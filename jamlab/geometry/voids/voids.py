@@ -21,7 +21,8 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.power_cells import EMPTY
+from jamlab.geometry.power_cells import CELL_ROUNDING
+from jamlab.geometry.rims import ARC_STEP
 from jamlab.geometry.vertex_contacts import unique_rows
 from jamlab.geometry.voids.boundary_loops import Boundary, find_first_hits, follow_rays, trace
 from jamlab.packing.derived import per_packing
@@ -33,7 +34,7 @@ from jamlab.plotting.drawable import CELL, LABEL, drawn, label_axes
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 
 VOIDS_DEFINITION = 1  # version, see jamlab.campaign.tasks
-SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below `EMPTY`
+SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below `empty`
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706
 
 
@@ -114,9 +115,6 @@ class Voids(Result):
             legend_below(axes, handles, "sides of voids")
 
 
-_ARC_STEP = 0.05  # radians, of drawn arcs
-
-
 class LoopKind(IntEnum):
     """What a loop of the boundary, with the void on its right, is to that void."""
 
@@ -193,7 +191,7 @@ def bound_voids(packing: Packing) -> tuple[Array, Indices, Indices, Boundary, In
     part = 0.5 * cross(pieces.start + move, pieces.end + move) + _bulge(pieces.radius, pieces.angle)
     signed = 0.5 * cross(wound, first) - np.bincount(loop, part, len(first))  # to the right of each loop
     kind = np.where(signed > 0, LoopKind.AROUND, LoopKind.ISLAND)
-    kind[np.abs(signed) < EMPTY * packing.area / packing.n] = LoopKind.ROUNDING
+    kind[np.abs(signed) < CELL_ROUNDING.empty * packing.area / packing.n] = LoopKind.ROUNDING
     kind[(boundary.winding != 0).any(axis=1)] = LoopKind.WINDING
     count, void, image = _group_loops(boundary, packing.box, kind)
     enclosing, winding, islands = (
@@ -241,7 +239,7 @@ def void_paths(found: Voids) -> list[Any]:
         points, piece = [], first
         while True:
             if pieces.radius[piece] > 0:
-                steps = max(int(np.ceil(pieces.angle[piece] / _ARC_STEP)), 1)
+                steps = max(int(np.ceil(pieces.angle[piece] / ARC_STEP)), 1)
                 turn = pieces.begin[piece] + pieces.angle[piece] * np.arange(steps) / steps
                 drawn = pieces.centre[piece] + pieces.radius[piece] * np.column_stack([np.cos(turn), np.sin(turn)])
             else:
