@@ -262,10 +262,12 @@ def test_no_mutant_passes(states, monkeypatch, name):
     run(of, packing)
     agreement.forget()
     monkeypatch.setattr(owner, attribute, changed)
-    with pytest.raises(jamlab.EngineError) as caught:
+    with pytest.raises(jamlab.JamlabError) as caught:
         run(of, packing.with_state(positions=packing.positions.copy()))
     carrier = "kernel" if of == "kernel" else "deck"
-    assert f"the {carrier}" in str(caught.value) and "evaluates another law than the analysis" in str(caught.value)
+    said = str(caught.value)
+    other = f"the {carrier}" in said and "evaluates another law than the analysis" in said
+    assert other or (name.startswith("analysis") and "check the derivatives of" in said)
 
 
 def test_a_state_without_contacts_proves_nothing(monkeypatch):
