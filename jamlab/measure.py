@@ -34,14 +34,14 @@ MODULI = ("g", "g_x", "b")
 
 
 @dataclass(frozen=True)
-class Trial:
+class MeasureTimes:
     """Times that decide whether `measure` starts processes."""
 
     look: float = 0.5  # s after which `measure` looks at the time that a state takes
     start: float = 2.0  # s that new processes take to start and to load what measures
 
 
-TRIAL = Trial()
+TIMES = MeasureTimes()
 
 
 _Own = Callable[..., Any]  # of the user: takes a packing, returns a number
@@ -217,7 +217,7 @@ def _measure_several(
             rows.append(one(state))
             show(len(rows))
             spent = time.perf_counter() - began
-            if spent > TRIAL.look and _count_processes(total - len(rows), spent / len(rows), most) > 1:
+            if spent > TIMES.look and _count_processes(total - len(rows), spent / len(rows), most) > 1:
                 break
     if rest := states[len(rows) :]:
         count, first = _count_processes(len(rest), spent / len(rows), most), len(rows)
@@ -251,10 +251,10 @@ def _measure_state(
 
 def _count_processes(left: int, seconds: float, most: int | None) -> int:
     """Number of processes for states that take some seconds each; 1 where starting more would take longer."""
-    if (left - 1) * seconds < TRIAL.start:
+    if (left - 1) * seconds < TIMES.start:
         return 1
     count = min(left, available_cores() if most is None else most)
-    return count if left * seconds * (1 - 1 / count) > TRIAL.start else 1
+    return count if left * seconds * (1 - 1 / count) > TIMES.start else 1
 
 
 _OF_VOIDS = ("voids", "void_sides", "void_area", "void_shape")

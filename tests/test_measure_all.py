@@ -21,13 +21,13 @@ def sweep():
 @pytest.fixture
 def at_once(monkeypatch):
     """Let new processes start after the first state, however short the work."""
-    monkeypatch.setattr(MODULE, "TRIAL", MODULE.Trial(0.0, 0.0))
+    monkeypatch.setattr(MODULE, "TIMES", MODULE.MeasureTimes(0.0, 0.0))
 
 
 def test_short_work_and_a_worker_stay_in_one_process(sweep, monkeypatch):
     monkeypatch.setattr(MODULE, "run_side_by_side", lambda *_, **__: pytest.fail("a process was started"))
     assert len(jamlab.measure(sweep, ["rho", "phi"])["phi"]) == len(sweep)
-    monkeypatch.setattr(MODULE, "TRIAL", MODULE.Trial(0.0, 0.0))
+    monkeypatch.setattr(MODULE, "TIMES", MODULE.MeasureTimes(0.0, 0.0))
     with cores_given(1):
         jamlab.measure(sweep[:3], ["phi"])
     assert jamlab.measure([])["rho"].shape == (0,)

@@ -29,6 +29,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_disks, fire_forces, kernel_has
 from jamlab.engine.evaluation import DescentCounts, Evaluation
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
+from jamlab.engine.lammps_units import check_fits
 from jamlab.engine.lammps_words import plain_name, text
 from jamlab.engine.ranks import check_ranks
 from jamlab.errors import EngineError, InputError
@@ -39,7 +40,7 @@ from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
 from jamlab.packing.lammps_files import MOST_TYPES, section_of_sizes, types, wrap, write_data
 from jamlab.packing.model import Model
-from jamlab.packing.natural_units import in_natural_units, natural_scales
+from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
 from jamlab.packing.strain_map import shapes_of_stress
@@ -51,12 +52,8 @@ class SessionLimits:
 
     edge_room: float = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
     edge_kept: float = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
-    # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
-    component: float = 0.5
-    # contacts, over the natural stiffness, whose time steps are those of others
-    softest: float = 1e-2
-    stiffest: float = 1e6
-    from_one: float = 4.0  # factor by which natural units of a packing may differ from its own
+    component: float = 0.5  # of a force's norm: LAMMPS compares components, of which two make up to sqrt(2) times one
+    stiffness: tuple[float, float] = (1e-2, 1e6)  # over the natural one: beyond, time steps are those at this end
 
 
 LIMITS = SessionLimits()
@@ -170,7 +167,7 @@ class Session(Hinted):
         self._stale = True
 
     def _hold(self, packing: Packing) -> None:
-        _check_fits(packing)
+        check_fits(packing)
         self._packing = packing._trusted(**MINIMUM)
 
     @checked
@@ -446,8 +443,7 @@ class Session(Hinted):
         """Factor of time steps: of laws beside jamlab's own, whose stiffness may be any, that of the present state."""
         if self.law.deck_part or self._own_forces:
             return 1.0
-        stiffness = self.law.stiffness_at(max(self.evaluate().pressure, 0.0))
-        return float(np.clip(stiffness, LIMITS.softest, LIMITS.stiffest) ** -0.5)
+        return float(np.clip(self.law.stiffness_at(max(self.evaluate().pressure, 0.0)), *LIMITS.stiffness) ** -0.5)
 
     def _kernel_serves(self) -> bool:
         """Whether the compiled FIRE evaluates the law that LAMMPS has."""
@@ -502,15 +498,3 @@ def _evaluation_by_terms(packing: Packing) -> Evaluation:
     found, total = forces(packing), stress(packing)
     largest = float(np.hypot(*found.T).max())
     return Evaluation(energy, of_contacts, found, total, compression(packing).pressure(total), largest)
-
-
-def _check_fits(packing: Packing) -> None:
-    scales = natural_scales(packing)
-    most = {scales.length: LIMITS.from_one, scales.stress: LIMITS.from_one * max(1.0, packing.law.stiffness)}
-    if not all(1 / LIMITS.from_one <= unit <= highest for unit, highest in most.items()):
-        raise InputError(
-            f"the natural units of the packing are {scales.length:.3g} of its unit of length and "
-            f"{scales.stress:.3g} of its unit of stress, too far from 1 for LAMMPS; give "
-            "`natural_scales(packing).to_natural(packing)` of jamlab.packing.natural_units"
-        )
-    packing.kind.check_for_lammps(packing)

@@ -338,7 +338,7 @@ def _drop(before: Minimum, after: Minimum) -> float:
 
 
 @dataclass(frozen=True)
-class ShearLimits:
+class QuasistaticLimits:
     """Largest arguments."""
 
     strain: float = 1e3
@@ -346,7 +346,7 @@ class ShearLimits:
     pressure: float = 1.0  # that may be held, stiffness of a contact
 
 
-LIMITS = ShearLimits()
+LIMITS = QuasistaticLimits()
 
 
 @checked

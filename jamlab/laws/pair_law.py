@@ -27,7 +27,7 @@ LEAST_CONTACTS = 3
 
 
 @dataclass(frozen=True)
-class Trial:
+class LawTrial:
     """Overlaps of two disks over their distance of contact, at which a law is tried."""
 
     # that of packings well above onset, and where a search ends
@@ -44,7 +44,7 @@ class Trial:
     error: float = 1e-6
 
 
-TRIAL = Trial()
+TRIAL = LawTrial()
 
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
 

@@ -41,7 +41,7 @@ _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
 
 
 @dataclass(frozen=True)
-class Rounding:
+class DropletRounding:
     """What differs by rounding alone."""
 
     same: float = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
@@ -49,7 +49,7 @@ class Rounding:
     at_half: float = 1e-9
 
 
-ROUNDING = Rounding()
+ROUNDING = DropletRounding()
 
 _PARAMETERS = {
     "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST)),  # line tension

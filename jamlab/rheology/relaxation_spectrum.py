@@ -25,14 +25,14 @@ from jamlab.rheology.slow_and_fast_limits import Limits
 
 
 @dataclass(frozen=True)
-class Dense:
+class DenseSpectra:
     """Spectra that are found from dense matrices."""
 
     short: float = 100.0  # lengths over rounding below which directions may have none
     size: int = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 
 
-DENSE = Dense()
+DENSE = DenseSpectra()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 
 
 @dataclass(frozen=True)
-class Rounding:
+class MatrixRounding:
     """What rounding leaves."""
 
     # Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and
@@ -35,7 +35,7 @@ class Rounding:
     nothing: float = 1e-200  # below every modulus at a frequency that is allowed
 
 
-OF_ROUNDING = Rounding()
+OF_ROUNDING = MatrixRounding()
 
 
 def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tuple[Complex, complex, complex]:
