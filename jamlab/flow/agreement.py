@@ -56,7 +56,7 @@ def agrees(key: Hashable) -> bool:
     return key in _agreed
 
 
-def forget() -> None:
+def forget_flows() -> None:
     """Compare all words and laws again."""
     _agreed.clear()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.laws.pair_law import HIGHEST_OVERLAP
+from jamlab.laws.pair_law import HIGHEST_OVERLAP, check_derivatives
 from jamlab.laws.parameter import Parameter
 from jamlab.laws.spring_law import SpringLaw
 
@@ -49,7 +49,9 @@ class StickyLaw(SpringLaw):
         stickiness = float(params.get("stickiness", 0.0))
         if not stickiness:
             raise InputError("law 'sticky' needs a stickiness above 0: give it, or leave the law out")
-        return cls(units, float(params[units]), stickiness, stickiness * mean_size)
+        law = cls(units, float(params[units]), stickiness, stickiness * mean_size)
+        check_derivatives(law, mean_size)
+        return law
 
     def __str__(self) -> str:
         return f"sticky disks of stickiness {self.stickiness:g}"

@@ -18,14 +18,14 @@ LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
 
 
 @dataclass(frozen=True)
-class PictureVoids:
+class CountedVoids:
     """Voids of a picture that are counted."""
 
     pixels: float = 3.0  # pixels of area: a corner between three walls has as much
     share: float = 1e-3  # of a droplet
 
 
-VOIDS = PictureVoids()
+VOIDS = CountedVoids()
 
 
 @dataclass(frozen=True)

@@ -46,9 +46,9 @@ def states():
 
 @pytest.fixture(autouse=True)
 def anew():
-    agreement.forget()
+    agreement.forget_flows()
     yield
-    agreement.forget()
+    agreement.forget_flows()
 
 
 def start(packing, law, **how):
@@ -129,11 +129,11 @@ def test_the_law_itself_passes(states, state):
 def test_every_law_passes_in_every_flow(states, state, law):
     packing = states[state]
     start(packing, law)
-    agreement.forget()
+    agreement.forget_flows()
     jamlab.oscillate(packing, 1.0, 1e-6, law, cycles=2)
-    agreement.forget()
+    agreement.forget_flows()
     jamlab.creep(packing, 1e-6 * max(packing.params.get("eps", 1.0), 1e-3), 1.0, law)
-    agreement.forget()
+    agreement.forget_flows()
     jamlab.relax_stress(packing, 1e-6, 1.0, law)
 
 
@@ -178,7 +178,7 @@ def test_a_flow_that_begins_without_contacts_is_compared_where_it_has_some(monke
     loose = jamlab.pack(16, phi=0.75, seed=1)
     jamlab.shear(loose, 0.1, 0.6, n_rows=30)
     assert agreement._agreed
-    agreement.forget()
+    agreement.forget_flows()
     kept = Session.set_variables
     monkeypatch.setattr(Session, "set_variables", lambda self, given: kept(self, {**given, "beta": 0.5}))
     with pytest.raises(jamlab.EngineError, match="dissipated power"):

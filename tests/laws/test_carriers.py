@@ -337,7 +337,7 @@ def test_a_weak_state_does_not_stand_for_strong_ones(monkeypatch):
 
 def test_a_law_that_softens_at_contact_is_refused_by_name(monkeypatch):
     monkeypatch.setattr(Wca, "__call__", energies(WCA_CALL, 1, -1))
-    with pytest.raises(jamlab.InputError, match=r"the stiffness U'' .* check the derivatives of WcaLaw"):
+    with pytest.raises(jamlab.InputError, match=r"its U' is .* check the derivatives of WcaLaw"):
         jamlab.relax(squeezed(law="wca_here"))
 
 
