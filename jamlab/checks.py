@@ -9,7 +9,7 @@ import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,7 @@ from jamlab.arrays import Array, ArrayLike, Holds
 from jamlab.errors import InputError
 from jamlab.hints import instead_of, meant, misspelt, unknown_argument
 from jamlab.processes.progress import ProgressLine
-
-P = ParamSpec("P")
-R = TypeVar("R")
-T = TypeVar("T")
+from jamlab.type_variables import P, R, T
 
 
 class _Kind(NamedTuple):

@@ -15,11 +15,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache, cached_property
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import Generic, TypeVar
+from typing import Generic
 
 from jamlab.errors import InputError, warn
-
-T = TypeVar("T")
+from jamlab.type_variables import T
 
 EXTENDING = "docs/extending/index.md"  # page that tells how to write one
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
-from jamlab.checks import T
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
@@ -23,6 +22,7 @@ from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.registry import Registry
 from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
+from jamlab.type_variables import T
 
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.checks import T
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept
 from jamlab.cli.options import (
@@ -35,6 +34,7 @@ from jamlab.cli.options import (
 from jamlab.errors import InputError, JamlabError
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.table_file import write_table
+from jamlab.type_variables import T
 
 if TYPE_CHECKING:
     from jamlab.flow.read_flow import StoredFlow

@@ -15,8 +15,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from jamlab.checks import P, R, T, as_plain
+from jamlab.checks import as_plain
 from jamlab.errors import InputError
+from jamlab.type_variables import P, R, T
 
 MOST_SITES = 100_000  # disks and vertices of all packings that keep what was computed of them: about 2 kB each
 

@@ -15,11 +15,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from jamlab.checks import P, R
 from jamlab.laws.pair_law import PairLaw
 from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import NUMBER
+from jamlab.type_variables import P, R
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.checks import T
 from jamlab.errors import InputError, JamlabError, StorageError, warn
 from jamlab.packing.facts import rounding_of
 from jamlab.storage.system_errors import system_error, system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
+from jamlab.type_variables import T
 
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
 
