@@ -36,6 +36,7 @@ def all_kinds():
     return disks, droplets, run.stress.tolist(), pressure, jamlab.evaluate(droplets).energy
 
 
+@pytest.mark.slow
 def test_a_decimal_comma_of_the_host_changes_nothing(comma):
     plain = all_kinds()
     comma()

@@ -147,7 +147,14 @@ def test_shear_along_y_is_shear_along_x_of_what_is_turned(packing):
         assert getattr(found, name) == pytest.approx(getattr(there, name), rel=1e-7, abs=1e-9)
 
 
-@pytest.mark.parametrize("how", [{}, {"direction": 0.4}, {"pressure": "constant"}])
+@pytest.mark.parametrize(
+    "how",
+    [
+        {},
+        pytest.param({"direction": 0.4}, marks=pytest.mark.slow),
+        {"pressure": "constant"},
+    ],
+)
 def test_it_goes_on_from_its_file(packing, tmp_path, how):
     """Up to the step that an interrupted run had reached, and on to the same end."""
     file, strain = tmp_path / "run.h5", 0.024

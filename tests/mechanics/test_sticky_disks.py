@@ -85,7 +85,7 @@ def test_crystal_unjams_at_its_tensile_strength():
     assert min(jamlab.evaluate(p).pressure for p in sweep) < -1e-3 and abs(moduli[-1]) < 1e-6 < 1e-2 < max(moduli)
 
 
-@pytest.mark.parametrize("pressure", [1e-2, 0.0, -3e-3])
+@pytest.mark.parametrize("pressure", [pytest.param(1e-2, marks=pytest.mark.slow), 0.0, -3e-3])
 def test_packings_at_pressures_of_either_sign(pressure):
     p = jamlab.pack(48, pressure, 3, stickiness=0.02)
     assert p.converged and abs(jamlab.evaluate(p).pressure - pressure) < 1e-10

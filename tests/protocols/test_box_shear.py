@@ -92,6 +92,7 @@ def test_packings_in_a_fixed_box_may_have_negative_g_and_their_twins_have_not(tw
             assert e.pressure == pytest.approx(1e-3, rel=1e-6) and e.max_force <= 1e-12
 
 
+@pytest.mark.slow
 def test_two_shears_of_the_box_make_two_contacts_more(onsets):
     """2 N' - 1 balance 2 N' - 2 forces and the pressure; with S_xy = 0 and S_xx = S_yy besides, 2 N' + 1."""
     for p, extra in zip(onsets, (0, 2), strict=True):

@@ -174,6 +174,7 @@ def test_droplets_that_rattlers_stop_are_relaxed_compressed_and_sheared():
         _assert_held(found)
 
 
+@pytest.mark.slow
 def test_droplets_that_free_each_other_slide_until_rattlers_stop_all():
     """Of 128 droplets three slide; what stops one sets another free, more often than a mode is tried at first."""
     found = jamlab.relax(jamlab.read(FREE_EACH_OTHER))
