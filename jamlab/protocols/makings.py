@@ -1,7 +1,7 @@
 """How packings of a model are made: its random start, its descent to a minimum, its search for onset, versions.
 
-A model needs no making of its own: `Making` is that of particles with given sites in a given shape, which LAMMPS
-minimises by conjugate gradients. Disks and droplets have theirs in `of_disks.py` and `of_droplets.py`; another package
+A model needs no making of its own: `Making` is that of particles with given sites in a given shape, whose energy L-BFGS
+minimises. Disks and droplets have theirs in `of_disks.py` and `of_droplets.py`; another package
 derives a class from `Making` and declares an object of it in the group `jamlab.makings`, under the name of its model.
 Makings are apart from models, since analysis needs no LAMMPS.
 """
