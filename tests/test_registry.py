@@ -75,7 +75,8 @@ def test_what_asks_all_leaves_a_broken_package_out_and_says_so_once(monkeypatch)
 
 def test_a_broken_package_is_in_nobodys_way(tmp_path, monkeypatch):
     """Files without the word of a model and words of users ask all models."""
-    installed = registry._installed()
+    groups = ("jamlab.models", "jamlab.makings", "jamlab.laws", "jamlab.drags", "jamlab.observables")
+    installed = [point for group in groups for point in registry._installed().select(group=group)]
     broken = importlib.metadata.EntryPoint("broken", "no_such_module:MODEL", "jamlab.models")
     monkeypatch.setattr(registry, "_installed", lambda: importlib.metadata.EntryPoints([*installed, broken]))
     monkeypatch.setattr(MODELS, "_broken", set())
