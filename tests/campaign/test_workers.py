@@ -35,6 +35,7 @@ def campaign(tmp_path):
     return jamlab.open_campaign(tmp_path / "c.toml")
 
 
+@pytest.mark.slow
 def test_nobody_can_connect_to_workers_on_this_machine(campaign):
     """They are reached by pipes: no process of the run listens anywhere."""
     older = {p.pid for p in psutil.Process().children(recursive=True)}  # a browser of other tests among them

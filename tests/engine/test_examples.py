@@ -53,6 +53,7 @@ def test_examples_are_installed():
 
 
 @pytest.mark.parametrize("deck", DECKS)
+@pytest.mark.slow
 def test_an_example_repeats_the_log_beside_it(result, deck):
     """Its first lines; later ones depend on the last digits of all that went before."""
     wanted, found = thermo((EXAMPLES / f"log.{deck}").read_text()), result(deck)

@@ -88,6 +88,7 @@ def droplets():
         pytest.param(4, "off", 6, "rate 0.1", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps, drive):
     """Though every rank has factors of its own part of the drag."""
     held = ["group held molecule 1 4"]

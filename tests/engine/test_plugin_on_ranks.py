@@ -86,6 +86,7 @@ def states(random_disks, random_polygons, spanning, sp_jammed, dp_dense):
 
 
 @pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
     """Energy, virial and forces against jamlab's own session, which has one rank; areas and perimeters too."""
     deck = ""

@@ -62,6 +62,7 @@ def test_creep_is_that_of_plain_numpy(packing):
 
 
 @pytest.mark.parametrize(("seed", "rate"), [(2, 0.1), (1, 1e-4)])
+@pytest.mark.slow
 def test_power_laws_flow_below_jamming(seed, rate):
     """Contacts come and go one by one: some stand still, where such drag over velocity has no limit, and some rub."""
     packing, law = jamlab.relax(random_disks(64, seed, phi=0.8, units="k")), LAWS["power law"][1]

@@ -104,6 +104,7 @@ def outside(figure):
 
 
 @pytest.mark.parametrize("shape", [(185, 190), (60, 190), (185, 70)])
+@pytest.mark.slow
 def test_titles_and_legends_are_shown_whole(shape, tmp_path):
     from matplotlib import pyplot
 

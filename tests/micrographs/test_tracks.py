@@ -105,6 +105,7 @@ FORMS = {
 
 
 @pytest.mark.parametrize("form", FORMS)
+@pytest.mark.slow
 def test_labels_are_tracked_in_every_form(tmp_path, expected, form):
     pytest.importorskip("tifffile").imwrite(tmp_path / "t.tif", STACK.astype(np.uint16), photometric="minisblack")
     np.save(tmp_path / "t.npy", STACK)

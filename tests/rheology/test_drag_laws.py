@@ -190,6 +190,7 @@ def with_rattlers(request):
 
 
 @pytest.mark.parametrize("method", ["dense", "direct", "reduced"])
+@pytest.mark.slow
 def test_drag_on_the_backbone_is_that_of_the_whole_packing(with_rattlers, method, touching):
     """The unit of drag is the mean size of all particles; those that bear load are larger than the rattlers."""
     p, omega = with_rattlers, [1e-4, 1e-2, 0.3, 10.0]

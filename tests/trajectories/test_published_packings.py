@@ -68,6 +68,7 @@ def test_elastic_tensors_are_the_slopes_of_the_leiden_stress(sheared):
 @pytest.mark.parametrize(
     "path", [GOODRICH[0], *(pytest.param(p, marks=pytest.mark.slow) for p in GOODRICH[1:])], ids=lambda path: path.stem
 )
+@pytest.mark.slow
 def test_goodrich_energies_stresses_and_elastic_tensors(path):
     packings = read_goodrich(path)
     with h5py.File(path) as file:
