@@ -37,7 +37,7 @@ ARGUMENTS = (
     Concept("dp sp droplets disks deformable", "model"),
     Concept("plot figure picture overlay_file image_out", "overlay"),
     Concept("save output out_csv", "out path csv"),
-    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jam": "`model`: jam(n, 'dp', vertices=16)",
+    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jam": "`model`: jam(n, 'droplets', vertices=16)",
             "jamlab jam": "`--law vertices=16`, with "
             "`--model dp`"}),
     Concept("kind type system particle particle_type style", "model"),

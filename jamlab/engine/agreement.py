@@ -193,7 +193,7 @@ class Comparison:
         self._compared, self._open, self._fresh = compared, True, True
 
     def end(self) -> None:
-        """Compare no longer: LAMMPS has forces of the user's own."""
+        """End the comparison: LAMMPS has forces of the user's own."""
         self._open = False
 
     def see(self, contact_energy: float, carried: Callable[[], tuple[Packing, Carried] | None]) -> None:

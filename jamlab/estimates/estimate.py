@@ -91,7 +91,9 @@ def plan_mean(
     if quantity in ("g", "b"):  # disks have other moduli
         records = [r for r in records if r.way.nv is not None]
     if not records:
-        raise InputError(f"model = {model!r}: {quantity} of droplets cannot be estimated from disks; use 'dp'")
+        raise InputError(
+            f"model = {model!r}: {quantity} of droplets cannot be estimated from disks; use {DROPLETS.name!r}"
+        )
     rows = [_option(record, reference, quantity, at, error) for record in records]
     options, row = judge(rows, "seconds", nearest="bias_error")
     if row is None:

@@ -27,7 +27,7 @@ _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force th
 # least drags as if it moved a little, where drag is a power of the velocity
 _THIN, _OF_THIN, _OF_POWERS = 4e-3, 1e-2, 1e-6
 _EACH_MARGINAL = 20.0  # for each pair whose gap does not tell whether it touches, of all contacts
-_OF_MOVED = 1.0  # of the drag at contacts, where places were corrected since: 0.4 in creep of droplets without sliding
+_OF_MOVED = 1.0  # of the drag at contacts, where places were corrected since: 0.3 in creep of droplets without sliding
 _STILL = 1e-14  # rates in natural units that rounding of forces makes
 _LOOSEST = 0.3  # part to which both sides agree, at most
 _NOISE = 1e-13  # of velocities, whose differences at contacts may be small beside them: rounding, with room
@@ -139,7 +139,7 @@ def _share_of_thin(packing: Packing, overlap: Array, rates: Array) -> float:
 
 def _gain_by_spins(packing: Packing, power: Callable[[Array], float], rates: Array, here: float) -> float:
     """How much less power other spins would dissipate: spins cost no energy but drag, so there are none. Spins that are
-    0 for want of drag in the plugin would dissipate what the analysis says, and yet not be those of the analysis."""
+    0 for want of drag in the plugin would dissipate what the analysis says, and differ from its spins."""
     first, spins = 2 * len(packing.positions), packing.kind.rotations(packing)
     moved = float(np.abs(rates[:first]).max(initial=0.0)) / mean_size(packing)
     if not spins or not moved:

@@ -200,7 +200,7 @@ class OverdampedSession:
         return style
 
     def _compare(self) -> None:
-        """Compare laws of the plugin with those of the analysis, unless they were found to agree before."""
+        """Compare the plugin with the laws of the analysis, unless the two were found to agree before."""
         if self._agrees or agrees(self._words):
             self._agrees = True
             return

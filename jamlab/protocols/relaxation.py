@@ -1,6 +1,6 @@
 """Relax a packing to a minimum of its potential energy: first-order steps into the basin, Newton steps to the bottom.
 
-The first-order steps are those of the making of the model, see `jamlab.protocols.descent`.
+The making of a model states the first-order steps, see `jamlab.protocols.descent`.
 """
 
 from dataclasses import dataclass

@@ -62,7 +62,7 @@ def droplets_from_outlines(
             a0 follows from it and the force law. Default: the areas of the outlines.
         rest_areas: (n,) a0 of each droplet, instead.
         rims: whether outlines and free areas are those of droplets with their rims, as pictures show them. Outlines
-            are then drawn in by half the width delta of the rims. Default: they are those of the polygons.
+            are then drawn in by half the width delta of the rims. Default: outlines are the polygons.
         vertices: of all droplets, or (n,) of each: outlines are replaced by so many edges of equal length, at the same
             area. Default: as given, and for `rims` as in `jamlab.droplets_from_disks`.
         wrapped: whether the box may cut outlines. Edges are then the shortest of their periodic images.
@@ -197,7 +197,7 @@ def _drawn_in(m: int, shape: Array, half: float) -> Array:
 
 def _check_apart(made: Packing, rims: bool, wrapped: bool) -> None:
     """Refuse outlines that cross or touch, which no contact form keeps apart, and warn of rims that overlap deeply."""
-    hint = "" if rims else "; give rims=True if outlines are those of the rims"
+    hint = "" if rims else "; give rims=True if the outlines include the rims"
     try:
         refuse_crossings(made)
     except InputError as error:
