@@ -12,7 +12,7 @@ new observable makes a new task, but no new packings: a finished task of the sam
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -156,7 +156,15 @@ class Batch:
 
     def first(self, count: int) -> "Batch":
         """Return the batch of the first `count` seeds."""
-        return replace(self, seeds=self.seeds[:count])
+        return self.part(self.seeds[:count])
+
+    def part(self, seeds: list[int] | range) -> "Batch":
+        """Return the batch of some of the seeds: a chunk, which a worker runs in one call."""
+        return replace(self, seeds=seeds)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is sent to a worker: the parameters once, and the seeds; digests cannot be pickled."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def _digests(self) -> "tuple[hashlib._Hash, hashlib._Hash]":

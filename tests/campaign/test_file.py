@@ -1,5 +1,7 @@
 """Campaign files: what is valid survives being written and read, what is not is named; names of tasks."""
 
+import pickle
+
 import pytest
 from campaigns import SWEEP, names, read_campaign_file, written
 
@@ -228,3 +230,15 @@ def test_a_task_of_two_sweeps_is_done_once():
     tasks = list(tasks_named(batches(content), names))
     assert sorted(task.parameters.seed for task in tasks) == [1, 2, 3]
     assert [t.parameters.seed for t in tasks_named(batches(content), names - {tasks[0].name})] == [2, 3]
+
+
+def test_a_chunk_is_sent_small_and_names_its_tasks_alike(tmp_path):
+    """The parameters once, whatever the number of seeds; names before or after make no difference."""
+    (batch,) = batches(read_campaign_file(written(tmp_path / "c.toml", seeds=1000)))
+    names, bare = list(batch.names()), len(pickle.dumps(Batch("", batch.parameters, [])))
+    for seeds in (batch.seeds[5:900], [3, 700, 12]):
+        sent = pickle.dumps(batch.part(seeds))
+        chunk = pickle.loads(sent)
+        assert list(chunk.names()) == [names[seed - 1] for seed in seeds]
+        assert [task.parameters.seed for task in chunk.tasks()] == list(seeds) and chunk == batch.part(seeds)
+        assert len(sent) < bare + 100
