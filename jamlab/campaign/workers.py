@@ -25,7 +25,7 @@ from jamlab.campaign.tasks import Task, states_name
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.measure import numbers_of
 from jamlab.processes.cores import available_cores, cores_given
-from jamlab.processes.side_by_side import Children
+from jamlab.processes.side_by_side import crew
 from jamlab.storage.atomic_file import check_target
 
 
@@ -176,7 +176,7 @@ def drive(
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
     deaths = _Dead(DEATHS.early * count)
-    with Children(_carry, count) as children:
+    with crew(_carry, count) as children:
 
         def fill() -> None:
             for task in itertools.islice(tasks, max(0, DEATHS.per_worker * count - len(under_way))):
@@ -193,9 +193,9 @@ def drive(
                 raise EngineError(f"workers cannot run a task: {content}") from content
             task, outcome = under_way[name], content
             if kind == "death":
-                arguments, code = content
+                code = content.code
                 if deaths.runs_again(name, code):
-                    children.submit(name, arguments, first=True)
+                    children.submit(name, content.item, first=True)
                     continue
                 said = f"{task.parameters.label}: its worker died {_how(code, deaths.of[name])}"
                 folder.record_failure(task, EngineError(said))

@@ -11,11 +11,10 @@ import signal
 import sys
 import threading
 import time
-import warnings
 from multiprocessing.connection import Connection
 from typing import NoReturn
 
-from jamlab.errors import JamlabWarning
+from jamlab.processes.answers import answer
 from jamlab.processes.cores import cores_given
 
 
@@ -42,25 +41,11 @@ def child_environment() -> dict[str, str]:
 def serve(connection: Connection) -> None:
     """Answer calls until the parent closes the connection; first comes the function, then one item after the other."""
     try:
-        function = connection.recv()
+        function = connection.recv_bytes()
         while True:
-            item = connection.recv()
-            with warnings.catch_warnings(record=True) as said:
-                warnings.simplefilter("always", JamlabWarning)
-                try:
-                    answer = ("result", function(item, lambda *step: connection.send(("report", step))))
-                except Exception as error:  # whatever it is, the parent raises it
-                    answer = ("error", error)
-            for each in said:  # the parent warns, at the line of its caller
-                connection.send(("warning", (str(each.message), _known_everywhere(each.category))))
-            connection.send(answer)
+            connection.send(answer(function, connection.recv_bytes(), lambda *told: connection.send(told)))
     except (EOFError, ConnectionError):
         return
-
-
-def _known_everywhere(category: type[Warning]) -> type[Warning]:
-    """The class of a warning, or its first base that a process can import that lacks the modules of this one."""
-    return next(each for each in category.__mro__ if each.__module__ in ("builtins", JamlabWarning.__module__))
 
 
 def dying_line(line: list[str]) -> list[str]:

@@ -24,4 +24,4 @@ class Here(contextlib.nullcontext):
 @pytest.fixture
 def here(monkeypatch):
     """Run tasks in this process."""
-    monkeypatch.setattr("jamlab.campaign.workers.Children", Here)
+    monkeypatch.setattr("jamlab.campaign.workers.crew", Here)

@@ -17,6 +17,7 @@ from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import Outcome
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.processes.child import child_environment
+from jamlab.processes.death import Death
 
 FILE = """
 name = "c"
@@ -100,13 +101,13 @@ class Dying:
             return name, "report", ()
         self.deaths[name] += 1
         if self.deaths[name] <= self.times:
-            return name, "death", (arguments, -9)
+            return name, "death", Death(arguments, "signal 9", True, -9)
         return name, "result", Outcome("finished", "", 0.0)
 
 
 @pytest.mark.parametrize("times", [0, 5, 6])
 def test_a_task_whose_workers_are_killed_runs_again_five_times(campaign, monkeypatch, times):
-    monkeypatch.setattr(workers, "Children", Dying)
+    monkeypatch.setattr(workers, "crew", Dying)
     monkeypatch.setattr(Dying, "times", times)
     outcomes = []
     campaign.run(1, done=outcomes.append)

@@ -11,7 +11,9 @@ import pytest
 from jamlab.errors import EngineError, InputError, JamlabWarning
 from jamlab.processes.child import dying_line
 from jamlab.processes.cores import available_cores, cores_given
-from jamlab.processes.side_by_side import Children, run_side_by_side
+from jamlab.processes.children import Children
+from jamlab.processes.death import Death
+from jamlab.processes.side_by_side import run_side_by_side
 
 CALLS = """
 import os, time, warnings
@@ -112,7 +114,7 @@ def test_a_child_that_is_killed_leaves_the_calls_of_others_alone(calls):
         for item in (-1, 2, 3):
             children.submit(item, item)
         ended = {key: (kind, content) for key, kind, content in (children.wait() for _ in range(3))}
-    assert ended == {-1: ("death", (-1, -9)), 2: ("result", 4), 3: ("result", 9)}
+    assert ended == {-1: ("death", Death(-1, "signal 9 (Killed)", True, -9)), 2: ("result", 4), 3: ("result", 9)}
 
 
 def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
