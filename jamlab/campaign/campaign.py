@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING
 
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
-from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share, read_task_file
+from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.tables import aggregate, table
+from jamlab.campaign.task_file import read_task_file
 from jamlab.campaign.tasks import Batch, batches, states_name, task_names, tasks_named
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, drive
 from jamlab.checks import check_choice, checked

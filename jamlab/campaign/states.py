@@ -10,8 +10,9 @@ from dataclasses import replace
 from typing import Any
 
 from jamlab.campaign.file import STATES
-from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TaskStates
+from jamlab.campaign.task_file import TaskFile, read_task_file
 from jamlab.campaign.tasks import Parameters
 from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
@@ -114,7 +115,7 @@ def read_stored(
     if not files:
         return None
     name, best = max(files.items(), key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
-    path, shared = folder.task_file(name), _shared_tables(parameters, best.parameters)
+    path, shared = folder.file_of(name), _shared_tables(parameters, best.parameters)
     file = read_task_file(path)
     states = TaskStates(read_all_hdf5(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
     whole = STATES in shared and file.observables.keys() >= {*COLUMNS}  # else an earlier jamlab measured less

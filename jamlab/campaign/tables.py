@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import ArrayLike, Indices
-from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
+from jamlab.campaign.task_file import TaskFile, read_task_file
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.laws.parameter import UNITS

@@ -17,10 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.folder import CampaignFolder, describe_gaps, write_task_file
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TableColumns, load_function, measure_own
 from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
+from jamlab.campaign.task_file import TaskContent, describe_gaps
 from jamlab.campaign.tasks import Task, states_name
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.measure import numbers_of
@@ -127,7 +128,7 @@ def _make_file(
             tables[name] = measure_own(name, functions[name], states.packings, taken)
             taken |= tables[name].keys()
     seconds = before + time.perf_counter() - began
-    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds)
+    folder.keep([TaskContent(task, states, measured, tables, seconds)])
     return states.missing
 
 

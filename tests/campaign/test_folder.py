@@ -17,9 +17,10 @@ from campaigns import FULL, run_here, written
 import jamlab
 from jamlab.campaign import states as sweep_states
 from jamlab.campaign import workers
-from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import plan, share_names, total_time
+from jamlab.campaign.task_file import damage, read_task_file
 from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_task
 from jamlab.errors import InputError, StorageError

@@ -9,7 +9,7 @@ from campaigns import assert_same, run_here, written
 import jamlab
 from jamlab.campaign import states as making
 from jamlab.campaign import workers
-from jamlab.campaign.folder import read_task_file, write_task_file
+from jamlab.campaign.task_file import TaskContent, read_task_file, write_task_file
 from jamlab.campaign.tasks import batches, states_name
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -242,7 +242,7 @@ def test_rows_that_lack_a_column_are_measured_again(tmp_path, monkeypatch):
     assert whole.observables.keys() >= {*COLUMNS}
     task, states = next(batches(before.content)[0].tasks()), making.read_stored(before.folder, [name], parameters)[1]
     less = {column: values for column, values in whole.observables.items() if column != COLUMNS[-1]}
-    write_task_file(path, task, states, less, {}, 1.0)
+    write_task_file(path, TaskContent(task, states, less, {}, 1.0))
     found, _ = making.read_stored(before.folder, [name], parameters)
     assert found.observables == {}
 
