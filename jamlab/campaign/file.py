@@ -55,6 +55,7 @@ class CampaignLimits:
     ranks: int = 1_024  # of a task: more than any one machine has cores
     sizes: int = 1_000  # of a sweep: each is a line of `plan` and `status`
     smallest_step: float = 1e-5  # of a compression, whose states are all kept in memory
+    chunk: int = 10_000  # seeds of a chunk, which are all lost if its worker dies
 
 
 LIMITS = CampaignLimits()
@@ -139,6 +140,7 @@ class Sweep(FileTable):
     sizes: str | list[float] | None = None  # see `jamlab.protocols.size_distributions`
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=LIMITS.ranks)] = 1  # threads of each task; a worker or job holds so many cores
+    chunk: Annotated[int, Field(ge=1, le=LIMITS.chunk)] | None = None  # seeds of a call and of a file; see `chunks.py`
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 

@@ -137,6 +137,12 @@ class Batch:
     parameters: Parameters  # of the first task; other tasks differ in the seed
     seeds: list[int] | range  # one for each task
     ranks: int = 1  # threads of each task
+    chunk: int | None = None  # tasks that a worker gets in one call, and writes to one file; None: see `chunks.py`
+
+    @property
+    def name(self) -> str:
+        """Sweep, model and n, as text to show: no other batch of the campaign has it."""
+        return f"{self.sweep}: {self.parameters.model} n={self.parameters.n}"
 
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
@@ -151,8 +157,8 @@ class Batch:
         """Name the task of one seed."""
         packings, measured = self._digests
         digest = packings.copy()
-        digest.update(f'"seed":{seed}'.encode())
-        return digest.hexdigest()[:_HALF] + measured.hexdigest()[:_HALF]
+        digest.update(b'"seed":%d' % seed)
+        return digest.hexdigest()[:_HALF] + measured
 
     def first(self, count: int) -> "Batch":
         """Return the batch of the first `count` seeds."""
@@ -166,15 +172,25 @@ class Batch:
         """What is sent to a worker: the parameters once, and the seeds; digests cannot be pickled."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
+    @property
+    def packings_key(self) -> str:
+        """A hash that batches share if tasks of the same seed have the same packings."""
+        return self._digests[0].hexdigest()
+
+    @property
+    def key(self) -> str:
+        """A hash that batches share if their tasks of the same seed are the same."""
+        return self.packings_key + self._digests[1]
+
     @cached_property
-    def _digests(self) -> "tuple[hashlib._Hash, hashlib._Hash]":
+    def _digests(self) -> "tuple[hashlib._Hash, str]":
         """Of what makes the packings but the seed, and of what is measured."""
         record = self.parameters.model_dump(mode="json")
         del record["seed"]
         measured = [record.pop(key) for key in ("observables", "own", "definitions")]
         parts = ([SCHEMA_VERSION, TASK_VERSION, record], [*measured, *COLUMNS])
         packings, what = (json.dumps(part, sort_keys=True, separators=(",", ":")).encode() for part in parts)
-        return hashlib.sha256(packings), hashlib.sha256(what)
+        return hashlib.sha256(packings), hashlib.sha256(what).hexdigest()[:_HALF]
 
 
 def states_name(task: str) -> str:
@@ -205,7 +221,7 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
             raise InputError(f"campaign {campaign.name} has no sweep {name!r}: use one of {', '.join(names)}")
     chosen = [sweep for sweep in campaign.sweep if not only or sweep.name in only]
     return [
-        Batch(sweep.name, _parameters(sweep, name, n), sweep.seeds, sweep.ranks)
+        Batch(sweep.name, _parameters(sweep, name, n), sweep.seeds, sweep.ranks, sweep.chunk)
         for sweep in chosen
         for name in sweep.model
         for n in sweep.n

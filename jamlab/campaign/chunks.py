@@ -1,0 +1,182 @@
+"""Cut the tasks of a campaign into chunks: the seeds that a worker gets in one call, and writes to one file.
+
+A call and a file cost the driver, the scheduler and the disk a few milliseconds and 50 kB, which is more than a packing
+of 16 disks. So the tasks of a sweep of many seeds are handed out in chunks that take about ten seconds. The time of a
+task is known from the finished tasks of the same sweep, model and n; if none is finished, the first tasks go alone.
+Towards the end chunks become smaller, so that no worker is left alone with a long one.
+"""
+
+import math
+from array import array
+from collections import Counter, deque
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from jamlab.campaign.file import LIMITS, site_count
+from jamlab.campaign.tasks import Batch, Parameters, states_name
+
+
+@dataclass(frozen=True)
+class ChunkRules:
+    """How large chunks are, where a sweep does not say so."""
+
+    fewest: int = 1_000  # seeds of a sweep from which on there are chunks; below, each task has a file of its own
+    seconds: float = 10.0  # a chunk takes: a thousand times what the call and the file cost
+    shortest: float = 1.0  # s of the last chunks: so long workers may wait for each other at the end
+    parts: int = 4  # a chunk is at most the work left for each worker, divided by this: times of seeds may differ
+    growth: int = 16  # times as many tasks as their time is known of: the first few may be untypical
+    sampled: int = 8  # finished tasks that a time given stands for; `plan` averages over so many
+    bytes: int = 100_000_000  # of the packings of a chunk, which a worker holds in memory
+
+
+RULES = ChunkRules()
+
+
+class Cutter:
+    """Cuts tasks into chunks, one after the other, in the order of the batches.
+
+    Args:
+        chosen: batches, the most expensive first.
+        names: of the tasks to cut; a task that two batches share is cut once.
+        workers: returns the number of workers, which may change.
+        seconds: name of a batch -> seconds that one of its tasks takes, where known.
+    """
+
+    def __init__(
+        self, chosen: Iterable[Batch], names: Container[str], workers: Callable[[], int], seconds: Mapping[str, float]
+    ) -> None:
+        queues = list(_queues(list(chosen), names, seconds))
+        self._of = {queue.batch.name: queue for queue in queues}
+        self._queues = [queue for queue in queues if len(queue)]
+        self._workers = workers
+
+    def __len__(self) -> int:
+        """Number of tasks that no chunk has held so far."""
+        return sum(map(len, self._queues))
+
+    def next(self, busy: Container[str] = frozenset()) -> Batch | None:
+        """Cut the next chunk.
+
+        Args:
+            busy: what the names of tasks under way share with tasks of the same packings (`states_name`); tasks with
+                these packings are put off.
+
+        Returns:
+            A batch of one or more seeds. None: no task is left, or all that are left are put off.
+        """
+        for queue in self._queues:
+            if seeds := queue.take(self._size(queue), busy):
+                if not len(queue):
+                    self._queues.remove(queue)
+                return queue.batch.part(seeds)
+        return None
+
+    def learn(self, chunk: Batch, seconds: float) -> None:
+        """Take note of the seconds that a chunk, or the part of it that was run, took; nan where it is not known."""
+        if math.isfinite(seconds):
+            self._of[chunk.name].note(len(chunk.seeds), seconds)
+
+    def seconds_of(self, batch: str) -> float | None:
+        """Mean time, s, of a task of the batch with this name; None where none is known."""
+        return self._of[batch].each
+
+    def _size(self, queue: "_Queue") -> int:
+        """Number of tasks of the next chunk of a batch."""
+        batch = queue.batch
+        if batch.chunk == 1 or (batch.chunk is None and len(batch.seeds) < RULES.fewest):
+            return 1
+        most = max(1, min(LIMITS.chunk, RULES.bytes // _most_bytes(batch.parameters)))
+        if batch.chunk is not None:
+            return min(batch.chunk, most)
+        if queue.each is None:
+            return 1
+        each = max(queue.each, RULES.seconds / LIMITS.chunk)
+        left = sum(len(other) * (other.each or 0.0) for other in self._queues)
+        share = left / (RULES.parts * max(1, self._workers()))
+        most = min(most, RULES.growth * queue.tasks)
+        return max(1, min(most, int(max(RULES.shortest, min(RULES.seconds, share)) / each)))
+
+
+class _Queue:
+    """Tasks of a batch that no chunk has held so far, and the time of those that have ended."""
+
+    def __init__(self, batch: Batch, positions: "array[int]", alone: bool, seconds: float | None) -> None:
+        self.batch = batch
+        self._positions, self._at = positions, 0  # in the seeds of the batch: eight bytes a task
+        self._put_off: deque[int] = deque()
+        self._alone = alone  # no other batch has the same packings
+        self.tasks = 0 if seconds is None else RULES.sampled  # whose time is known
+        self._seconds = 0.0 if seconds is None else RULES.sampled * seconds
+
+    def __len__(self) -> int:
+        return len(self._positions) - self._at + len(self._put_off)
+
+    @property
+    def each(self) -> float | None:
+        """Mean time of a task, s."""
+        return self._seconds / self.tasks if self.tasks else None
+
+    def note(self, tasks: int, seconds: float) -> None:
+        """Add the time of tasks that have ended."""
+        self.tasks += tasks
+        self._seconds += seconds
+
+    def take(self, most: int, busy: Container[str]) -> list[int] | range:
+        """Remove the next seeds, at most so many, whose packings nobody makes at present."""
+        if self._alone:
+            taken = self._positions[self._at : self._at + most].tolist()
+            self._at += len(taken)
+        else:
+            taken = self._take_free(most, busy)
+        if not taken or taken[-1] - taken[0] != len(taken) - 1:
+            return [self.batch.seeds[place] for place in taken]
+        return self.batch.seeds[taken[0] : taken[-1] + 1]  # of a range a range, which is sent in a few bytes
+
+    def _take_free(self, most: int, busy: Container[str]) -> list[int]:
+        taken: list[int] = []
+
+        def sort_in(place: int) -> None:
+            name = states_name(self.batch.name_of(self.batch.seeds[place]))
+            (self._put_off if name in busy else taken).append(place)
+
+        while len(taken) < most and self._at < len(self._positions):
+            self._at += 1
+            sort_in(self._positions[self._at - 1])
+        for _ in range(len(self._put_off)):
+            if len(taken) < most:
+                sort_in(self._put_off.popleft())
+        return sorted(taken)
+
+
+def _queues(chosen: list[Batch], names: Container[str], seconds: Mapping[str, float]) -> Iterator[_Queue]:
+    """Yield the tasks to cut of each batch."""
+    same_packings = Counter(batch.packings_key for batch in chosen)
+    same_tasks = Counter(batch.key for batch in chosen)
+    taken: dict[str, set[int]] = {key: set() for key, count in same_tasks.items() if count > 1}
+    for batch in chosen:
+        seeds = enumerate(batch.seeds)
+        if (before := taken.get(batch.key)) is not None:
+            seeds = ((place, seed) for place, seed in seeds if seed not in before)
+        places = array("Q", (place for place, seed in seeds if batch.name_of(seed) in names))
+        if before is not None:
+            before.update(batch.seeds)
+        yield _Queue(batch, places, same_packings[batch.packings_key] == 1, seconds.get(batch.name))
+
+
+def _most_bytes(parameters: Parameters) -> int:
+    """Bytes in memory of the packings of one task and of what is measured of them, at most."""
+    sites = site_count(parameters.n, parameters.model, parameters.force_law)
+    values = 8 + 4 * (len(parameters.observables) + len(parameters.own))  # of a site, in a state
+    return int(_most_states(parameters) * (8 * values * sites + 4_000))
+
+
+_LOOSEST = 0.5  # rho and phi of an onset, which lies above
+
+
+def _most_states(parameters: Parameters) -> int:
+    """Number of states of one task, at most, but for those that a bisection adds."""
+    how = parameters.compress
+    if how is None:
+        return len(parameters.pressures or parameters.phi or (0,))
+    near = 0.0 if how.nearest is None else how.per_decade * (1 + math.log10(how.step / how.nearest))
+    return math.ceil(max(0.0, how.to - _LOOSEST) / how.step + near) + 1
