@@ -10,8 +10,8 @@ import pytest
 
 from jamlab.errors import EngineError, InputError, JamlabWarning
 from jamlab.processes.child import dying_line
-from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.children import Children
+from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.death import Death
 from jamlab.processes.side_by_side import run_side_by_side
 
