@@ -154,7 +154,8 @@ def _class(cls: type) -> _Kind:
         isinstance(None, cls)
     except TypeError:  # a protocol that cannot be asked at run time
         return _ANYTHING
-    return _Kind(lambda value: isinstance(value, cls), f"a {cls.__name__}", (cls.__name__,))
+    article = "an" if cls.__name__[0] in "AEIOU" else "a"
+    return _Kind(lambda value: isinstance(value, cls), f"{article} {cls.__name__}", (cls.__name__,))
 
 
 def _of_parts(origin: Any, parts: tuple[Any, ...]) -> _Kind:

@@ -50,6 +50,9 @@ INSTEAD = {
         [("ContactDamping", kind) for kind in ("str", "float", "int")],
         "jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
     ),
+    ("Executor", "Client"): "client.get_executor(pure=False) of Dask",
+    ("Executor", "Cluster"): "distributed.Client(cluster).get_executor(pure=False)",
+    ("Executor", "Pool"): "concurrent.futures.ProcessPoolExecutor()",
 }
 
 # file formats and programs in names such as read_data or to_numpy

@@ -3,6 +3,7 @@
 import pickle
 import time
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, overload
@@ -54,7 +55,7 @@ def measure(
     packing: Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | None = None,
+    processes: int | Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Array]: ...
 @checked
@@ -62,7 +63,7 @@ def measure(
     packing: Packing | Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | None = None,
+    processes: int | Executor | None = None,
     progress: Progress | None = None,
 ) -> Any:
     """Measure observables of one packing at an energy minimum, or of several in parallel, in units of the packing.
@@ -71,8 +72,9 @@ def measure(
         packing: one SP or DP packing, or several, such as a sweep.
         quantities: one or more of `QUANTITIES`, or functions of your own that take a packing and return a number.
             Default: `COLUMNS`.
-        processes: largest number of parallel processes for several packings. Default: all cores. Lambdas and
-            functions of the running script are called in this process.
+        processes: largest number of parallel processes for several packings; lambdas and functions of the running
+            script are called in this process. Or an executor (`concurrent.futures.Executor`), such as that of a cluster.
+            Default: all cores.
         progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:
@@ -85,9 +87,9 @@ def measure(
         JamlabWarning: g, g_x or b of a packing is negative; once for each packing.
 
     Raises:
-        InputError: a quantity that is not among `QUANTITIES`, two of one name, a function that returns no number, or
-            `processes` below 1.
-        EngineError: a process was killed.
+        InputError: a quantity that is not among `QUANTITIES`, two of one name, a function that returns no number or
+            cannot be sent to the executor, or `processes` below 1.
+        EngineError: a process was killed, or the executor cannot be used.
         JamlabError: errors of the analysis, such as of a quantity by name that the model of a packing leaves out; for
             several packings the message names the state, counted from 0.
 
@@ -117,7 +119,7 @@ def numbers_of(
     packing: Packing | Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | None = None,
+    processes: int | Executor | None = None,
     progress: Progress | None = None,
 ) -> Any:
     """`measure` without its warning, for those who look at the moduli themselves."""
@@ -198,9 +200,9 @@ def why_no_modulus(packing: Packing) -> str:
 
 
 def _measure_several(
-    packings: Sequence[Packing], wanted: _Wanted, processes: int | None, progress: Progress | None
+    packings: Sequence[Packing], wanted: _Wanted, processes: int | Executor | None, progress: Progress | None
 ) -> dict[str, Array]:
-    if processes is not None and processes < 1:
+    if isinstance(processes, int) and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
     total = len(packings)
     tell = progress or no_progress
@@ -210,8 +212,12 @@ def _measure_several(
 
     states = list(enumerate(packings))
     one = partial(_measure_state, wanted=wanted)
+    rows: list[dict[str, float]] = []
+    if isinstance(processes, Executor):
+        rows = run_side_by_side(one, states, processes, done=show)
+        return _columns(rows, wanted)
     most = processes if all(map(_may_travel, wanted.values())) else 1
-    rows, began = [], time.perf_counter()
+    began = time.perf_counter()
     with threadpool_limits(1):
         for state in states:
             rows.append(one(state))
@@ -222,7 +228,11 @@ def _measure_several(
     if rest := states[len(rows) :]:
         count, first = _count_processes(len(rest), spent / len(rows), most), len(rows)
         rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done))
-    return {name: np.array([row[name] for row in rows]) for name in wanted}
+    return _columns(rows, wanted)
+
+
+def _columns(rows: list[dict[str, float]], names: Iterable[str]) -> dict[str, Array]:
+    return {name: np.array([row[name] for row in rows]) for name in names}
 
 
 def _may_travel(own: _Own | None) -> bool:

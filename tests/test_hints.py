@@ -172,6 +172,7 @@ def test_every_hint_of_the_shell_exists():
 def test_what_stands_in_place_of_an_object_are_classes(things):
     classes = {base.__name__ for thing in things.values() for base in type(thing).__mro__}
     classes |= {"DataFrame", "list", "tuple", "dict", "str", "float", "int", "PosixPath", "ndarray", "Session"}
+    classes |= {"Client", "Cluster", "Pool"}  # of Dask and multiprocessing
     assert {kind for _, kind in INSTEAD} <= classes
     with pytest.raises(jamlab.InputError, match=r"m\.packing\('dp'\)"):
         jamlab.contacts(things["Micrograph"])

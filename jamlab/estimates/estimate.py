@@ -11,6 +11,7 @@ import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -257,7 +258,7 @@ def estimate(
     *,
     seed: int = 1,
     model: str = "auto",
-    processes: int = 1,
+    processes: int | Executor = 1,
     progress: Progress = no_progress,
 ) -> Estimate:
     """Estimate an ensemble mean for droplets to a requested error at the lowest expected cost.
@@ -275,7 +276,7 @@ def estimate(
         seed: seed of the ensemble.
         model: "auto", or the name of a model, disks only or droplets only. If the bias of the model is too uncertain,
             the estimate stops early and `met` is False.
-        processes: number of packings made in parallel.
+        processes: number of packings made in parallel, or an executor (`concurrent.futures.Executor`).
         progress: called with (fraction of the expected seeds, text); True: print it.
 
     Warns:
@@ -286,6 +287,7 @@ def estimate(
             from disks, or a value out of range.
         StorageError: the table was made with other parameters than `dp.parameters`.
         ConvergenceError: most packings are unjammed at rho.
+        EngineError: a process was killed, or the executor cannot be used.
 
     Example:
         >>> e = jamlab.estimate("rho-J", None, error=0.02)
@@ -293,7 +295,7 @@ def estimate(
         (True, True, True)
     """
     check_seed(seed)
-    if processes < 1:
+    if isinstance(processes, int) and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
     plan = plan_mean(quantity, rho, error, model=model)
     one = partial(make_one, way=plan.choice.way, quantity=quantity, rho=plan.rho)
@@ -308,7 +310,7 @@ def estimate(
         def tell(many: int) -> None:
             progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")
 
-        if processes > 1:
+        if processes != 1:
             return run_side_by_side(one, seeds[before:], processes, done=tell)
         found = []
         with threadpool_limits(1):

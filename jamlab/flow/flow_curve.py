@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -155,7 +156,7 @@ def flow_curve(
     discard: float = EVENTS.transient,
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
-    processes: int = 1,
+    processes: int | Executor = 1,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> FlowCurve:
@@ -175,7 +176,7 @@ def flow_curve(
             a second curve at a tenth of it, in another file: means that differ by more than their standard errors are
             wrong at this tolerance. Single rates: `trajectory_error=True` of `shear`.
         background_drag: see `shear`.
-        processes: number of rates run in parallel.
+        processes: number of rates run in parallel, or an executor (`concurrent.futures.Executor`).
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
         progress: called with (fraction of all strain, text); True: print it.
 
@@ -183,6 +184,7 @@ def flow_curve(
         InputError: a value out of range.
         ConvergenceError: all rates failed, see `shear`. If only some failed, `failed` of the curve lists them.
         StorageError: `path` cannot be written.
+        EngineError: a process was killed, or the executor cannot be used; rates in the file are kept.
     """
     law = damping or ContactDamping()
     background_drag = default_background(packing, law, background_drag)
@@ -190,7 +192,8 @@ def flow_curve(
     check_number("strain", strain, 1e4, 1.0)
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
-    check_number("processes", processes, 1024)
+    if not isinstance(processes, Executor):
+        check_number("processes", processes, 1024)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
     curve = _Curve(packing, law, task, path, progress)
     missing = [rate for rate in wanted if rate not in curve.points]

@@ -12,8 +12,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from jamlab.errors import EngineError, InputError, JamlabWarning
+from jamlab.processes.memory import memory_limits
 
-Tell = Callable[[str, Any], None]  # kind, "report" or "warning", and content of what is told while a call runs
+Tell = Callable[[str, bytes], None]  # kind, "report" or "warning", and content, of what is told while a call runs
 
 
 def sent(content: Any, what: str) -> bytes:
@@ -38,7 +39,8 @@ def answer(function: bytes, item: bytes, tell: Tell) -> tuple[str, bytes]:
     Args:
         function: as `sent`; reports through its second argument while it runs.
         item: as `sent`, its first argument.
-        tell: called with "report" and what is reported, and with "warning" and the arguments of `jamlab.errors.warn`.
+        tell: called with "report" or "warning" and the bytes of its content: what is reported, a tuple, or the arguments
+            of `jamlab.errors.warn`.
     """
     try:
         called, given = _loaded(function), pickle.loads(item)
@@ -46,7 +48,9 @@ def answer(function: bytes, item: bytes, tell: Tell) -> tuple[str, bytes]:
         return "error", pickle.dumps(_unreadable("a call", error))
     try:
         with _telling_warnings(tell):
-            found = called(given, lambda *step: tell("report", step))
+            found = called(given, lambda *step: tell("report", sent(step, "a report")))
+    except MemoryError as error:
+        return "error", pickle.dumps(EngineError(f"out of memory ({error}): there are {memory_limits()}; free some"))
     except Exception as error:  # whatever it is, the caller raises it
         return "error", _dump_error(error)
     try:
@@ -97,7 +101,7 @@ def _telling_warnings(tell: Tell) -> Iterator[None]:
 
         def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
             if threading.get_ident() == own:
-                tell("warning", (str(message), _known_everywhere(category)))
+                tell("warning", pickle.dumps((str(message), _known_everywhere(category))))
             else:
                 usual(message, category, *place)
 

@@ -18,6 +18,9 @@ from jamlab.processes.answers import answer
 from jamlab.processes.cores import cores_given
 
 
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # of the environment
+
+
 def die_with(parent: int, number: int = signal.SIGKILL) -> None:
     """Have a signal end this process when its parent dies: who has lost its parent has another one."""
 
@@ -31,11 +34,7 @@ def die_with(parent: int, number: int = signal.SIGKILL) -> None:
 
 def child_environment() -> dict[str, str]:
     """Environment of a Python process with one thread and the same modules as here, whatever folder it runs in."""
-    return (
-        os.environ
-        | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-        | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
-    )
+    return os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
 
 
 def serve(connection: Connection) -> None:

@@ -18,6 +18,7 @@ from jamlab.errors import warn
 from jamlab.processes.answers import read_answer, sent
 from jamlab.processes.child import child_environment, dying_line
 from jamlab.processes.death import Death, describe_exit
+from jamlab.processes.memory import MemoryKills
 
 
 class Children:
@@ -28,6 +29,7 @@ class Children:
         self.workers = count
         self.width = 2 * count  # one that runs and one that waits for each, so that no process waits for the caller
         self._function = sent(function, "the function")
+        self._kills = MemoryKills()
         self._started: list[subprocess.Popen[bytes]] = []
         self._waiting: deque[tuple[Any, Any]] = deque()
         self._busy: dict[Connection, tuple[subprocess.Popen[bytes], Any, Any]] = {}
@@ -67,14 +69,15 @@ class Children:
             connection.close()
             process.kill()
             code = process.wait()
-            kind, content = "death", Death(item, describe_exit(code), True, code)
-        if kind not in ("report", "warning"):
+            found = "death", Death(item, describe_exit(code, self._kills), True, code)
             del self._busy[connection]
-        if kind in ("result", "error"):
-            self._idle.append((connection, process))
-            kind, content = read_answer(kind, content)
+        else:
+            found = read_answer(kind, content)
+            if kind in ("result", "error"):
+                del self._busy[connection]
+                self._idle.append((connection, process))
         self._hand_out()
-        return key, kind, content
+        return key, *found
 
     def _hand_out(self) -> None:
         while self._waiting and len(self._busy) < self.workers:

@@ -1,7 +1,10 @@
 """Calls that ended without an answer, because their process did."""
 
+import resource
 import signal
 from typing import Any, NamedTuple
+
+from jamlab.processes.memory import MemoryKills, memory_limits
 
 
 class Death(NamedTuple):
@@ -20,8 +23,15 @@ class Death(NamedTuple):
     code: int | None
 
 
-def describe_exit(code: int) -> str:
-    """In which way a process ended that has an exit code."""
-    if code < 0:
-        return f"signal {-code} ({signal.strsignal(-code)})"
-    return f"exit code {code}"
+def describe_exit(code: int, kills: MemoryKills) -> str:
+    """In which way a process of this machine ended that has an exit code, and at which limit, if that is known."""
+    if code >= 0:
+        return f"exit code {code}: a called function exited"
+    how = f"signal {-code} ({signal.strsignal(-code)})"
+    if code == -signal.SIGKILL and kills.rose():
+        return f"{how}, killed, out of memory: there are {memory_limits()}"
+    if code == -signal.SIGXCPU:
+        return f"{how}: each process may use {resource.getrlimit(resource.RLIMIT_CPU)[0]} s (ulimit -t)"
+    if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
+        return f"{how}, possibly out of memory: there are {memory_limits()}"
+    return how

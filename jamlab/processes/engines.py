@@ -1,0 +1,56 @@
+"""What executors of other libraries tell of their workers beyond PEP 3148; none of the libraries is imported."""
+
+from concurrent.futures import Executor, ThreadPoolExecutor
+from typing import Any
+
+from jamlab.errors import EngineError
+
+_REMEDY = "LAMMPS cannot run several in threads of one process: give each worker one thread"
+
+
+def is_pool_of_processes(executor: Executor) -> bool:
+    """Whether the workers are processes of this machine: `concurrent.futures` and loky."""
+    return any(each.__name__ == "ProcessPoolExecutor" for each in type(executor).__mro__)
+
+
+def check_threads(executor: Executor) -> None:
+    """Refuse workers that are known to run several calls at once in threads of one process."""
+    if isinstance(executor, ThreadPoolExecutor) and (count := count_known(executor)) != 1:
+        raise EngineError(f"{type(executor).__name__} has {count} threads: {_REMEDY}, as ProcessPoolExecutor has")
+    threads = _threads_of_dask(executor)
+    if several := {address: count for address, count in threads.items() if count > 1}:
+        address, count = next(iter(several.items()))
+        said = f"the Dask worker {address} has {count} threads: {_REMEDY}"
+        raise EngineError(f"{said}, `dask worker --nthreads 1` or `LocalCluster(threads_per_worker=1)`")
+
+
+def count_known(executor: Executor) -> int | None:
+    """Number of workers that an executor has or starts when there is work; None if it does not tell."""
+    if client := _dask_client(executor):
+        return len(_threads_of_dask(executor)) if client.status == "running" else None
+    count = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return count if isinstance(count, int) and count > 0 else None
+
+
+def describe_failure(executor: Executor, error: BaseException) -> str:
+    """Why an executor has no answer of a call; Dask knows of workers that it killed at their memory limit."""
+    text = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+    worker, client = getattr(error, "last_worker", None), _dask_client(executor)
+    if worker is None or client is None:
+        return text
+    text = f"the Dask worker {worker.address} died ({type(error).__name__})"
+    killed = client.get_events("worker-restart-memory")
+    if any(event.get("worker") == worker.address for _, event in killed):
+        limit = f"{worker.memory_limit / 1e9:.3g} GB"
+        return f"{text}, killed, out of memory: Dask ended it at its memory limit of {limit}"
+    return text
+
+
+def _dask_client(executor: Executor) -> Any:
+    """The client of the executor of Dask, `Client.get_executor()`."""
+    return getattr(executor, "_client", None) if type(executor).__name__ == "ClientExecutor" else None
+
+
+def _threads_of_dask(executor: Executor) -> dict[str, int]:
+    client = _dask_client(executor)
+    return dict(client.nthreads()) if client is not None else {}
