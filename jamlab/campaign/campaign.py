@@ -10,11 +10,13 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jamlab.arrays import ArrayLike
+from jamlab.campaign.driver import drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
@@ -22,8 +24,8 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.tables import aggregate, table
 from jamlab.campaign.task_file import read_task_file
-from jamlab.campaign.tasks import Batch, batches, states_name, task_names, tasks_named
-from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers, drive
+from jamlab.campaign.tasks import Batch, batches, task_names
+from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
@@ -114,7 +116,7 @@ class Campaign(Hinted):
     @checked
     def run(
         self,
-        workers: int | None = None,
+        workers: int | Executor | None = None,
         *,
         share: Share = WHOLE,
         only: Iterable[str] | None = None,
@@ -127,7 +129,8 @@ class Campaign(Hinted):
         """Run all tasks that are neither finished nor failed.
 
         Args:
-            workers: number of processes on this machine, by default one per core, or per so many as most `ranks`.
+            workers: number of processes on this machine, by default one per core, or per so many as most `ranks`; or an
+                executor (PEP 3148), such as that of a cluster, whose workers see the folder under the same path.
             share: (k, n): run every n-th task only, from the k-th on, so that n processes on any machines that share
                 the folder, such as jobs of an array, run all of them.
             only: names of sweeps; by default all.
@@ -141,12 +144,12 @@ class Campaign(Hinted):
             InputError: workers or a share that there cannot be, an observable of your own that cannot be imported, or a
                 folder of another campaign.
             StorageError: the folder cannot be written, or another process runs the same tasks in it.
-            EngineError: the workers cannot be started. Run again to resume.
+            EngineError: the workers cannot be started, or their executor is broken. Run again to resume.
         """
         k, n = share
         if not 1 <= k <= n:
             raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
-        if workers is not None and workers < 1:
+        if isinstance(workers, int) and workers < 1:
             raise InputError(f"workers = {workers}: must be 1 or more")
         chosen = longest_first(batches(self.content, only))
         if pilot:
@@ -154,47 +157,51 @@ class Campaign(Hinted):
             chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
         mine = task_names(chosen) & share_names(batches(self.content), share)
         self.folder.prepare()
-        with self.folder.lock(share):
+        with self.folder.lock(share) as run:
             self.folder.keep_copy(self.text, self.name)
             damages = self.folder.damages(self.folder.finished() & mine) if verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & mine)
-            outcomes = self._drive(chosen, mine, workers, progress or no_progress, done or (lambda outcome: None))
+            counts, gaps = self._drive(
+                chosen, mine, workers, run, progress or no_progress, done or (lambda outcome: None)
+            )
             left = len(task_names(chosen) - self._ended())
-        counts = Counter(outcome.state for outcome in outcomes)
-        gaps = [outcome.gaps for outcome in outcomes if outcome.gaps]
         return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left, gaps)
 
     def _drive(
         self,
         chosen: list[Batch],
         mine: set[str],
-        workers: int | None,
+        workers: int | Executor | None,
+        run: str,
         progress: Progress,
         done: Callable[[Outcome], None],
-    ) -> list[Outcome]:
-        """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks."""
-        outcomes: list[Outcome] = []
+    ) -> tuple[Counter[str], list[str]]:
+        """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks, or by those of an
+        executor; returns the number of outcomes of each state, and the gaps."""
+        counts: Counter[str] = Counter()
+        gaps: list[str] = []
         before = len(mine & self._ended())
 
         def tell(outcome: Outcome) -> None:
-            outcomes.append(outcome)
+            counts[outcome.state] += 1
+            if outcome.gaps:
+                gaps.append(outcome.gaps)
             done(outcome)
-            progress((before + len(outcomes)) / len(mine), outcome.line)
+            progress((before + counts.total()) / len(mine), outcome.line)
 
         if before == len(mine):
-            return outcomes
+            return counts, gaps
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):
             load_function(function, modules)  # what cannot be imported is named before any work begins
-        stored: dict[str, list[str]] = {}
-        for name in self.folder.finished():
-            stored.setdefault(states_name(name), []).append(name)
-        count = count_workers(workers, max(batch.ranks for batch in chosen))
-        drive(self.folder, tasks_named(chosen, mine - self._ended()), count, stored, modules, tell)
-        return outcomes
+        where = workers
+        if not isinstance(where, Executor):
+            where = count_workers(where, max(batch.ranks for batch in chosen))
+        drive(self.folder, chosen, mine - self._ended(), where, modules, run, tell)
+        return counts, gaps
 
     def _ended(self) -> set[str]:
         return self.folder.finished() | self.folder.failed()

@@ -7,7 +7,9 @@
 | tasks/<task>.h5       | a finished task (task_file.py), renamed to this name after its content was flushed |
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
 | damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
-| lock.<k>-of-<n>       | held by flock while share k of n runs here; the kernel frees it when it dies       |
+| running/, deaths/     | marks of the calls under way (marks.py), records of dead workers (deaths.py)       |
+| lock.<k>-of-<n>       | held by flock while share k of n runs here; the kernel frees it when it dies; says |
+|                       | which run it is, so that workers see whether they are in the same folder           |
 """
 
 import errno
@@ -22,6 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from jamlab.campaign.deaths import end_run, forget_deaths
+from jamlab.campaign.marks import RUNNING
 from jamlab.campaign.task_file import TaskContent, TaskFile, damage, read_task_file, write_task_file
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError, warn
@@ -69,13 +73,19 @@ class CampaignFolder:
 
     def failures(self) -> dict[str, dict[str, Any]]:
         """Read the records of the failed tasks: label, error, reason, parameters."""
-        records = {}
-        for name in sorted(self.failed()):
-            try:
-                records[name] = json.loads(self.failure_file(name).read_text(encoding="utf-8"))
-            except (OSError, ValueError):  # damaged: all that is left to know is that it failed
-                records[name] = {"label": name, "error": "unknown", "reason": "its record is damaged"}
-        return records
+        return {name: self.failure(name) for name in sorted(self.failed())}
+
+    def failure(self, name: str) -> dict[str, Any]:
+        """Read the record of a failed task."""
+        with suppress(OSError, ValueError):
+            record = json.loads(self.failure_file(name).read_text(encoding="utf-8"))
+            if isinstance(record, dict):
+                return record
+        return {"label": name, "error": "unknown", "reason": "its record is damaged"}  # it is known that it failed
+
+    def has_ended(self, name: str) -> bool:
+        """Whether a task is finished or has failed."""
+        return self.task_file(name).exists() or self.failure_file(name).exists()
 
     def record_failure(self, task: Task, error: BaseException) -> None:
         """Record why a task failed."""
@@ -86,7 +96,9 @@ class CampaignFolder:
             temporary.write_text(json.dumps(record, indent=1), encoding="utf-8")
 
     def forget_failures(self, names: Iterable[str]) -> None:
-        """Delete the records of failed tasks, so that they are run again."""
+        """Delete the records of failed tasks and of workers that died at them, so that they are run again."""
+        names = list(names)
+        forget_deaths(self.path, names)
         with _changing(self.path / "failed"):
             for name in names:
                 self.failure_file(name).unlink(missing_ok=True)
@@ -116,15 +128,17 @@ class CampaignFolder:
         return target
 
     def prepare(self) -> None:
-        """Make the folders of tasks and failures."""
-        for part in ("tasks", "failed"):
+        """Make the folders of tasks, failures and marks."""
+        for part in ("tasks", "failed", RUNNING):
             make_folder(self.path / part)
 
     @contextmanager
-    def lock(self, share: Share = WHOLE) -> Iterator[None]:
+    def lock(self, share: Share = WHOLE) -> Iterator[str]:
         """Keep other processes out that would run the same tasks, until the block ends: the same share, and shares of
-        another number. The lock of a process that dies is released."""
-        own = self.path / "lock.{}-of-{}".format(*share)
+        another number. The lock of a process that dies is released. Gives `<share>.<run>`, the name of this run, which
+        the lock holds meanwhile; then no worker of the run begins anything, and its marks go."""
+        words = "{}-of-{}".format(*share)
+        own, run = self.path / f"lock.{words}", f"{words}.{os.urandom(8).hex()}"
         with ExitStack() as stack:
             with _changing(own):
                 file = stack.enter_context(open(own, "a+"))
@@ -143,7 +157,20 @@ class CampaignFolder:
             if busy:
                 said = f"another process runs in {self.path} and holds {busy[0].name}"
                 raise StorageError(f"{said}: wait until it ends, or run another share")
-            yield
+            try:
+                _hold(own, file, run)
+                yield run
+            finally:
+                with suppress(StorageError):  # a disk that failed has ended the run before
+                    _hold(own, file, "")
+                    end_run(self.path, run)
+
+    def is_held_by(self, attempt: str) -> bool:
+        """Whether the run of an attempt, `<share>.<run>.<count>`, holds the lock of this folder, as seen from here."""
+        run = attempt.rpartition(".")[0]
+        with suppress(OSError, UnicodeDecodeError):
+            return (self.path / f"lock.{run.partition('.')[0]}").read_text() == run
+        return False
 
     def keep_copy(self, text: str, name: str) -> None:
         """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it, beside those that
@@ -196,6 +223,15 @@ def _changing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise StorageError(f"cannot change {path}: {system_said(error, 'check its permissions')}") from error
+
+
+def _hold(path: Path, file: TextIO, run: str) -> None:
+    """Let a lock say which run it is, also to other machines."""
+    with _changing(path):
+        file.truncate(0)
+        file.write(run)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _flock(file: TextIO) -> bool:

@@ -166,7 +166,9 @@ class Batch:
 
     def part(self, seeds: list[int] | range) -> "Batch":
         """Return the batch of some of the seeds: a chunk, which a worker runs in one call."""
-        return replace(self, seeds=seeds)
+        part = replace(self, seeds=seeds)
+        vars(part)["_digests"] = self._digests  # which take longer than a name
+        return part
 
     def __getstate__(self) -> dict[str, Any]:
         """What is sent to a worker: the parameters once, and the seeds; digests cannot be pickled."""

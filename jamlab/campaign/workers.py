@@ -1,32 +1,33 @@
-"""Run tasks side by side in processes of this machine, one task each at a time.
+"""What a worker does in one call: the tasks of a chunk, one after the other, each with its outcome.
 
-Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Workers are
-connected by pipes, so that nobody else can reach them, and end when the driver dies (`jamlab.processes.child`).
+Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. It finds the
+folder of the campaign on a file system that it shares with the driver (`driver.py`), marks there what it is at
+(`marks.py`), and writes there what it makes.
 """
 
 import errno
-import itertools
-import signal
+import math
+import platform
 import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from jamlab.campaign.deaths import kind_of, record, why_it_fails
 from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.marks import Mark, marked
 from jamlab.campaign.observable import TableColumns, load_function, measure_own
 from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.task_file import TaskContent, describe_gaps
-from jamlab.campaign.tasks import Task, states_name
+from jamlab.campaign.tasks import Batch, Task
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.measure import numbers_of
 from jamlab.processes.cores import available_cores, cores_given
-from jamlab.processes.side_by_side import crew
 from jamlab.storage.atomic_file import check_target
 
 
@@ -39,26 +40,8 @@ def count_workers(wanted: int | None, ranks: int) -> int:
     return cores // ranks
 
 
-def _carry(arguments: tuple[Any, ...], report: Callable[..., None]) -> "Outcome":
-    """Run a task in a worker, after the driver has heard that the worker is up."""
-    report()
-    return run_task(*arguments)
-
-
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
-
-
-@dataclass(frozen=True)
-class Deaths:
-    """How many workers may die before a campaign stops."""
-
-    most: int = 5  # workers that may be killed during one task before it counts as the cause
-    early: int = 12  # in a row and per worker, before they have begun anything: they cannot start at all
-    per_worker: int = 2  # one that runs and one that waits, so that no worker waits for the driver
-
-
-DEATHS = Deaths()
 
 
 class Outcome(NamedTuple):
@@ -72,40 +55,159 @@ class Outcome(NamedTuple):
     gaps: str = ""
 
 
-def run_task(folder: str, task: Task, stored: Sequence[str] = (), modules: Sequence[str] = ()) -> Outcome:
-    """Run a task unless its file exists, with the packings of one of the finished tasks `stored`; `modules` are folders
-    with modules of the user's own observables."""
-    began = time.perf_counter()
+class Call(NamedTuple):
+    """What a worker is sent."""
 
-    def end(state: str, line: str, gaps: str = "") -> Outcome:
-        return Outcome(state, line, time.perf_counter() - began, gaps)
+    folder: str  # of the campaign
+    chunk: Batch
+    first: str  # name of its first task
+    stored: Mapping[str, Sequence[str]]  # task -> finished tasks with the same packings
+    modules: Sequence[str]  # folders with modules of the user's own observables
+    attempt: str  # <share>.<run>.<count>
 
-    place, label = CampaignFolder(Path(folder)), task.parameters.label
-    file = place.task_file(task.name)
-    gaps = ""
+
+def run_chunk(call: Call, report: Callable[..., None]) -> list[Outcome]:
+    """Run the tasks of a chunk whose files do not exist, with the packings that are stored.
+
+    Args:
+        call: which, and where.
+        report: is not called: a mark in the folder says what this worker is at.
+
+    Returns:
+        Outcomes in the order of the tasks, up to the first one that is "full".
+    """
+    folder = CampaignFolder(Path(call.folder))
+    if wrong := _wrong_place(folder, call):
+        return [Outcome(FULL, wrong, 0.0)]
     try:
-        if not file.exists():
-            check_target(file)  # before the work, not after
-            with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
-                missing = _make_file(place, task, began, stored, modules)
-            gaps = describe_gaps(task.parameters, missing)
-        return end(FINISHED, label, gaps)
-    except StorageError as error:
-        return end(FULL, str(error))
-    except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
-        if isinstance(error, OSError) and error.errno in _NO_SPACE:
-            return end(FULL, f"no space for {label}: {error}; make room")
-        try:
-            place.record_failure(task, error)
-        except StorageError as full:
-            return end(FULL, str(full))
-        return end(FAILED, f"{label}: {error}")
+        with marked(folder.path, call.attempt) as (at, earlier):
+            hopeless = _blame(folder, call, earlier)
+            return run_tasks(folder, call.chunk, call.stored, call.modules, at=at, hopeless=hopeless)
+    except StorageError as error:  # of the mark
+        return [Outcome(FULL, str(error), math.nan)]
 
 
-def _make_file(
+def _wrong_place(folder: CampaignFolder, call: Call) -> str:
+    """Why this worker is not one of this run; "" if it is."""
+    for _ in range(_LOOKS):
+        if folder.is_held_by(call.attempt):
+            break
+        time.sleep(_PAUSE)
+    else:
+        return f"{platform.node()} sees another folder as {call.folder}: give workers the file system of the driver"
+    if next(call.chunk.names()) != call.first:
+        return f"{platform.node()} has another version of jamlab: install the same one as for the driver"
+    return ""
+
+
+_LOOKS, _PAUSE = 6, 0.5  # s: for so long a network file system may show what was there before
+
+
+def _blame(folder: CampaignFolder, call: Call, marks: list[Mark]) -> dict[str, str]:
+    """Record the ends of workers that began the same call before, which their engine made again by itself; return which
+    tasks are to fail by that, and why."""
+    names = list(call.chunk.names())
+    blamed = {}
+    for mark in marks:
+        task = names[0] if len(names) == 1 else mark.task
+        if task in names:
+            record(folder.path, task, kind_of(mark, time.time()), mark)
+            blamed[task] = why_it_fails(folder.path, task)
+    return {task: reason for task, reason in blamed.items() if reason is not None}
+
+
+def run_tasks(
+    folder: CampaignFolder,
+    chunk: Batch,
+    stored: Mapping[str, Sequence[str]],
+    modules: Sequence[str] = (),
+    *,
+    at: Callable[[str], None] = lambda task: None,
+    hopeless: Mapping[str, str] = MappingProxyType({}),
+) -> list[Outcome]:
+    """Run tasks unless their files exist, and write what they give when all have ended.
+
+    Args:
+        folder, chunk, stored, modules: see `Call`.
+        at: called with the name of each task as it begins.
+        hopeless: task -> why it fails without being run.
+
+    Returns:
+        Outcomes in the order of the tasks, up to the first one that is "full".
+    """
+    outcomes: dict[str, Outcome] = {}
+    made: list[TaskContent] = []
+    with threadpool_limits(1), cores_given(chunk.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
+        for task in chunk.tasks():
+            outcomes[task.name], content = _run_task(folder, task, stored.get(task.name, ()), modules, at, hopeless)
+            if content is not None:
+                made.append(content)
+            if outcomes[task.name].state == FULL:
+                break
+    outcomes |= _keep(folder, made, outcomes)
+    return list(outcomes.values())
+
+
+def _run_task(
+    folder: CampaignFolder,
+    task: Task,
+    stored: Sequence[str],
+    modules: Sequence[str],
+    at: Callable[[str], None],
+    hopeless: Mapping[str, str],
+) -> tuple[Outcome, TaskContent | None]:
+    """Run a task; returns its outcome if what is made can be kept, and what is made."""
+    began, label = time.perf_counter(), task.parameters.label
+    try:
+        at(task.name)
+        if task.name in hopeless:
+            raise EngineError(hopeless[task.name])
+        if (file := folder.task_file(task.name)).exists():
+            return Outcome(FINISHED, label, time.perf_counter() - began), None
+        check_target(file)  # before the work, not after
+        content = _make(folder, task, began, stored, modules)
+    except (Exception, SystemExit) as error:  # whatever it is, it belongs to this task alone and must not stop others
+        return _outcome_of(folder, task, error, time.perf_counter() - began), None
+    gaps = describe_gaps(task.parameters, content.states.missing)
+    return Outcome(FINISHED, label, time.perf_counter() - began, gaps), content
+
+
+def _outcome_of(folder: CampaignFolder, task: Task, error: BaseException, seconds: float) -> Outcome:
+    """The outcome of a task that raised an error."""
+    label = task.parameters.label
+    if isinstance(error, StorageError):
+        return Outcome(FULL, str(error), seconds)
+    if isinstance(error, OSError) and error.errno in _NO_SPACE:
+        return Outcome(FULL, f"no space for {label}: {error}; make room", seconds)
+    if isinstance(error, SystemExit):
+        error = EngineError(f"a called function exited: sys.exit({error.code!r})")
+    try:
+        folder.record_failure(task, error)
+    except StorageError as full:
+        return Outcome(FULL, str(full), seconds)
+    return Outcome(FAILED, f"{label}: {error}", seconds)
+
+
+def _keep(folder: CampaignFolder, made: list[TaskContent], outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
+    """Write what tasks gave; returns their outcomes."""
+    before = {content.task.name: outcomes[content.task.name] for content in made}
+    if not made:
+        return before
+    began = time.perf_counter()
+    try:
+        folder.keep(made)
+    except Exception as error:  # such as of an observable whose values no file can hold
+        if len(made) == 1 or isinstance(error, StorageError):
+            return {c.task.name: _outcome_of(folder, c.task, error, before[c.task.name].seconds) for c in made}
+        return {name: outcome for c in made for name, outcome in _keep(folder, [c], before).items()}
+    each = (time.perf_counter() - began) / len(made)
+    return {name: outcome._replace(seconds=outcome.seconds + each) for name, outcome in before.items()}
+
+
+def _make(
     folder: CampaignFolder, task: Task, began: float, stored: Sequence[str], modules: Sequence[str]
-) -> list[dict[str, str]]:
-    """Write the file of a task; return which states it lacks."""
+) -> TaskContent:
+    """Make and measure the packings of a task."""
     parameters = task.parameters
     functions = {name: load_function(name, modules) for name in parameters.own}
     measured, tables, before = {}, {}, 0.0
@@ -128,83 +230,4 @@ def _make_file(
             tables[name] = measure_own(name, functions[name], states.packings, taken)
             taken |= tables[name].keys()
     seconds = before + time.perf_counter() - began
-    folder.keep([TaskContent(task, states, measured, tables, seconds)])
-    return states.missing
-
-
-class _Dead:
-    """Workers that died: of each task, and in a row before they had begun anything."""
-
-    def __init__(self, most_early: int) -> None:
-        self.of: Counter[str] = Counter()
-        self._begun: set[str] = set()
-        self._early, self._most_early = 0, most_early
-
-    def begin(self, name: str) -> None:
-        """Note that a worker has begun a task."""
-        self._begun.add(name)
-        self._early = 0
-
-    def runs_again(self, name: str, code: int) -> bool:
-        """Count the death of the worker of a task; whether the task runs again."""
-        if name not in self._begun:
-            self._early += 1
-            if self._early > self._most_early:
-                raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
-            return True
-        self._begun.discard(name)
-        self.of[name] += 1
-        return code < 0 and self.of[name] <= DEATHS.most
-
-
-def _how(code: int, times: int) -> str:
-    """In which way a process died so many times."""
-    if code < 0:
-        return f"{times} times, by signal {-code} ({signal.strsignal(-code)}): killed, out of memory, or crashed"
-    return f"with exit code {code}: a called function exited"
-
-
-def drive(
-    folder: CampaignFolder,
-    tasks: Iterator[Task],
-    count: int,
-    stored: dict[str, list[str]],
-    modules: Sequence[str],
-    tell: Callable[[Outcome], None],
-) -> None:
-    """Run tasks in so many workers, and tell each outcome; the folder is locked. `stored`: finished tasks by what their
-    names share. A worker that dies is replaced, and its task runs again."""
-    place = str(folder.path.resolve())
-    under_way: dict[str, Task] = {}
-    deaths = _Dead(DEATHS.early * count)
-    with crew(_carry, count) as children:
-
-        def fill() -> None:
-            for task in itertools.islice(tasks, max(0, DEATHS.per_worker * count - len(under_way))):
-                under_way[task.name] = task
-                children.submit(task.name, (place, task, stored.get(states_name(task.name), ()), modules))
-
-        fill()
-        while under_way:
-            name, kind, content = children.wait()
-            if kind == "report":
-                deaths.begin(name)
-                continue
-            if kind == "error":
-                raise EngineError(f"workers cannot run a task: {content}") from content
-            task, outcome = under_way[name], content
-            if kind == "death":
-                code = content.code
-                if deaths.runs_again(name, code):
-                    children.submit(name, content.item, first=True)
-                    continue
-                said = f"{task.parameters.label}: its worker died {_how(code, deaths.of[name])}"
-                folder.record_failure(task, EngineError(said))
-                outcome = Outcome(FAILED, said, float("nan"))
-            if outcome.state == FULL:
-                raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs the remaining tasks")
-            if outcome.state == FINISHED:
-                stored.setdefault(states_name(name), []).append(name)
-            del under_way[name]
-            tell(outcome)
-            fill()
+    return TaskContent(task, states, measured, tables, seconds)

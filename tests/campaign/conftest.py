@@ -1,27 +1,22 @@
 """Workers of campaigns that are the process of the tests itself: to start one costs a second."""
 
-import contextlib
-from collections import deque
+from concurrent.futures import Executor, Future
 
 import pytest
 
-from jamlab.campaign.workers import run_task
+from jamlab.processes.executor import OnExecutor
 
 
-class Here(contextlib.nullcontext):
-    def __init__(self, function, count):
-        super().__init__(self)
-        self.tasks = deque()
+class InThisProcess(Executor):
+    _max_workers = 1
 
-    def submit(self, name, arguments):
-        self.tasks.append((name, arguments))
-
-    def wait(self):
-        name, arguments = self.tasks.popleft()
-        return name, "result", run_task(*arguments)
+    def submit(self, function, /, *arguments):
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
 
 
 @pytest.fixture
 def here(monkeypatch):
     """Run tasks in this process."""
-    monkeypatch.setattr("jamlab.campaign.workers.crew", Here)
+    monkeypatch.setattr("jamlab.campaign.driver.crew", lambda function, where: OnExecutor(function, InThisProcess()))

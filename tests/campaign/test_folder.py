@@ -22,7 +22,7 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import plan, share_names, total_time
 from jamlab.campaign.task_file import damage, read_task_file
 from jamlab.campaign.tasks import batches, task_names
-from jamlab.campaign.workers import run_task
+from jamlab.campaign.workers import run_tasks
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.protocols.target_pressure import decompress
@@ -142,8 +142,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(tmp_path, monkeypatch, number):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.prepare()
-    task = next(batches(campaign.content)[0].tasks())
-    place = str(campaign.folder.path)
+    (batch,) = batches(campaign.content)
 
     def no_space(self, content):
         with open(self, "wb") as file:
@@ -151,7 +150,7 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(tmp_path, monke
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(Path, "write_bytes", no_space)
-    outcome = run_task(place, task)
+    (outcome,) = run_tasks(campaign.folder, batch, {})
     assert outcome[0] == "full"
     assert os.strerror(number) in outcome[1]
     assert not list((campaign.folder.path / "tasks").iterdir())  # nothing half-written
@@ -161,11 +160,11 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(tmp_path, monke
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(workers, "make_states", no_room)  # for a temporary file, such as of LAMMPS
-    outcome = run_task(place, task)
+    (outcome,) = run_tasks(campaign.folder, batch, {})
     assert outcome.state == "full" and os.strerror(number) in outcome.line and "make room" in outcome.line
     assert not campaign.folder.failed()
     monkeypatch.undo()
-    assert run_task(place, task)[0] == "finished"
+    assert run_tasks(campaign.folder, batch, {})[0].state == "finished"
 
 
 def test_a_file_that_is_edited_after_it_was_opened_does_not_change_the_run(tmp_path):

@@ -6,8 +6,8 @@ import pandas as pd
 
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.tasks import batches, states_name, task_names, tasks_named
-from jamlab.campaign.workers import run_task
+from jamlab.campaign.tasks import batches, states_name
+from jamlab.campaign.workers import run_tasks
 
 
 def read_campaign_file(path) -> CampaignTable:
@@ -74,10 +74,13 @@ def run_here(campaign):
     """All tasks in this process."""
     campaign.folder.prepare()
     campaign.folder.keep_copy(campaign.text, campaign.name)
-    chosen, outcomes = batches(campaign.content), []
-    for task in tasks_named(chosen, task_names(chosen) - campaign.folder.finished() - campaign.folder.failed()):
-        stored = [name for name in campaign.folder.finished() if states_name(name) == states_name(task.name)]
-        outcomes.append(run_task(str(campaign.folder.path), task, stored, [str(campaign.file.parent)]))
+    outcomes = []
+    for batch in batches(campaign.content):
+        for seed in batch.seeds:
+            if not campaign.folder.has_ended(name := batch.name_of(seed)):
+                stored = [other for other in campaign.folder.finished() if states_name(other) == states_name(name)]
+                modules = [str(campaign.file.parent)]
+                outcomes += run_tasks(campaign.folder, batch.part([seed]), {name: stored}, modules)
     return outcomes
 
 

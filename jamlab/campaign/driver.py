@@ -1,0 +1,250 @@
+"""Hand out the tasks of a campaign to workers, and decide what follows when one of them dies.
+
+Whatever ends a worker, and whatever engine has started it: a chunk that it never began goes out again; of one that it
+began, the task that it was at is charged (`deaths.py`) and goes out alone, and the others go out in two halves, so that
+a task that ends its workers again and again is found and no other one fails.
+"""
+
+import itertools
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+
+from jamlab.campaign.chunks import Cutter
+from jamlab.campaign.deaths import (
+    INTERRUPTED,
+    WALLTIME,
+    counts,
+    forget_deaths,
+    is_recorded,
+    kind_of,
+    record,
+    why_it_fails,
+)
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.marks import Mark, has_marks, marks_of, read_marks, remove
+from jamlab.campaign.tasks import Batch, Task, states_name
+from jamlab.campaign.workers import FAILED, FINISHED, FULL, Call, Outcome, run_chunk
+from jamlab.errors import EngineError, StorageError, warn
+from jamlab.processes.death import Death, describe_exit
+from jamlab.processes.side_by_side import Crew, crew
+
+_MOST_UNBEGUN = 12  # calls lost in a row, for each worker, that nobody had begun: workers cannot start at all
+_FEW_WORKERS = 8  # of which it takes account
+_MOST_BROKEN = 3  # the same where their engine ended them, for each call that it may have at a time
+_MANY_RUNS = 3  # that ended at a task, from which on a warning says so
+
+
+def drive(
+    folder: CampaignFolder,
+    chosen: list[Batch],
+    names: set[str],
+    where: int | Executor,
+    modules: Sequence[str],
+    run: str,
+    tell: Callable[[Outcome], None],
+) -> None:
+    """Run tasks in so many workers, or in those of an executor, and tell each outcome.
+
+    Args:
+        folder: which `run` holds, the name that its lock gives.
+        chosen: batches, the most expensive first.
+        names: of their tasks that run.
+        where: number of processes of this machine, or an executor (PEP 3148).
+        modules: folders with modules of the user's own observables.
+        tell: called in this process with each outcome.
+
+    Raises:
+        StorageError: the folder cannot be written, or a worker sees another one.
+        EngineError: workers cannot be started, or cannot run tasks.
+    """
+    _take_over(folder, run)
+    names = names - _settle(folder, chosen, names, tell)
+    with crew(run_chunk, where) as workers:
+        _Driver(folder, workers, chosen, names, modules, run, tell).drive()
+    forget_deaths(folder.path, counts(folder.path).keys() & folder.finished())
+
+
+class _Driver:
+    """Hands out chunks until all tasks have ended."""
+
+    def __init__(
+        self,
+        folder: CampaignFolder,
+        workers: Crew,
+        chosen: list[Batch],
+        names: set[str],
+        modules: Sequence[str],
+        run: str,
+        tell: Callable[[Outcome], None],
+    ) -> None:
+        self._folder, self._workers, self._modules, self._run, self._tell = folder, workers, modules, run, tell
+        self._place = str(folder.path.resolve())
+        self._cutter = Cutter(chosen, names, lambda: workers.workers, {})
+        self._under_way: dict[str, Batch] = {}  # by attempt
+        self._number = itertools.count(1)
+        self._unbegun = 0  # calls lost in a row that nobody had begun
+        same = Counter(batch.packings_key for batch in chosen)
+        self._shared = {key for key, count in same.items() if count > 1}  # of batches that make the same packings
+        self._busy: set[str] = set()  # what the names of tasks under way share with others of the same packings
+        self._stored = _stored(folder, names)
+
+    def drive(self) -> None:
+        """Hand out and hear of chunks."""
+        self._fill()
+        while self._under_way:
+            attempt, kind, content = self._workers.wait()
+            if kind == "error":
+                raise EngineError(f"workers cannot run a task: {content}") from content
+            if kind == "death":
+                self._bury(attempt, content)
+            elif kind == "result":
+                self._unbegun = 0
+                self._end(self._under_way.pop(attempt), content)
+            self._fill()
+
+    def _fill(self) -> None:
+        while len(self._under_way) < self._workers.width and (chunk := self._cutter.next(self._busy)):
+            self._submit(chunk)
+
+    def _submit(self, chunk: Batch, *, first: bool = False) -> None:
+        attempt, stored, task = f"{self._run}.{next(self._number)}", {}, next(chunk.names())
+        if self._stored or chunk.packings_key in self._shared:
+            states = {name: states_name(name) for name in chunk.names()}
+            stored = {name: self._stored[state] for name, state in states.items() if state in self._stored}
+            self._busy |= set(states.values()) if chunk.packings_key in self._shared else set()
+        self._under_way[attempt] = chunk
+        self._workers.submit(attempt, Call(self._place, chunk, task, stored, self._modules, attempt), first=first)
+
+    def _end(self, chunk: Batch, outcomes: Sequence[Outcome]) -> None:
+        """Tell how the tasks of a chunk ended, and let others have their packings."""
+        shared = chunk.packings_key in self._shared
+        for name, outcome in zip(chunk.names(), outcomes, strict=False):  # the last one may be "full"
+            if outcome.state == FULL:
+                raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs the remaining tasks")
+            if shared and outcome.state == FINISHED:
+                self._stored.setdefault(states_name(name), []).append(name)
+            if shared:
+                self._busy.discard(states_name(name))
+            self._tell(outcome)
+        self._cutter.learn(chunk, sum(outcome.seconds for outcome in outcomes))
+
+    def _bury(self, attempt: str, death: Death) -> None:
+        """Decide what follows from the death of the worker of an attempt."""
+        chunk = self._under_way.pop(attempt)
+        marks = marks_of(self._folder.path, attempt)
+        if not (marks and death.alone):  # never begun, or nobody knows whose fault it is
+            remove(mark.path for mark in marks)
+            self._lose(death)
+            self._submit(chunk, first=True)
+            return
+        self._unbegun = 0
+        charged = self._charge(chunk, marks, death)
+        remove(mark.path for mark in marks)
+        failed = {seed for seed in chunk.seeds if self._folder.failure_file(chunk.name_of(seed)).exists()}
+        self._end_failed(chunk, failed)
+        rest = [seed for seed in chunk.seeds if seed not in charged | failed]
+        alone = [seed for seed in chunk.seeds if seed in charged - failed]
+        half = (len(rest) + 1) // 2
+        for seeds in (rest[half:], rest[:half], *([seed] for seed in reversed(alone))):  # the last one is the first
+            if seeds:
+                self._submit(chunk.part(seeds), first=True)
+
+    def _charge(self, chunk: Batch, marks: list[Mark], death: Death) -> set[int]:
+        """Charge the tasks that dead workers were at, and record those that fail by it; returns their seeds."""
+        seeds = {chunk.name_of(seed): seed for seed in chunk.seeds}
+        charged = set()
+        for mark in marks:
+            name = next(iter(seeds)) if len(seeds) == 1 else mark.task
+            if name in seeds and not self._folder.failure_file(name).exists():  # else it had ended
+                charged.add(seeds[name])
+                self._judge(_task(chunk, seeds[name]), mark, death)
+        return charged
+
+    def _judge(self, task: Task, mark: Mark, death: Death) -> None:
+        record(self._folder.path, task.name, kind_of(mark, time.time()), mark, death.cause)
+        reason = why_it_fails(self._folder.path, task.name)
+        if death.code is not None and death.code >= 0 and not mark.was_told_to_end:
+            reason = f"its worker died with {describe_exit(death.code)}: a called function exited"
+        if reason is not None:
+            self._folder.record_failure(task, EngineError(reason))
+
+    def _end_failed(self, chunk: Batch, seeds: set[int]) -> None:
+        """Tell of tasks whose failures are recorded, by their worker before it died or by their deaths."""
+        for seed in seeds:
+            said = self._folder.failure(chunk.name_of(seed))
+            outcome = Outcome(FAILED, f"{said['label']}: {said['reason']}", math.nan)
+            self._end(chunk.part([seed]), [outcome])
+
+    def _lose(self, death: Death) -> None:
+        """Take note of a call that was lost before it began, or with others."""
+        self._unbegun += 1
+        most = _MOST_UNBEGUN * min(self._workers.workers, _FEW_WORKERS)
+        if not death.alone:
+            most = _MOST_BROKEN * self._workers.width
+        if self._unbegun > most:
+            if not has_marks(self._folder.path, self._run):
+                raise EngineError(f"workers die as soon as they start, the last by {death.cause}: see stderr")
+            self._unbegun = 0
+
+
+def _stored(folder: CampaignFolder, names: set[str]) -> dict[str, list[str]]:
+    """Finished tasks that hold packings of some tasks, by what their names share."""
+    found: dict[str, list[str]] = {}
+    if finished := folder.finished():
+        wanted = set(map(states_name, names))
+        for name in finished:
+            if states_name(name) in wanted:
+                found.setdefault(states_name(name), []).append(name)
+    return found
+
+
+def _task(batch: Batch, seed: int) -> Task:
+    return next(batch.part([seed]).tasks())
+
+
+def _take_over(folder: CampaignFolder, run: str) -> None:
+    """Turn the marks that dead runs have left into records: no task is charged with the end of the driver."""
+    share = run.partition(".")[0]
+
+    def is_dead(name: str) -> bool:
+        other = name.partition(".")[0]  # shares of another number cannot run at the same time
+        return other == share or other.rpartition("-")[2] != share.rpartition("-")[2]
+
+    for mark in read_marks(folder.path, is_dead):
+        name = mark.task
+        if name is not None and not (folder.has_ended(name) or is_recorded(folder.path, mark)):
+            long = mark.was_told_to_end and kind_of(mark, mark.changed) == WALLTIME
+            record(folder.path, name, WALLTIME if long else INTERRUPTED, mark, "the end of its job" if long else "")
+        remove([mark.path])
+
+
+def _settle(folder: CampaignFolder, chosen: list[Batch], names: set[str], tell: Callable[[Outcome], None]) -> set[str]:
+    """Record and tell which tasks fail by the deaths of earlier runs; returns their names. Those that ended with many
+    runs are named in a warning."""
+    found = counts(folder.path)
+    failed: set[str] = set()
+    if found:
+        forget_deaths(folder.path, found.keys() & folder.finished())
+    for task in _tasks(chosen, found.keys() & names):
+        reason = why_it_fails(folder.path, task.name)
+        if reason is not None:
+            folder.record_failure(task, EngineError(reason))
+            tell(Outcome(FAILED, f"{task.parameters.label}: {reason}", math.nan))
+            failed.add(task.name)
+        elif (runs := found[task.name][INTERRUPTED]) >= _MANY_RUNS:
+            said = f"{task.parameters.label}: {runs} runs were killed while it was under way"
+            warn(f"{said}: does it take longer than a job, or more memory than it has?")
+    return failed
+
+
+def _tasks(chosen: list[Batch], names: set[str]) -> Iterator[Task]:
+    """Yield a few of the tasks."""
+    left = set(names)
+    for batch in chosen if left else ():
+        for seed in batch.seeds:
+            if (name := batch.name_of(seed)) in left:
+                left.remove(name)
+                yield _task(batch, seed)
