@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from jamlab.campaign.file import LIMITS, site_count
-from jamlab.campaign.tasks import Batch, Parameters, states_name
+from jamlab.campaign.tasks import Batch, Parameters, seeds_before, states_name
 
 
 @dataclass(frozen=True)
@@ -151,16 +151,10 @@ class _Queue:
 def _queues(chosen: list[Batch], names: Container[str], seconds: Mapping[str, float]) -> Iterator[_Queue]:
     """Yield the tasks to cut of each batch."""
     same_packings = Counter(batch.packings_key for batch in chosen)
-    same_tasks = Counter(batch.key for batch in chosen)
-    taken: dict[str, set[int]] = {key: set() for key, count in same_tasks.items() if count > 1}
-    for batch in chosen:
-        seeds = enumerate(batch.seeds)
-        if (before := taken.get(batch.key)) is not None:
-            seeds = ((place, seed) for place, seed in seeds if seed not in before)
-        places = array("Q", (place for place, seed in seeds if batch.name_of(seed) in names))
-        if before is not None:
-            before.update(batch.seeds)
-        yield _Queue(batch, places, same_packings[batch.packings_key] == 1, seconds.get(batch.name))
+    for batch, before in zip(chosen, seeds_before(chosen), strict=True):
+        wanted = (place for place, s in enumerate(batch.seeds) if s not in before and batch.name_of(s) in names)
+        alone = same_packings[batch.packings_key] == 1
+        yield _Queue(batch, array("Q", wanted), alone, seconds.get(batch.name))
 
 
 def _most_bytes(parameters: Parameters) -> int:

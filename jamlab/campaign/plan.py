@@ -6,17 +6,20 @@ stored one did not measure. A task of several ranks holds as many cores all its 
 """
 
 import itertools
-from dataclasses import dataclass
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from jamlab.campaign.file import site_count
 from jamlab.campaign.folder import CampaignFolder, Share
-from jamlab.campaign.tasks import Batch, states_name, task_names
+from jamlab.campaign.tasks import Batch, seeds_before, states_name
 from jamlab.processes.cores import available_cores
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
+_READ = 1_000  # finished tasks in memory at a time, and to average over at the start of a run
 
 
 @dataclass(frozen=True)
@@ -64,37 +67,101 @@ class Status:
 
 def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status:
     """Count the tasks of batches; arguments and errors as in `Campaign.status`."""
-    finished, failed, known = folder.finished(), folder.failed(), task_names(batches)
-    files = folder.read(known & finished) if verify else {}
-    sweeps = plan(batches, folder, cost=False)
-    failures = {name: record for name, record in folder.failures().items() if name in known}
-    damaged = folder.damages(known & finished) if verify else None
-    gaps = {name: file.gaps for name, file in files.items() if file.gaps} if verify else None
-    totals = (len(known), len(known & finished), len(known & failed), sum(sweep.left for sweep in sweeps))
-    return Status(sweeps, *totals, failures, damaged, gaps, len(finished - known))
+    finished = folder.finished()
+    counted = _count(batches, finished, folder.failed())
+    failures = {name for each in counted for name in each.failed}
+    damaged, gaps = None, None
+    if verify:
+        names = list({each.batch.name_of(each.batch.seeds[k]): None for each in counted for k in each.finished})
+        damaged, gaps = folder.damages(names), {}
+        for start in range(0, len(names), _READ):
+            some = folder.read(names[start : start + _READ])
+            gaps |= {name: file.gaps for name, file in some.items() if file.gaps}
+    tasks, known, left = (sum(column) for column in zip(*((c.new, c.known, len(c.left)) for c in counted), strict=True))
+    return Status(
+        [_line(each, 0) for each in counted],
+        tasks,
+        known,
+        tasks - known - left,
+        left,
+        {name: record for name, record in folder.failures().items() if name in failures},
+        damaged,
+        gaps,
+        len(finished) - known,
+    )
 
 
-def plan(batches: list[Batch], folder: CampaignFolder, *, cost: bool = True) -> list[SweepStatus]:
-    """Count the tasks of each sweep, model and n, and what those left take, by all files of the folder."""
-    finished, failed = folder.finished(), folder.failed()
-    held = {states_name(name): name for name in sorted(finished)}
-    lines, counted = [], finished | failed
-    for batch in batches:
-        names = set(batch.names())
-        left = names - counted
-        counted |= left
-        stored = sorted(held[states] for states in map(states_name, left) if states in held)
-        seconds, size = (None, None) if left else (0.0, 0)
-        done = [name for name in batch.names() if name in finished][:_SAMPLES]
-        if cost and left and (times := [file.seconds for file in folder.read(done).values()]):
-            spared = [file.seconds for file in folder.read(stored[:_SAMPLES]).values()]
-            each = float(np.mean(times))
-            seconds = (each * len(left) - min(float(np.mean(spared or [0])), each) * len(stored)) * batch.ranks
-            size = int(np.mean([folder.task_file(name).stat().st_size for name in done])) * len(left)
-        counts = (len(names), len(names & finished), len(names & failed), len(left), len(stored))
-        who = (batch.sweep, batch.parameters.model, batch.parameters.n, batch.ranks)
-        lines.append(SweepStatus(*who, *counts, seconds, size))
+@dataclass
+class _Counted:
+    """The tasks of a batch, by their places in its seeds: eight bytes a task."""
+
+    batch: Batch
+    new: int = 0  # tasks that no batch before has
+    known: int = 0  # finished ones among these
+    finished: "array[int]" = field(default_factory=lambda: array("Q"))
+    failed: list[str] = field(default_factory=list)  # names
+    left: "array[int]" = field(default_factory=lambda: array("Q"))  # that no batch before has
+
+
+def _count(batches: list[Batch], finished: set[str], failed: set[str]) -> list[_Counted]:
+    found = []
+    for batch, before in zip(batches, seeds_before(batches), strict=True):
+        found.append(each := _Counted(batch))
+        for place, (seed, name) in enumerate(zip(batch.seeds, batch.names(), strict=True)):
+            new = seed not in before
+            each.new += new
+            if name in finished:
+                each.finished.append(place)
+                each.known += new
+            elif name in failed:
+                each.failed.append(name)
+            elif new:
+                each.left.append(place)
+    return found
+
+
+def _line(counted: _Counted, stored: int, **cost: Any) -> SweepStatus:
+    batch = counted.batch
+    counts = (len(batch.seeds), len(counted.finished), len(counted.failed), len(counted.left), stored)
+    return SweepStatus(batch.sweep, batch.parameters.model, batch.parameters.n, batch.ranks, *counts, **cost)
+
+
+def plan(batches: list[Batch], folder: CampaignFolder, *, samples: int = _SAMPLES) -> list[SweepStatus]:
+    """Count the tasks of each sweep, model and n, and what those left take, by at most so many files of each."""
+    finished = folder.finished()
+    counted = _count(batches, finished, folder.failed())
+    same = Counter(batch.packings_key for batch in batches)
+    others = len(finished) > sum(each.known for each in counted)  # files of other tasks, which may hold packings
+    held: dict[str, str] | None = None
+    lines = []
+    for each in counted:
+        stored: list[str] = []
+        if each.left and (others or same[each.batch.packings_key] > 1):
+            held = held or {states_name(name): name for name in sorted(finished)}
+            states = (states_name(each.batch.name_of(each.batch.seeds[place])) for place in each.left)
+            stored = sorted(held[name] for name in states if name in held)
+        seconds, size = (None, None) if each.left else (0.0, 0)
+        step = max(1, len(each.finished) // samples)
+        done = [each.batch.name_of(each.batch.seeds[k]) for k in each.finished[::step][:samples]]
+        if each.left and (times := [file.seconds for file in folder.read(done).values()]):
+            spared = [file.seconds for file in folder.read(stored[:samples]).values()]
+            one = float(np.mean(times))
+            work = one * len(each.left) - min(float(np.mean(spared or [0])), one) * len(stored)
+            seconds = work * each.batch.ranks
+            size = int(np.mean([folder.task_file(name).stat().st_size for name in done])) * len(each.left)
+        lines.append(_line(each, len(stored), seconds=seconds, bytes=size))
     return lines
+
+
+def seconds_each(batches: list[Batch], folder: CampaignFolder) -> dict[str, float]:
+    """Mean wall time, s, of the tasks left of each batch, by its name, where tasks of the same kind are finished."""
+    samples = max(1, min(_SAMPLES, _READ // len(batches)))
+    lines = plan(batches, folder, samples=samples)
+    return {
+        batch.name: line.seconds / line.ranks / line.left
+        for batch, line in zip(batches, lines, strict=True)
+        if line.left and line.seconds is not None
+    }
 
 
 def total_time(lines: list[SweepStatus], workers: int | None = None) -> tuple[float | None, float | None, int]:
@@ -123,5 +190,11 @@ def share_names(batches: list[Batch], share: Share) -> set[str]:
     """Names of the tasks of share k of n: every n-th of all tasks of a campaign, the longest first, from the k-th on.
     They depend on the campaign file alone, so that no two shares have a task in common whatever is finished."""
     k, n = share
-    names = dict.fromkeys(name for batch in longest_first(batches) for name in batch.names())
-    return set(itertools.islice(names, k - 1, None, n))
+    ordered = longest_first(batches)
+    tasks = (
+        (batch, seed)
+        for batch, before in zip(ordered, seeds_before(ordered), strict=True)
+        for seed in batch.seeds
+        if seed not in before
+    )
+    return {batch.name_of(seed) for batch, seed in itertools.islice(tasks, k - 1, None, n)}

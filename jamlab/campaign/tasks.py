@@ -11,7 +11,8 @@ new observable makes a new task, but no new packings: a finished task of the sam
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -203,6 +204,18 @@ def states_name(task: str) -> str:
 def task_names(chosen: Iterable[Batch]) -> set[str]:
     """Names of the tasks of some batches; one that batches share is one."""
     return {name for batch in chosen for name in batch.names()}
+
+
+def seeds_before(chosen: Sequence[Batch]) -> list[Container[int]]:
+    """Return for each batch the seeds whose tasks a batch before it has too."""
+    shared = {key: set[int]() for key, count in Counter(batch.key for batch in chosen).items() if count > 1}
+    found: list[Container[int]] = []
+    for batch in chosen:
+        known = shared.get(batch.key, frozenset[int]())
+        found.append(frozenset(known))
+        if batch.key in shared:
+            shared[batch.key].update(batch.seeds)
+    return found
 
 
 def tasks_named(chosen: Iterable[Batch], names: set[str]) -> Iterator[Task]:
