@@ -49,6 +49,7 @@ class Cutter:
         self._of = {queue.batch.name: queue for queue in queues}
         self._queues = [queue for queue in queues if len(queue)]
         self._workers = workers
+        self._done = 0.0  # s of tasks that have ended
 
     def __len__(self) -> int:
         """Number of tasks that no chunk has held so far."""
@@ -72,13 +73,39 @@ class Cutter:
         return None
 
     def learn(self, chunk: Batch, seconds: float) -> None:
-        """Take note of the seconds that a chunk, or the part of it that was run, took; nan where it is not known."""
-        if math.isfinite(seconds):
-            self._of[chunk.name].note(len(chunk.seeds), seconds)
+        """Take note that a chunk, or a part of one, has ended, and of the seconds that it took; nan where they are not
+        known."""
+        self._of[chunk.name].note(len(chunk.seeds), seconds)
+        self._done += seconds if math.isfinite(seconds) else 0.0
 
     def seconds_of(self, batch: str) -> float | None:
         """Mean time, s, of a task of the batch with this name; None where none is known."""
         return self._of[batch].each
+
+    def share_done(self) -> float:
+        """Share of the work that has ended, 0 to 1, by the times of the tasks; nan where they are not known."""
+        left = sum(queue.work_left(each, 0) for queue, each in self._guessed())
+        return self._done / (self._done + left) if self._done + left else 1.0
+
+    def seconds_left(self) -> float:
+        """Wall time, s, until all tasks have ended, with as many workers as there are; nan where it is not known."""
+        workers = max(1, self._workers())
+        work = [queue.work_left(each, workers) for queue, each in self._guessed()]
+        last = max((queue.last_left(each) for queue, each in self._guessed()), default=0.0)
+        return max(sum(work) / workers, last)
+
+    def _guessed(self) -> "Iterator[tuple[_Queue, float]]":
+        """Yield batches with tasks that have not ended, and the mean time of a task; where none has ended, that of the
+        batch before, in proportion to the sites of a packing."""
+        before: _Queue | None = None
+        for queue in self._of.values():
+            each = queue.each
+            if each is not None:
+                before = queue
+            elif before is not None and before.each is not None:
+                each = before.each * _sites(queue.batch.parameters) / _sites(before.batch.parameters)
+            if len(queue) or queue.open:
+                yield queue, math.nan if each is None else each
 
     def _size(self, queue: "_Queue") -> int:
         """Number of tasks of the next chunk of a batch."""
@@ -107,6 +134,8 @@ class _Queue:
         self._alone = alone  # no other batch has the same packings
         self.tasks = 0 if seconds is None else RULES.sampled  # whose time is known
         self._seconds = 0.0 if seconds is None else RULES.sampled * seconds
+        self.open = 0  # tasks that were handed out and have not ended
+        self._size = 1  # tasks of the last chunk
 
     def __len__(self) -> int:
         return len(self._positions) - self._at + len(self._put_off)
@@ -118,8 +147,18 @@ class _Queue:
 
     def note(self, tasks: int, seconds: float) -> None:
         """Add the time of tasks that have ended."""
-        self.tasks += tasks
-        self._seconds += seconds
+        self.open = max(0, self.open - tasks)
+        if math.isfinite(seconds):
+            self.tasks += tasks
+            self._seconds += seconds
+
+    def work_left(self, each: float, workers: int) -> float:
+        """Seconds of one worker that the tasks take that have not ended; of those that run, half is done."""
+        return (len(self) + self.open - min(self.open, workers * self._size) / 2) * each
+
+    def last_left(self, each: float) -> float:
+        """Wall time, s, of a chunk that runs or is left: no number of workers makes it shorter."""
+        return min(len(self) + self.open, self._size) * each / 2
 
     def take(self, most: int, busy: Container[str]) -> list[int] | range:
         """Remove the next seeds, at most so many, whose packings nobody makes at present."""
@@ -128,6 +167,8 @@ class _Queue:
             self._at += len(taken)
         else:
             taken = self._take_free(most, busy)
+        self.open += len(taken)
+        self._size = len(taken) or self._size
         if not taken or taken[-1] - taken[0] != len(taken) - 1:
             return [self.batch.seeds[place] for place in taken]
         return self.batch.seeds[taken[0] : taken[-1] + 1]  # of a range a range, which is sent in a few bytes
@@ -159,9 +200,13 @@ def _queues(chosen: list[Batch], names: Container[str], seconds: Mapping[str, fl
 
 def _most_bytes(parameters: Parameters) -> int:
     """Bytes in memory of the packings of one task and of what is measured of them, at most."""
-    sites = site_count(parameters.n, parameters.model, parameters.force_law)
     values = 8 + 4 * (len(parameters.observables) + len(parameters.own))  # of a site, in a state
-    return int(_most_states(parameters) * (8 * values * sites + 4_000))
+    return int(_most_states(parameters) * (8 * values * _sites(parameters) + 4_000))
+
+
+def _sites(parameters: Parameters) -> float:
+    """Disks or vertices of a packing."""
+    return site_count(parameters.n, parameters.model, parameters.force_law)
 
 
 _LOOSEST = 0.5  # rho and phi of an onset, which lies above

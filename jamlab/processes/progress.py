@@ -11,6 +11,13 @@ def no_progress(share: float, text: str) -> None:
     """Tell nobody how far the work is."""
 
 
+def in_words(seconds: float) -> str:
+    """A time as text, in the unit that suits it."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
 class ProgressLine:
     """Writes one line on stderr, at most five times a second; `progress=True` stands for it."""
 
