@@ -1,0 +1,90 @@
+"""Keep the workers of a job of a batch system: `python -m jamlab.campaign.batch_worker COUNT ADDRESS --name NAME ...`.
+
+Starts so many Dask workers of one thread each. One that is killed or crashes starts again in the same job, which has
+waited in the queue; one that ends by itself, as when its scheduler is gone, does not. On SIGTERM, such as at the end of
+the walltime, they get a few seconds. In the workers this module is a preload of Dask: one that closes must not wait for
+the end of a long computation.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import Any, NoReturn
+
+from jamlab.processes.child import child_environment, dying_line
+
+_PATIENCE = 5.0  # s between the request to end and the end
+_SETTLED = 10.0  # s: a worker that is killed before that does not start again here
+_LOOK = 0.1  # s between two looks at the workers
+_DASK = {
+    "DASK_LOGGING__DISTRIBUTED": "error",  # the output of a job stays empty unless something is wrong
+    "DASK_DISTRIBUTED__WORKER__MEMORY__TARGET": "False",  # results are a line each: there is nothing to move to disk,
+    "DASK_DISTRIBUTED__WORKER__MEMORY__SPILL": "False",
+    "DASK_DISTRIBUTED__WORKER__MEMORY__PAUSE": "False",  # and a worker that pauses would never go on
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+}
+
+
+def dask_teardown(worker: Any) -> None:
+    """End the process of a worker that closes, also within a call that takes hours; Dask calls this."""
+    timer = threading.Timer(_PATIENCE, os._exit, (1,))
+    timer.daemon = True
+    timer.start()
+
+
+class _Worker:
+    """One worker after the other, of one name each."""
+
+    def __init__(self, words: list[str], name: str) -> None:
+        self._words, self._name, self._starts = words, name, 0
+        self.start()
+
+    def start(self) -> None:
+        self._starts += 1
+        words = [*self._words, "--name", f"{self._name}-{self._starts}"]
+        line = [sys.executable, "-P", "-m", "distributed.cli.dask_worker", *words]
+        self.process = subprocess.Popen(dying_line(line), env=child_environment() | _DASK, stdin=subprocess.DEVNULL)
+        self._began = time.monotonic()
+
+    def lives(self) -> bool:
+        """Whether it is at work, started again if need be."""
+        code = self.process.poll()
+        if code is not None and code < 0 and time.monotonic() - self._began > _SETTLED:
+            self.start()
+            return True
+        return code is None
+
+
+def main(count: int, words: list[str]) -> None:
+    """Keep so many workers until all have ended."""
+    at = words.index("--name")
+    name = words[at + 1]
+    words = words[:at] + words[at + 2 :]
+    workers: list[_Worker] = []
+
+    def stop(number: int, frame: Any) -> NoReturn:
+        for each in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(each, signal.SIG_IGN)
+        end = time.monotonic() + _PATIENCE
+        for worker in workers:
+            worker.process.terminate()
+        while time.monotonic() < end and any(worker.process.poll() is None for worker in workers):
+            time.sleep(_LOOK)
+        for worker in workers:
+            worker.process.kill()
+        os._exit(128 + number)
+
+    for each in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(each, stop)
+    for k in range(count):
+        workers.append(_Worker(words, f"{name}-{k}"))
+    while workers:
+        workers = [worker for worker in workers if worker.lives()]
+        time.sleep(_LOOK)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,394 @@
+"""Workers of clusters through Dask, by one word: the address of a scheduler, or the name of a batch system.
+
+How a site submits jobs (queue, account, walltime, memory, interface, ...) stands in the file of `dask_jobqueue`, by
+default `~/.config/dask/jobqueue.yaml`. Each worker has one thread, and a job books the cores of the `ranks` of a task.
+Nothing else of jamlab imports Dask.
+"""
+
+import asyncio
+import importlib.metadata
+import logging
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jamlab.campaign.batch_jobs import BatchJobs
+from jamlab.campaign.batch_system import SETTINGS, SYSTEMS, check_cores, list_command, walltime_seconds
+from jamlab.campaign.cluster_keys import key_folder, write_key
+from jamlab.errors import EngineError, InputError, JamlabError, warn
+
+_DASK = {
+    "distributed.scheduler.allowed-failures": 0,  # the folder counts deaths: the driver hears of each
+    "distributed.scheduler.worker-ttl": None,  # a long factorisation keeps a worker from answering
+    "distributed.scheduler.worker-saturation": 1.0,  # no task waits at a worker that another one may end
+    "distributed.scheduler.work-stealing": False,
+    "distributed.comm.timeouts.connect": "60s",
+    "distributed.admin.tick.limit": "1h",  # a busy driver is no fault
+}
+_JOBS_ALONE = {"distributed.scheduler.http.routes": []}  # pages that everybody who reaches the port could read
+_LOGGERS = ("distributed", "dask_jobqueue", "tornado", "asyncio")  # deaths are outcomes or errors of jamlab
+_CLOSING = 10  # s
+_SILENT = 10.0  # s without workers until the user hears of it
+
+
+@dataclass
+class Cluster:
+    """Workers of a cluster.
+
+    Attributes:
+        executor: runs calls in the workers (PEP 3148).
+        dashboard: address of Dask's pages about them, which everybody can read who reaches it; None if there is none.
+        describe: says how many jobs or workers are at work.
+    """
+
+    executor: Executor
+    dashboard: str | None
+    describe: Callable[[], str]
+
+
+@contextmanager
+def cluster_executor(
+    where: str,
+    jobs: int | None,
+    folder: Path,
+    ranks: int = 1,
+    tell: Callable[[str], None] = warn,
+) -> Iterator[Cluster]:
+    """Workers of a running scheduler, or of jobs of a batch system, which end with the block.
+
+    Args:
+        where: address of a Dask scheduler, a scheduler file, or one of `SYSTEMS`.
+        jobs: most jobs at a time; None for a scheduler.
+        folder: the folder of the campaign, which all nodes see: for keys and for what jobs print.
+        ranks: cores of each worker.
+        tell: gets lines for the user, such as a job that was refused; called in other threads.
+
+    Raises:
+        InputError: there is no Dask, no such scheduler, or the settings of the site cannot be.
+        EngineError: the scheduler is gone, or the batch system refuses all jobs.
+    """
+    dask = _dask(where)
+    with dask.config.set(_DASK), _silence(), ExitStack() as stack:
+        if where in SYSTEMS:
+            if jobs is None or jobs < 1:
+                raise InputError(f"jobs = {jobs}: give the largest number of jobs of {where} at a time, 1 or more")
+            stack.enter_context(dask.config.set(_JOBS_ALONE))
+            yield from _on_jobs(stack, where, jobs, folder, ranks, tell)
+        else:
+            if jobs is not None:
+                raise InputError(f"jobs = {jobs}: only for {', '.join(SYSTEMS)}, and not for the scheduler {where}")
+            yield from _on_scheduler(stack, where, tell)
+
+
+def job_script(where: str, folder: Path, ranks: int = 1) -> str:
+    """The script of a job of a batch system, as `cluster_executor` would send it; nothing is sent.
+
+    Raises:
+        InputError: there is no Dask, no such batch system, or the settings of the site cannot be.
+    """
+    if where not in SYSTEMS:
+        raise InputError(f"scheduler = {where!r}: only {', '.join(SYSTEMS)} have a job script")
+    _dask(where)
+    made = [path for path in (folder, folder / "jobs") if not path.exists()]
+    try:
+        job = _Site(where, folder, ranks).job("jamlab-1", "tls://ADDRESS:PORT", _key_files(folder / "keys.XXXXXXXX"))
+    finally:
+        for path in reversed(made):
+            with suppress(OSError):
+                path.rmdir()
+    return str(job.job_script())
+
+
+def _dask(where: str) -> Any:
+    """Dask, with what `where` needs. dask_jobqueue takes SIGINT for itself as it is imported, so that a command that is
+    interrupted would end with 0 and without a line."""
+    try:
+        import dask
+        import distributed  # noqa: F401
+
+        if where in SYSTEMS and "dask_jobqueue" not in sys.modules:
+            if threading.current_thread() is not threading.main_thread():
+                raise InputError(
+                    f"{where}: dask_jobqueue can be loaded in the main thread only: open the cluster there"
+                )
+            kept = signal.getsignal(signal.SIGINT)
+            try:
+                import dask_jobqueue  # noqa: F401
+            finally:
+                signal.signal(signal.SIGINT, kept)
+        if where in SYSTEMS:
+            import cryptography  # noqa: F401
+    except ImportError as error:
+        raise InputError(f"{where} needs Dask ({error}): pip install 'jamlab[dask]'") from None
+    return dask
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Keep the loggers of Dask silent; their levels are the user's again afterwards."""
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [logger.level for logger in loggers]
+    debugging = logging.getLogger("jamlab").isEnabledFor(logging.DEBUG)
+    for logger in loggers:
+        logger.setLevel(logging.INFO if debugging else logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+# a running scheduler
+
+
+def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
+    from distributed import Client
+
+    target = {"scheduler_file": where} if Path(where).is_file() else {"address": where}
+    try:
+        client = Client(**target, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TypeError, KeyError) as error:  # none, no address, no scheduler file
+        names = ", ".join(sorted(SYSTEMS))
+        said = f"no Dask scheduler answers at {where!r} ({_first_line(error)})"
+        raise InputError(f"{said}: give its address, its scheduler file, or one of {names}") from error
+    stack.callback(client.close, timeout=_CLOSING)
+    _check_workers(client, where, tell)
+    client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
+    try:
+        yield Cluster(client.get_executor(pure=False), client.dashboard_link or None, lambda: _count_workers(client))
+    except JamlabError as error:
+        if client.status != "running":
+            raise EngineError(f"the Dask scheduler at {where} is gone: start it again, and run again") from error
+        raise
+
+
+def _workers(client: Any) -> dict[str, dict[str, Any]]:
+    return dict(client.scheduler_info(n_workers=-1).get("workers", {}))
+
+
+def _count_workers(client: Any) -> str:
+    return f"{len(_workers(client))} workers"
+
+
+def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
+    """Refuse workers that run several tasks at once, and name versions that differ."""
+    for address, worker in _workers(client).items():
+        if worker["nthreads"] != 1:
+            said = f"the worker {address} runs {worker['nthreads']} tasks at once in threads, which LAMMPS cannot"
+            raise InputError(f"{said}: start it by `dask worker {where} --nthreads 1 --nworkers {worker['nthreads']}`")
+    found = client.get_versions(check=False)
+    here = found["client"]["packages"]
+    for whose, versions in {"the scheduler": found["scheduler"], **found["workers"]}.items():
+        its = versions["packages"] if versions else {}
+        for name in ("python", "distributed"):
+            if its and str(its[name]).rpartition(".")[0] != str(here[name]).rpartition(".")[0]:
+                tell(f"{name} is {here[name]} here and {its[name]} at {whose}: install the same version")
+    mine = importlib.metadata.version("jamlab")
+    for address, version in client.run(importlib.metadata.version, "jamlab", on_error="return").items():
+        if version != mine:
+            said = "has no jamlab" if isinstance(version, Exception) else f"has jamlab {version}, and here is {mine}"
+            raise InputError(f"the worker {address} {said}: install jamlab {mine} there")
+
+
+def _tell_of_no_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
+    if client.status == "running" and not _workers(client):
+        tell(f"the scheduler at {where} has no workers: the run waits until one comes")
+
+
+# jobs of a batch system
+
+
+def _on_jobs(
+    stack: ExitStack, where: str, jobs: int, folder: Path, ranks: int, tell: Callable[[str], None]
+) -> Iterator[Cluster]:
+    from distributed import Client, SpecCluster
+
+    site = _Site(where, folder, ranks)
+    site.check_program()
+    keys = stack.enter_context(key_folder(site.shared))
+    own, files = _make_keys(keys)
+    cluster = SpecCluster(scheduler=site.scheduler(own), security=own, silence_logs=False)
+    stack.callback(_close, cluster)
+    client = stack.enter_context(Client(cluster, set_as_default=False))
+    loop = client.loop.asyncio_loop
+    scheduler = cluster.scheduler
+    failed: list[str] = []
+
+    def fail(reason: str) -> None:
+        failed.append(reason)
+        threading.Thread(target=client.close, kwargs={"timeout": _CLOSING}, daemon=True).start()
+
+    kept = BatchJobs(
+        jobs,
+        site.workers,
+        make=lambda name: site.job(name, scheduler.contact_address or scheduler.address, files),
+        at_work=lambda: {str(each.name): bool(each.processing) for each in scheduler.workers.values()},
+        tasks=lambda: sum(task.state in ("queued", "no-worker", "processing") for task in scheduler.tasks.values()),
+        ask=lambda: _output(list_command(where)),
+        tell=lambda line: tell(f"{where}: {line}"),
+        fail=fail,
+    )
+    keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
+    stack.callback(_stop, kept, keeping, loop)
+    try:
+        yield Cluster(client.get_executor(pure=False), site.dashboard(cluster), kept.describe)
+    except JamlabError as error:
+        if failed:
+            raise EngineError(f"{where}: {failed[0]}; {site.remedy()}") from error
+        raise
+
+
+def _stop(kept: BatchJobs, keeping: Any, loop: Any) -> None:
+    """Cancel the jobs, and wait for one that is being sent: nobody else would know its number."""
+    asyncio.run_coroutine_threadsafe(kept.stop(), loop).result()
+    with suppress(Exception):
+        keeping.result(_CLOSING)
+
+
+def _close(cluster: Any) -> None:
+    with suppress(Exception):  # its jobs are cancelled: what is left are connections
+        cluster.close(timeout=_CLOSING)
+
+
+async def _output(words: list[str]) -> str | None:
+    """What a program prints; None if it fails."""
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL
+        )
+        output, _ = await asyncio.wait_for(process.communicate(), 30)
+    except (OSError, TimeoutError):
+        return None
+    return output.decode(errors="replace") if process.returncode == 0 else None
+
+
+def _make_keys(folder: Path) -> tuple[Any, Any]:
+    """Keys of this run: those of the scheduler and the client in memory, and those of the workers in files."""
+    from distributed.security import Security
+
+    own = Security.temporary()
+    files = _key_files(folder)
+    for name in ("tls_ca_file", "tls_worker_cert", "tls_worker_key"):
+        write_key(Path(getattr(files, name)), getattr(own, name))
+    return own, files
+
+
+def _key_files(folder: Path) -> Any:
+    from distributed.security import Security
+
+    at = {name: str(folder.absolute() / name) for name in ("tls_ca_file", "tls_worker_cert", "tls_worker_key")}
+    return Security(require_encryption=True, **at)
+
+
+class _Site:
+    """Jobs as the site's settings want them."""
+
+    def __init__(self, where: str, folder: Path, ranks: int) -> None:
+        import dask
+
+        self.where, self._folder = where, folder
+        self._settings: Mapping[str, Any] = dask.config.get(f"jobqueue.{where}")
+        self.cores = self._get("cores") or ranks
+        if self.cores < ranks:
+            raise InputError(
+                f"{self._key('cores')} = {self.cores}: a task has ranks = {ranks}: book as many, or lower ranks"
+            )
+        self.workers = self.cores // ranks
+        if self._get("memory") is None:
+            raise InputError(f"{where} needs the memory of a job: set {self._key('memory')}, such as memory: 2GB")
+        check_cores(where, self._settings, self.cores)
+        self._seconds = walltime_seconds(where, self._get("walltime"))
+        shared = self._get("shared-temp-directory")
+        self.shared = Path(os.path.expanduser(os.path.expandvars(shared))) if shared else folder
+
+    def _get(self, key: str) -> Any:
+        return self._settings.get(key)
+
+    def _key(self, key: str) -> str:
+        return f"jobqueue.{self.where}.{key} in {SETTINGS}"
+
+    def remedy(self) -> str:
+        """What to look at when jobs fail."""
+        keys = "queue, account, walltime, memory and interface"
+        return f"{keys} are keys of jobqueue.{self.where} in {SETTINGS}; what jobs print is in {self._folder / 'jobs'}"
+
+    def check_program(self) -> None:
+        """Refuse a machine without the commands of the batch system."""
+        program = shlex.split(_job_class(self.where).submit_command)[0]
+        if shutil.which(program) is None:
+            raise InputError(f"there is no {program} on this machine: run on one from which {self.where} takes jobs")
+
+    def scheduler(self, security: Any) -> dict[str, Any]:
+        """How Dask's scheduler is started in this process: without pages, unless the site wants them."""
+        from distributed import Scheduler
+
+        how = {"protocol": "tls://", "security": security, "interface": self._get("interface")}
+        how |= {"dashboard": False, "dashboard_address": "127.0.0.1:0"} | (self._get("scheduler-options") or {})
+        return {"cls": Scheduler, "options": how}
+
+    def dashboard(self, cluster: Any) -> str | None:
+        """Address of the pages, if the site wants them."""
+        wanted = (self._get("scheduler-options") or {}).get("dashboard")
+        return str(cluster.dashboard_link) if wanted else None
+
+    def job(self, name: str, address: str, keys: Any) -> Any:
+        """A job to be sent."""
+        python = f"{self._get('python') or shlex.quote(sys.executable)} -P"
+        settings: dict[str, Any] = {"cores": self.cores, "processes": self.workers, "nanny": False, "python": python}
+        settings |= {"protocol": "tls://", "security": keys}
+        settings |= {"worker_command": f"jamlab.campaign.batch_worker {self.workers}"}
+        own = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--preload", "jamlab.campaign.batch_worker"]
+        settings |= {"worker_extra_args": [*(self._get("worker-extra-args") or []), *own]}
+        settings |= {"job_script_prologue": [*(self._get("job-script-prologue") or []), *self._exports()]}
+        settings |= {"log_directory": self._get("log-directory") or str((self._folder / "jobs").absolute())}
+        if self._get("name") == "dask-worker":  # of Dask itself
+            settings["job_name"] = "jamlab"
+        if self._get("death-timeout") == 60:  # of Dask itself: longer than a job should outlive its driver
+            settings["death_timeout"] = 20
+        try:
+            return _job_class(self.where)(address, name=name, **settings)
+        except (TypeError, ValueError) as error:
+            said = f"jobqueue.{self.where} in {SETTINGS}: {_first_line(error)}"
+            raise InputError(f"{said}; its keys are those of dask_jobqueue.{SYSTEMS[self.where]}Cluster") from error
+
+    def _exports(self) -> list[str]:
+        """Lines of the job script: one thread, when the job ends, where jamlab is."""
+        lines = [f"export {name}=1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")]
+        if self._seconds is not None:
+            lines.append(f"export JAMLAB_JOB_ENDS=$(($(date +%s) + {self._seconds}))")
+        if not self._get("python") and (place := _place_to_add()):
+            lines.append(f"export PYTHONPATH={shlex.quote(place)}")
+        return lines
+
+
+def _job_class(where: str) -> Any:
+    import dask_jobqueue
+
+    return getattr(dask_jobqueue, f"{SYSTEMS[where]}Cluster").job_cls
+
+
+def _place_to_add() -> str | None:
+    """The folder of jamlab, if this Python does not find the same one by itself."""
+    import jamlab
+
+    here = str(jamlab.__file__)
+    program = "import importlib.util as u; print(u.find_spec('jamlab').origin)"
+    plain = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    line = [sys.executable, "-P", "-c", program]
+    found = subprocess.run(line, env=plain, cwd="/", capture_output=True, text=True, check=False)
+    return None if found.stdout.strip() == here else str(Path(here).parents[1])
+
+
+def _first_line(error: BaseException) -> str:
+    lines = str(error).splitlines()
+    return lines[0][:200] if lines else type(error).__name__
