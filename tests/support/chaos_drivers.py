@@ -1,0 +1,40 @@
+"""Run a campaign on an executor of the ecosystem, as a user's script: `python chaos_drivers.py loky c.toml`."""
+
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+
+import jamlab
+
+
+@contextmanager
+def dask():
+    """Two workers of Dask on this machine."""
+    from distributed import Client, LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        yield client.get_executor(pure=False)
+
+
+@contextmanager
+def loky():
+    """Two processes of loky."""
+    from loky import get_reusable_executor
+
+    executor = get_reusable_executor(max_workers=2)
+    yield executor
+    executor.shutdown(kill_workers=True)
+
+
+def processes():
+    """Two processes of the standard library."""
+    return ProcessPoolExecutor(2)
+
+
+ENGINES = {"dask": dask, "loky": loky, "processes": processes}
+
+if __name__ == "__main__":
+    with ENGINES[sys.argv[1]]() as executor:
+        ran = jamlab.open_campaign(sys.argv[2]).run(executor)
+    print(json.dumps(vars(ran)))
