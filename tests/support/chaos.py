@@ -123,7 +123,7 @@ class Place:
     def strangers(self):
         """Files that are neither the user's own, nor finished tasks, marks, locks and copies of the campaign file."""
         usual = ("work/c.toml", "work/wild.py", "work/calls", "work/__pycache__/", "work/c/campaign.toml")
-        usual += ("work/c/tasks/", "work/c/failed/", "work/c/running/", "work/c/deaths/", "work/c/lock.", "batch/")
+        usual += ("work/c/tasks/", "work/c/failed/", "work/c/running/", "work/c/lock.", "work/c/jobs/", "batch/")
         usual += ("home/.cache/matplotlib", "home/.config/dask")
         found = [str(path.relative_to(self.root)) for path in self.root.rglob("*") if not path.is_dir()]
         odd = [name for name in found if not name.startswith(usual) or "/." in name.removeprefix("home/.c")]

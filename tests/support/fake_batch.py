@@ -30,12 +30,12 @@ from batch_jobs import output_files, read_job, variables_of
 MARK = "FAKE_BATCH_JOB"  # variable of the environment of all processes of a job
 PROGRAMS = {
     "slurm": ("sbatch", "scancel", "squeue"),
-    "pbs": ("qsub", "qdel"),
-    "sge": ("qsub", "qdel"),
-    "moab": ("msub", "canceljob"),
-    "lsf": ("bsub", "bkill"),
-    "oar": ("oarsub", "oardel"),
-    "htcondor": ("condor_submit", "condor_rm"),
+    "pbs": ("qsub", "qdel", "qselect"),
+    "sge": ("qsub", "qdel", "qstat"),
+    "moab": ("msub", "canceljob", "showq"),
+    "lsf": ("bsub", "bkill", "bjobs"),
+    "oar": ("oarsub", "oardel", "oarstat"),
+    "htcondor": ("condor_submit", "condor_rm", "condor_q"),
 }
 SUBMITTED = {  # what is printed
     "slurm": "Submitted batch job {0}",
@@ -60,6 +60,12 @@ REFUSED = {  # lines on stderr, and the exit code
     "htcondor": ("ERROR: Failed submission for job 1.-1 - aborting entire submit\nERROR: Failed to queue job.", 1),
 }
 NO_SERVER = "sbatch: error: Batch job submission failed: Unable to contact slurm controller (connect failure)"
+HEADINGS = {
+    "qstat": f"job-ID     prior   name       user         state submit/start at\n{'-' * 70}",
+    "bjobs": "JOBID   USER    STAT  QUEUE      FROM_HOST   EXEC_HOST   JOB_NAME   SUBMIT_TIME",
+    "oarstat": "Job id     S User     Duration   System message\n---------- - -------- ---------- ----------------",
+    "showq": "active jobs------------------------\nJOBID              USERNAME      STATE PROCS",
+}
 TOO_LARGE = "sbatch: error: Batch job submission failed: Requested node configuration is not available"
 FIRST_SIGNAL = {"sge": signal.SIGKILL, "lsf": signal.SIGUSR2}  # at the walltime; SIGTERM elsewhere
 
@@ -214,17 +220,30 @@ def cancel(root, words):
     return code
 
 
-def queue(root):
-    """`squeue`: jobs that wait or run."""
-    print("             JOBID PARTITION     NAME     USER ST       TIME  NODES NODELIST(REASON)")
+def queue(root, program, words):
+    """`squeue`, `qstat`, ...: jobs that wait or run, the number of a job first in each line; the exit code."""
+    jobs = []
     for folder in sorted((root / "jobs").iterdir(), key=lambda each: int(each.name)):
-        job, state = folder / "job.json", folder / "state"
-        if job.exists() and (found := state.read_text() if state.exists() else "PD") != "over":
-            name, where = json.loads(job.read_text())["name"], "(Priority)" if found == "PD" else "node1"
-            began = time.time() - state.stat().st_mtime if found == "R" else 0.0
-            passed = f"{int(began // 60)}:{int(began % 60):02d}"
+        state = folder / "state"
+        found = state.read_text() if state.exists() else "PD"
+        if found != "over" and (folder / "job.json").exists():
+            name = json.loads((folder / "job.json").read_text())["name"]
+            jobs.append((folder.name, name, found, time.time() - state.stat().st_mtime if found == "R" else 0.0))
+    if program == "squeue" and not {"--noheader", "-h"} & set(words):
+        print("             JOBID PARTITION     NAME     USER ST       TIME  NODES NODELIST(REASON)")
+    elif program in HEADINGS and jobs:
+        print(HEADINGS[program])
+    for number, name, state, seconds in jobs:
+        if program == "squeue" and "--format=%A" not in words:
+            passed, where = f"{int(seconds // 60)}:{int(seconds % 60):02d}", "node1" if state == "R" else "(Priority)"
             user = getpass.getuser()
-            print(f"{folder.name:>18} {'normal':>9} {name[:8]:>8} {user[:8]:>8} {found:>2} {passed:>10}      1 {where}")
+            print(f"{number:>18} {'normal':>9} {name[:8]:>8} {user[:8]:>8} {state:>2} {passed:>10}      1 {where}")
+        else:
+            print(
+                {"qselect": f"{number}.headnode", "squeue": number, "condor_q": f"{number}.0"}.get(
+                    program, f"{number:>8} {name} {state}"
+                )
+            )
     return 0
 
 
@@ -377,8 +396,8 @@ def main(root, name, *words):
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the driver
         Server(root).serve()
         return 0
-    if name == "squeue":
-        return queue(root)
+    if name in [lists for _, _, lists in PROGRAMS.values()]:
+        return queue(root, name, words)
     systems = [system for system, (submits, *_) in PROGRAMS.items() if submits == name]
     return submit(root, systems[0], list(words)) if systems else cancel(root, words)
 
