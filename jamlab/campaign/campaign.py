@@ -23,13 +23,11 @@ from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.tables import aggregate, table
-from jamlab.campaign.task_file import read_task_file
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.hints import Hinted
-from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
@@ -326,8 +324,7 @@ class Campaign(Hinted):
         Raises:
             StorageError: there is no such file, or it is damaged; `run` repairs it.
         """
-        read_task_file(path := self.folder.task_file(task), "")  # which refuses that of another task
-        return read_all_hdf5(path)
+        return self.folder.packings(task)
 
 
 @checked

@@ -5,8 +5,9 @@
 | campaign.toml         | copy of the campaign file of the last run                                          |
 | campaign.<k>.toml     | copies of files of the same name that ran here before, the first one first         |
 | tasks/<task>.h5       | a finished task (task_file.py), renamed to this name after its content was flushed |
+| tasks/chunk-<...>.h5  | several finished tasks (chunk_file.py); one that stands in two files is one        |
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
-| damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
+| damaged/<...>.<k>.h5  | a file of `tasks` that was found damaged and moved aside                           |
 | running/, deaths/     | marks of the calls under way (marks.py), records of dead workers (deaths.py)       |
 | lock.<k>-of-<n>       | held by flock while share k of n runs here; the kernel frees it when it dies; says |
 |                       | which run it is, so that workers see whether they are in the same folder           |
@@ -20,15 +21,29 @@ import tomllib
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
+import numpy as np
+
+from jamlab.campaign.chunk_file import alike, is_chunk, label_of_stem, names_in_chunk, opened_chunk, write_chunk_file
 from jamlab.campaign.deaths import end_run, forget_deaths
 from jamlab.campaign.marks import RUNNING
-from jamlab.campaign.task_file import TaskContent, TaskFile, damage, read_task_file, write_task_file
+from jamlab.campaign.task_file import (
+    TaskContent,
+    TaskFile,
+    TaskRows,
+    damage,
+    read_task_file,
+    rows_of_task,
+    write_task_file,
+    write_whole,
+)
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError, warn
+from jamlab.packing.hdf5 import read_all_hdf5
+from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.system_errors import system_said
 
@@ -44,28 +59,50 @@ class CampaignFolder:
     """The folder of a campaign."""
 
     path: Path  # need not exist until something is written
+    # file of several tasks -> their names, a line each: the name of such a file is a digest of its tasks
+    _known: dict[str, str] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def task_file(self, name: str) -> Path:
         """Return the path of a finished task, whether or not it exists yet."""
         return self.path / "tasks" / f"{name}.h5"
 
     def file_of(self, name: str) -> Path:
-        """Return the path of the file that holds a finished task."""
-        return self.task_file(name)
+        """Return the path of the file that holds a finished task; where none does, that of its own file."""
+        (path,) = self.files_of([name])
+        return path
+
+    def files_of(self, names: Iterable[str]) -> dict[Path, list[str]]:
+        """Find the files that hold finished tasks: path -> those of the tasks that are read from there. A task that
+        none holds has the path of its own file."""
+        left, found = set(names), {}
+        alone = {name for name in left if self.task_file(name).exists()}
+        if left != alone:
+            for file, text in self._chunks().items():
+                if here := [name for name in text.split() if name in left and name not in alone]:
+                    found[self.path / "tasks" / file] = here
+                    left.difference_update(here)
+        return {self.task_file(name): [name] for name in sorted(left)} | found
 
     def keep(self, contents: Sequence[TaskContent]) -> list[Path]:
-        """Write finished tasks; return the paths of the files."""
-        for content in contents:
-            write_task_file(self.task_file(content.task.name), content)
-        return [self.task_file(content.task.name) for content in contents]
+        """Write finished tasks; return the paths of the files: one for all that differ only by the seed and have tables
+        of the same columns, and a file of its own for a task that is alone in this."""
+        paths = []
+        for chunk in alike(contents):
+            if len(chunk) > 1:
+                paths.append(write_chunk_file(self.path / "tasks", chunk))
+            else:
+                paths.append(self.task_file(chunk[0].content.task.name))
+                write_task_file(paths[-1], chunk[0].content)
+        return paths
 
     def failure_file(self, name: str) -> Path:
         """Return the path of the record of a failed task, whether or not it exists."""
         return self.path / "failed" / f"{name}.json"
 
     def finished(self) -> set[str]:
-        """List the names of the finished tasks, without opening a file."""
-        return self._names("tasks", ".h5")
+        """List the names of the finished tasks, by the names of files, and those at the start of files of several."""
+        alone = {name for name in self._names("tasks", ".h5") if not is_chunk(name)}
+        return alone.union(*(text.split() for text in self._chunks().values()))
 
     def failed(self) -> set[str]:
         """List the names of the failed tasks."""
@@ -104,27 +141,85 @@ class CampaignFolder:
                 self.failure_file(name).unlink(missing_ok=True)
 
     def damages(self, names: Iterable[str]) -> dict[str, str]:
-        """Read every byte of finished tasks; return task -> damage of its file."""
-        found = ((name, damage(self.task_file(name), name)) for name in sorted(names))
-        return {name: reason for name, reason in found if reason is not None}
+        """Read every byte of the files of finished tasks; return file, without its ending, -> damage. A file of several
+        tasks whose names are damaged belongs to all."""
+        wanted, found = set(names), dict[str, str]()
+        for name in sorted(wanted):
+            if self.task_file(name).exists() and (reason := damage(self.task_file(name), f"task {name}")):
+                found[name] = reason
+        for file, text in self._chunks(damaged=True).items():
+            tasks = text.split()
+            if not tasks or not wanted.isdisjoint(tasks):
+                path = self.path / "tasks" / file
+                with suppress(FileNotFoundError):  # another share has moved it aside
+                    if reason := damage(path, label_of_stem(path.stem)):
+                        found[path.stem] = f"{reason} ({len(tasks)} tasks)" if tasks else reason
+        return found
 
     def read(self, names: Iterable[str]) -> dict[str, TaskFile]:
         """Read finished tasks without their tables; a damaged file is left out: `run` finds it, and runs it again."""
         found = {}
-        for name in sorted(names):
+        for path, tasks in self.files_of(names).items():
             with suppress(StorageError):
-                found[name] = read_task_file(self.task_file(name), "")
+                found |= {task.task: task for task in _read(path, tasks, "")}
         return found
 
+    def read_task(self, name: str) -> TaskFile:
+        """Read a finished task without its packings; see `read_task_file`."""
+        (found,) = _read(self.file_of(name), [name], None)
+        return found
+
+    def packings(self, name: str) -> list[Packing]:
+        """Read the packings of a finished task, frame by frame.
+
+        Raises:
+            StorageError: there is no such file, or it is damaged, or that of another task.
+        """
+        path = self.file_of(name)
+        if is_chunk(path.stem):
+            with opened_chunk(path) as chunk:
+                return chunk.packings(name)
+        read_task_file(path, "")  # which refuses that of another task
+        return read_all_hdf5(path)
+
+    def rows(self, names: Iterable[str], table: str) -> Iterator[TaskRows]:
+        """Read what a table needs of finished tasks, file by file."""
+        for path, tasks in self.files_of(names).items():
+            if is_chunk(path.stem):
+                with opened_chunk(path) as chunk:
+                    found, wanted = chunk.rows(table), set(tasks)
+                yield found.take(np.array([task in wanted for task in found.tasks]))
+            else:
+                yield rows_of_task(read_task_file(path, table))
+
+    def gaps(self, names: Iterable[str]) -> dict[str, str]:
+        """Read which finished tasks lack states: task -> which, and why; a damaged file is left out."""
+        found = {}
+        for path, tasks in self.files_of(names).items():
+            with suppress(StorageError):
+                if is_chunk(path.stem):
+                    with opened_chunk(path) as chunk:
+                        lacking = [chunk.task(name, "") for name in chunk.lacking() if name in set(tasks)]
+                else:
+                    lacking = [read_task_file(path, "")]
+                found |= {task.task: task.gaps for task in lacking if task.gaps}
+        return found
+
+    def bytes_of(self, name: str) -> float:
+        """Size on disk of a finished task; of a file of several its share."""
+        path = self.file_of(name)
+        return path.stat().st_size / (len(names_in_chunk(path)) if is_chunk(path.stem) else 1)
+
     def move_aside(self, name: str) -> Path:
-        """Move a damaged file to `damaged/`, so that its task is run again."""
+        """Move a damaged file, as `damages` names it, to `damaged/`, so that its tasks are run again."""
         place = self.path / "damaged"
         with _changing(place):
             place.mkdir(exist_ok=True)
             k = 1
             while (target := place / f"{name}.{k}.h5").exists():
                 k += 1
-            os.replace(self.task_file(name), target)
+            with suppress(FileNotFoundError):  # another share has moved it aside
+                os.replace(self.task_file(name), target)
         return target
 
     def prepare(self) -> None:
@@ -187,9 +282,28 @@ class CampaignFolder:
                 f"{self.path} holds the campaign {other!r}, not {name!r}: give another folder, or the same name"
             )
         if known != content and known not in kept:
-            _write(copy.with_suffix(f".{len(earlier) + 1}{copy.suffix}"), known)
+            write_whole(copy.with_suffix(f".{len(earlier) + 1}{copy.suffix}"), known)
         if known != content or not copy.exists():
-            _write(copy, content)
+            write_whole(copy, content)
+
+    def _chunks(self, *, damaged: bool = False) -> dict[str, str]:
+        """The files of several tasks: name of the file -> names of the tasks, a line each; with `damaged` also those
+        whose names are damaged, "" for these."""
+        files = sorted(f"{name}.h5" for name in self._names("tasks", ".h5") if is_chunk(name))
+        for gone in self._known.keys() - set(files):
+            del self._known[gone]
+        for file in files:
+            if file not in self._known:
+                path = self.path / "tasks" / file
+                try:
+                    names = names_in_chunk(path)
+                except FileNotFoundError:  # another share has moved it aside
+                    continue
+                except OSError as error:
+                    said = system_said(error, "check its permissions")
+                    raise StorageError(f"cannot read {path}: {said}") from error
+                self._known[file] = "\n".join(names)
+        return {file: text for file in files if (text := self._known.get(file)) or (damaged and text == "")}
 
     def _names(self, part: str, ending: str) -> set[str]:
         try:
@@ -202,9 +316,12 @@ class CampaignFolder:
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
 
 
-def _write(path: Path, content: bytes) -> None:
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+def _read(path: Path, names: Sequence[str], table: str | None) -> list[TaskFile]:
+    """Read some tasks of a file without their packings; `table` as in `read_task_file`."""
+    if not is_chunk(path.stem):
+        return [read_task_file(path, table)]
+    with opened_chunk(path) as chunk:
+        return [chunk.task(name, table) for name in names]
 
 
 def _name_of(content: bytes) -> str | None:

@@ -19,7 +19,7 @@ from jamlab.campaign.tasks import Batch, seeds_before, states_name
 from jamlab.processes.cores import available_cores
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
-_READ = 1_000  # finished tasks in memory at a time, and to average over at the start of a run
+_READ = 1_000  # finished tasks to average over at the start of a run
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,7 @@ def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status
     damaged, gaps = None, None
     if verify:
         names = list({each.batch.name_of(each.batch.seeds[k]): None for each in counted for k in each.finished})
-        damaged, gaps = folder.damages(names), {}
-        for start in range(0, len(names), _READ):
-            some = folder.read(names[start : start + _READ])
-            gaps |= {name: file.gaps for name, file in some.items() if file.gaps}
+        damaged, gaps = folder.damages(names), folder.gaps(names)
     tasks, known, left = (sum(column) for column in zip(*((c.new, c.known, len(c.left)) for c in counted), strict=True))
     return Status(
         [_line(each, 0) for each in counted],
@@ -148,7 +145,7 @@ def plan(batches: list[Batch], folder: CampaignFolder, *, samples: int = _SAMPLE
             one = float(np.mean(times))
             work = one * len(each.left) - min(float(np.mean(spared or [0])), one) * len(stored)
             seconds = work * each.batch.ranks
-            size = int(np.mean([folder.task_file(name).stat().st_size for name in done])) * len(each.left)
+            size = int(np.mean([folder.bytes_of(name) for name in done])) * len(each.left)
         lines.append(_line(each, len(stored), seconds=seconds, bytes=size))
     return lines
 

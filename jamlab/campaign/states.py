@@ -12,12 +12,11 @@ from typing import Any
 from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TaskStates
-from jamlab.campaign.task_file import TaskFile, read_task_file
+from jamlab.campaign.task_file import TaskFile
 from jamlab.campaign.tasks import Parameters
 from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
 from jamlab.protocols.compression import compress
@@ -115,9 +114,8 @@ def read_stored(
     if not files:
         return None
     name, best = max(files.items(), key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
-    path, shared = folder.file_of(name), _shared_tables(parameters, best.parameters)
-    file = read_task_file(path)
-    states = TaskStates(read_all_hdf5(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
+    file, shared = folder.read_task(name), _shared_tables(parameters, best.parameters)
+    states = TaskStates(folder.packings(name), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
     whole = STATES in shared and file.observables.keys() >= {*COLUMNS}  # else an earlier jamlab measured less
     measured = file.observables if whole else {}
     tables = {name: columns for name, columns in file.tables.items() if name in shared}

@@ -16,7 +16,7 @@ from jamlab.arrays import ArrayLike, Indices
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
-from jamlab.campaign.task_file import TaskFile, read_task_file
+from jamlab.campaign.task_file import TaskRows
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.laws.parameter import UNITS
@@ -68,18 +68,22 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
     of_laws: dict[str, None] = {}  # columns of parameters of laws, of which each sweep has its own
-    for task in names:
-        file = read_task_file(folder.task_file(task), name)
+    for file in folder.rows(names, name):
+        counts = file.frames
         if name == "states":
             columns = _states(file) | _own(file, own)
             of_laws |= dict.fromkeys(each for each in _of_named_law(file) if each not in TABLE_COLUMNS[name])
         elif name == "onset":
-            columns = _onset(file)
+            columns, counts = _onset(file), np.ones_like(counts)
         else:
-            columns = file.tables.get(name, {})
+            columns, counts = file.tables.get(name, {}), file.rows.get(name, np.zeros_like(counts))
             of_laws |= dict.fromkeys(each for each in columns if each not in TABLE_COLUMNS[name])
-        if any(map(len, columns.values())):
-            who = {"task": task, **{key: getattr(file.parameters, key) for key in _WHO[1:]}}
+        if columns and counts.any():
+            who: dict[str, Any] = {key: getattr(file.parameters, key) for key in _WHO[1:]}
+            who |= {
+                "task": np.repeat(np.array(file.tasks, dtype=object), counts),
+                "seed": np.repeat(file.seeds, counts),
+            }
             parts.append(pd.DataFrame(who | columns))
     wanted = [*TABLE_COLUMNS[name], *of_laws, *sorted(own)]
     if not parts:
@@ -90,23 +94,29 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     return rows[wanted]
 
 
-def _onset(file: TaskFile) -> TableColumns:
+def _onset(file: TaskRows) -> TableColumns:
     """The packing at onset, of every task that begins there."""
     if not file.parameters.from_onset:
         return {}
+    first = _first(file)
     names = {"rho_J": "rho", "phi_J": "phi", "z_J": "z", "rattlers": "rattlers"}
-    first = {column: file.observables[name][:1] for column, name in names.items()}
-    return first | {"converged": file.converged[:1]}
+    found = {column: file.observables[name][first] for column, name in names.items()}
+    return found | {"converged": file.converged[first]}
 
 
-def _states(file: TaskFile) -> dict[str, Any]:
+def _first(file: TaskRows) -> Indices:
+    """Where the frames of each task begin."""
+    return np.cumsum(file.frames) - file.frames
+
+
+def _states(file: TaskRows) -> dict[str, Any]:
     model, law = file.parameters.model, file.parameters.force_law
     onset = _onset(file)
     return {
         "units": file.units,
-        "state": np.arange(len(file.converged)),
-        "onset": onset.get("rho_J", [np.nan])[0],
-        "onset_phi": onset.get("phi_J", [np.nan])[0],
+        "state": np.arange(len(file.converged)) - np.repeat(_first(file), file.frames),
+        "onset": np.repeat(onset["rho_J"], file.frames) if onset else np.nan,
+        "onset_phi": np.repeat(onset["phi_J"], file.frames) if onset else np.nan,
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
@@ -116,7 +126,7 @@ def _states(file: TaskFile) -> dict[str, Any]:
     }
 
 
-def _of_named_law(file: TaskFile) -> dict[str, Any]:
+def _of_named_law(file: TaskRows) -> dict[str, Any]:
     """The force law that a sweep names, and those of its parameters that are no columns of every table."""
     law = file.parameters.force_law
     if "law" not in law:
@@ -126,7 +136,7 @@ def _of_named_law(file: TaskFile) -> dict[str, Any]:
     return {"force_law": law["law"], **{name: value for name, value in values.items() if name not in _OF_LAWS}}
 
 
-def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
+def _own(file: TaskRows, known: dict[str, str]) -> dict[str, Any]:
     """Return the columns of the user's own observables, and note in `known` which observable each belongs to."""
     found: dict[str, Any] = {}
     for observable, columns in file.tables.items():

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from importlib import metadata
 from typing import Any
 
 import h5py
@@ -33,7 +32,15 @@ from jamlab.storage.verified_file import (
     add_checksum,
     dataset,
     opened,
+    version_of,
 )
+
+# places in the layout
+_PARAMETERS, _LAW = "parameters/", "force_law/"
+_POSITIONS, _EDGES = "particles/all/position/value", "particles/all/box/edges/value"
+_OBSERVABLES = ("observables/", "/value")  # around a name
+_OF_SWEEP = ("model", "units")  # attributes
+_SIZES = {"diameters": "f", "offsets": "iu"}  # with kinds of numpy
 
 
 def write_sweep(
@@ -60,29 +67,64 @@ def file_image(
 ) -> bytes:
     """The bytes of such a file, without checksum; `extend` is called with the open h5py.File before it is closed, to
     add groups of its own. Other arguments and errors as in `jamlab.write`."""
-    check_names(observables or {})  # before packings are made by a generator
-    frames = list(packings)
-    check_one_sweep(frames)
-    results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
-    onsets = [np.nan if packing.onset is None else float(packing.onset) for packing in frames]
-    histories = [history_text(p.provenance, f"provenance of frame {k}") for k, p in enumerate(frames)]
-    states = [history_text(p.known, f"state of frame {k}") for k, p in enumerate(frames)]
+    record = record_of(packings, observables)
 
-    with _memory_file() as file:
-        _write_header(file)
-        series: dict[str, Sequence[Any]] = {"onset": onsets, "provenance": histories, "state": states}
-        _write_parameters(file.create_group("parameters"), frames[0], series)
+    def write(file: Any) -> None:
+        _write_parameters(file.create_group("parameters"), record)
         particles = file.create_group("particles/all")
-        _write_particles(particles, frames)
+        _write_particles(particles, record)
         group = file.create_group("observables")
-        for name, values in results.items():
-            _write_element(group, name, values, clock=particles["position"])
+        for name in observables or {}:
+            _write_element(group, name, record[observable_place(name)], clock=particles["position"])
             if name in MEASURED:
                 group[name].attrs["description"] = MEASURED[name].words
         if extend is not None:
             extend(file)
+
+    return image_of(write)
+
+
+def image_of(write: Callable[[Any], None], **how: Any) -> bytes:
+    """The bytes of a file of this schema, without checksum, into which `write` writes; `how`: of `h5py.File`."""
+    # in memory: a disk that fills up while HDF5 itself writes to it crashes the process later on
+    with h5py.File(f"jamlab-{os.urandom(8).hex()}", "w", driver="core", backing_store=False, **how) as file:
+        _write_header(file)
+        write(file)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def record_of(packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
+    """What a file holds of the packings of one sweep, by its place in the layout: text, numbers and arrays; positions
+    and boxes in two dimensions. Arguments and errors as in `jamlab.write`; see `frames_of`."""
+    check_names(observables or {})  # before packings are made by a generator
+    frames = list(packings)
+    check_one_sweep(frames)
+    results = {observable_place(k): _observable(k, values, len(frames)) for k, values in (observables or {}).items()}
+    first = frames[0]
+    parameters = {
+        **{name: getattr(first, name) for name in _OF_SWEEP},
+        **{name: value for name in _SIZES if (value := getattr(first, name)) is not None},
+        **{f"{_LAW}{name}": value for name, value in first.params.items()},
+        "onset": np.array([np.nan if packing.onset is None else float(packing.onset) for packing in frames]),
+        "provenance": [history_text(p.provenance, f"provenance of frame {k}") for k, p in enumerate(frames)],
+        "state": [history_text(p.known, f"state of frame {k}") for k, p in enumerate(frames)],
+    }
+    record: dict[str, Any] = {f"{_PARAMETERS}{name}": value for name, value in parameters.items()}
+    record[_POSITIONS] = np.array([packing.positions for packing in frames])
+    record[_EDGES] = np.array([packing.box for packing in frames])
+    return record | results
+
+
+def observable_place(name: str) -> str:
+    """Where a record holds an observable."""
+    return f"{_OBSERVABLES[0]}{name}{_OBSERVABLES[1]}"
+
+
+def observable_of(place: str) -> str | None:
+    """The observable that a record holds at a place; None if there is none."""
+    before, after = _OBSERVABLES
+    return place[len(before) : -len(after)] if place.startswith(before) and place.endswith(after) else None
 
 
 @checked
@@ -95,16 +137,16 @@ def read_hdf5(path: FilePath, frame: int = -1) -> Packing:
         if not -count <= frame < count:
             frames = f"it holds {count}, 0 to {count - 1} or -1 for the last" if count else "it holds none"
             raise StorageError(f"{path} has no frame {frame}: {frames}")
-        return _packing(path, file, int(frame) % count)
+        return _packing(f"{path}", _record(file), int(frame) % count)
 
 
 @checked
 def read_all_hdf5(path: FilePath) -> list[Packing]:
     """Read every frame, in the order written. Errors as in `read_hdf5`."""
     with opened(path) as file:
-        if not (count := _count(file)):
+        if not _count(file):
             raise StorageError(f"{path} has no frames: write packings into it again")
-        return [_packing(path, file, frame) for frame in range(count)]
+        return frames_of(f"{path}", _record(file))
 
 
 def read_observables(path: FilePath) -> dict[str, Array]:
@@ -116,37 +158,30 @@ def read_observables(path: FilePath) -> dict[str, Array]:
 # writing --------------------------------------------------------------------------------------------------------------
 
 
-def _memory_file() -> Any:
-    """HDF5 file in memory. A disk that fills up while HDF5 itself writes to it crashes the process later on."""
-    return h5py.File(f"jamlab-{os.urandom(8).hex()}", "w", driver="core", backing_store=False)
-
-
 def _write_header(file: Any) -> None:
     file.attrs.update(schema=SCHEMA, schema_version=SCHEMA_VERSION)
     h5md = file.create_group("h5md")
     h5md.attrs["version"] = np.array([1, 1])
     h5md.create_group("author").attrs["name"] = "jamlab"
-    h5md.create_group("creator").attrs.update(name="jamlab", version=metadata.version("jamlab"))
+    h5md.create_group("creator").attrs.update(name="jamlab", version=version_of("jamlab"))
 
 
-def _write_parameters(group: Any, first: Packing, series: Mapping[str, Sequence[Any]]) -> None:
-    """What all frames share, and `series` with one entry a frame."""
-    group.attrs.update(model=first.model, units=first.units)
-    for name in ("diameters", "offsets"):
-        if getattr(first, name) is not None:
-            group[name] = getattr(first, name)
-    law = group.create_group("force_law")
-    for name, value in first.params.items():
-        law[name] = value
-    for name, entries in series.items():
-        group[name] = entries
+def _write_parameters(group: Any, record: Mapping[str, Any]) -> None:
+    group.attrs.update({name: record[f"{_PARAMETERS}{name}"] for name in _OF_SWEEP})
+    places = [place.removeprefix(_PARAMETERS) for place in record if place.startswith(_PARAMETERS)]
+    for name in (name for name in places if name in _SIZES):
+        group[name] = record[f"{_PARAMETERS}{name}"]
+    group.create_group("force_law")
+    for name in (name for name in places if name not in (*_OF_SWEEP, *_SIZES)):
+        group[name] = record[f"{_PARAMETERS}{name}"]
 
 
-def _write_particles(group: Any, frames: list[Packing]) -> None:
-    positions = np.zeros((len(frames), len(frames[0].positions), 3))
-    positions[:, :, :2] = [packing.positions for packing in frames]
-    edges = np.zeros((len(frames), 3, 3))
-    edges[:, :2, :2] = [packing.box for packing in frames]
+def _write_particles(group: Any, record: Mapping[str, Any]) -> None:
+    in_plane, boxes = record[_POSITIONS], record[_EDGES]
+    positions = np.zeros((*in_plane.shape[:2], 3))
+    positions[:, :, :2] = in_plane
+    edges = np.zeros((len(boxes), 3, 3))
+    edges[:, :2, :2] = boxes
     edges[:, 2, 2] = 1.0
     _write_element(group, "position", positions)
     box = group.create_group("box")
@@ -199,34 +234,50 @@ def _count(file: Any) -> int:
 
 
 def _positions(file: Any) -> Any:
-    return dataset(file, "particles/all/position/value", "f", (None, None, 3))
+    return dataset(file, _POSITIONS, "f", (None, None, 3))
 
 
-def _packing(path: FilePath, file: Any, frame: int) -> Packing:
+def _record(file: Any) -> dict[str, Any]:
+    """The record of a file, see `record_of`; positions and boxes are not read yet, and have three dimensions."""
     positions = _positions(file)
     frames = len(positions)
     parameters = file["parameters"]
-    onset = float(dataset(parameters, "onset", "f", (frames,))[frame])
-    history = _read_history(path, dataset(parameters, "provenance", "T", (frames,)).asstr()[frame], frame)
-    known = _read_known(path, dataset(parameters, "state", "T", (frames,)).asstr()[frame])
-    sizes = {
-        name: dataset(parameters, name, kind, (None,)) if name in parameters else None
-        for name, kind in (("diameters", "f"), ("offsets", "iu"))
-    }
-    law = {name: dataset(parameters["force_law"], name, NUMBERS + "T") for name in parameters["force_law"]}
-    box = dataset(file, "particles/all/box/edges/value", "f", (frames, 3, 3))
+    record: dict[str, Any] = {"onset": dataset(parameters, "onset", "f", (frames,))[()]}
+    for name in ("provenance", "state"):
+        record[name] = dataset(parameters, name, "T", (frames,)).asstr()[()]
+    for name, kind in _SIZES.items():
+        if name in parameters:
+            record[name] = dataset(parameters, name, kind, (None,))[()]
+    for name in parameters["force_law"]:
+        record[f"{_LAW}{name}"] = _value(dataset(parameters["force_law"], name, NUMBERS + "T"))
+    record |= {name: parameters.attrs[name] for name in _OF_SWEEP}
+    edges = dataset(file, _EDGES, "f", (frames, 3, 3))
+    return {f"{_PARAMETERS}{name}": value for name, value in record.items()} | {_POSITIONS: positions, _EDGES: edges}
+
+
+def frames_of(where: str, record: Mapping[str, Any]) -> list[Packing]:
+    """The packings of a record, see `record_of`; `where`: what an error names."""
+    return [_packing(where, record, frame) for frame in range(len(record[_EDGES]))]
+
+
+def _packing(where: str, record: Mapping[str, Any], frame: int) -> Packing:
+    parts = {place.removeprefix(_PARAMETERS): value for place, value in record.items() if place.startswith(_PARAMETERS)}
+    positions, box, onset = record[_POSITIONS], record[_EDGES], float(parts["onset"][frame])
+    history = _read_history(where, parts["provenance"][frame], frame)
+    known = _read_known(where, parts["state"][frame])
+    sizes = {name: parts.get(name) for name in _SIZES}
+    law = {name.removeprefix(_LAW): value for name, value in parts.items() if name.startswith(_LAW)}
     fields = {
-        "model": parameters.attrs["model"],
-        "units": parameters.attrs["units"],
+        **{name: parts[name] for name in _OF_SWEEP},
         "box": box[frame, :2, :2],
         "positions": positions[frame, :, :2],
-        "params": {name: _value(each) for name, each in law.items()},
-        **{name: None if each is None else each[()] for name, each in sizes.items()},
+        "params": {name: value.item() if isinstance(value, np.generic) else value for name, value in law.items()},
+        **sizes,
         "onset": None if np.isnan(onset) else onset,
         **known,
         "provenance": history,
     }
-    arrays = [positions, box, *(each for each in (*sizes.values(), *law.values()) if each is not None and each.shape)]
+    arrays = [positions, box, *(each for each in (*sizes.values(), *law.values()) if np.ndim(each))]
     short = [each for each in arrays if each.dtype.kind == "f" and each.dtype.itemsize < 8]  # which others wrote
     if error := sum(rounding_of(each.dtype, each[()]) for each in short):
         fields |= {name: MINIMUM[name] for name in OF_DIGITS}
@@ -234,17 +285,17 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     try:
         return Packing(**fields)
     except InputError as error:
-        raise type(error)(f"{path}, frame {frame}: {error}") from error
+        raise type(error)(f"{where}, frame {frame}: {error}") from error
 
 
-def _read_history(path: FilePath, text: str, frame: int) -> dict[str, Any]:
+def _read_history(path: str, text: str, frame: int) -> dict[str, Any]:
     history = json.loads(text)
     if not isinstance(history, dict):
         raise StorageError(f"{path} is damaged (provenance of frame {frame} is {text[:40]}, not a table): {REMEDY}")
     return history
 
 
-def _read_known(path: FilePath, text: str) -> dict[str, Any]:
+def _read_known(path: str, text: str) -> dict[str, Any]:
     """What is known of a state."""
     known = json.loads(text)
     if not isinstance(known, dict) or not known.keys() <= KNOWN.keys():
@@ -253,7 +304,4 @@ def _read_known(path: FilePath, text: str) -> dict[str, Any]:
 
 
 def _value(dataset: Any) -> Any:
-    if h5py.check_string_dtype(dataset.dtype):
-        return dataset.asstr()[()]
-    value = dataset[()]
-    return value.item() if isinstance(value, np.generic) else value
+    return dataset.asstr()[()] if h5py.check_string_dtype(dataset.dtype) else dataset[()]

@@ -56,8 +56,8 @@ def test_damaged_files_are_found(full, harm, tmp_path):
         "foreign": b"hello" * 1000,
     }
     file.write_bytes(harmed[harm]) if harm in harmed else file.mkdir()
-    assert damage(file, name)
-    assert damage(full.folder.task_file(name), name) is None
+    assert damage(file, f"task {name}")
+    assert damage(full.folder.task_file(name), f"task {name}") is None
 
 
 @pytest.mark.slow
