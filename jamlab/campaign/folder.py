@@ -158,7 +158,7 @@ class CampaignFolder:
 
     def read(self, names: Iterable[str]) -> dict[str, TaskFile]:
         """Read finished tasks without their tables; a damaged file is left out: `run` finds it, and runs it again."""
-        found = {}
+        found: dict[str, TaskFile] = {}
         for path, tasks in self.files_of(names).items():
             with suppress(StorageError):
                 found |= {task.task: task for task in _read(path, tasks, "")}
@@ -194,7 +194,7 @@ class CampaignFolder:
 
     def gaps(self, names: Iterable[str]) -> dict[str, str]:
         """Read which finished tasks lack states: task -> which, and why; a damaged file is left out."""
-        found = {}
+        found: dict[str, str] = {}
         for path, tasks in self.files_of(names).items():
             with suppress(StorageError):
                 if is_chunk(path.stem):

@@ -45,7 +45,7 @@ def _kind(value: Any) -> tuple[str, int]:
 def write_records(group: Any, records: Sequence[Record]) -> None:
     """Write records of one kind, see `kind_of_record`."""
     for place, first in records[0].items():
-        text = {str: _TEXT, list: _TEXTS}.get(type(first), _NUMBERS)
+        text = _TEXT if isinstance(first, str) else _TEXTS if isinstance(first, list) else _NUMBERS
         values = [_array(record[place]) for record in records]
         if all(_alike(values[0], value) for value in values[1:]):
             stored = group.create_dataset(f"same/{place}", data=values[0], **_packed(values[0]))
