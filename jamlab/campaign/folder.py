@@ -68,20 +68,30 @@ class CampaignFolder:
 
     def file_of(self, name: str) -> Path:
         """Return the path of the file that holds a finished task; where none does, that of its own file."""
-        (path,) = self.files_of([name])
-        return path
+        alone = self.task_file(name)
+        if alone.exists():
+            return alone
+        for chunks in (self._known, self._chunks()):  # what is known first: to list a folder takes long
+            for file, text in chunks.items():
+                if name in text and (path := self.path / "tasks" / file).exists():
+                    return path
+        return alone
 
     def files_of(self, names: Iterable[str]) -> dict[Path, list[str]]:
         """Find the files that hold finished tasks: path -> those of the tasks that are read from there. A task that
         none holds has the path of its own file."""
-        left, found = set(names), {}
-        alone = {name for name in left if self.task_file(name).exists()}
-        if left != alone:
-            for file, text in self._chunks().items():
-                if here := [name for name in text.split() if name in left and name not in alone]:
-                    found[self.path / "tasks" / file] = here
-                    left.difference_update(here)
-        return {self.task_file(name): [name] for name in sorted(left)} | found
+        wanted = set(names)
+        alone = wanted & self._alone()
+        left, found = wanted - alone, {}
+        for file, text in self._chunks().items() if left else ():
+            if here := [name for name in text.split() if name in left]:
+                found[self.path / "tasks" / file] = here
+                left.difference_update(here)
+        return {self.task_file(name): [name] for name in sorted(alone | left)} | found
+
+    def finished_of(self, names: Iterable[str]) -> set[str]:
+        """Return those of some tasks that are finished."""
+        return {name for path, tasks in self.files_of(names).items() if path.exists() for name in tasks}
 
     def keep(self, contents: Sequence[TaskContent]) -> list[Path]:
         """Write finished tasks; return the paths of the files: one for all that differ only by the seed and have tables
@@ -101,8 +111,7 @@ class CampaignFolder:
 
     def finished(self) -> set[str]:
         """List the names of the finished tasks, by the names of files, and those at the start of files of several."""
-        alone = {name for name in self._names("tasks", ".h5") if not is_chunk(name)}
-        return alone.union(*(text.split() for text in self._chunks().values()))
+        return self._alone().union(*(text.split() for text in self._chunks().values()))
 
     def failed(self) -> set[str]:
         """List the names of the failed tasks."""
@@ -122,7 +131,7 @@ class CampaignFolder:
 
     def has_ended(self, name: str) -> bool:
         """Whether a task is finished or has failed."""
-        return self.task_file(name).exists() or self.failure_file(name).exists()
+        return self.failure_file(name).exists() or self.file_of(name).exists()
 
     def record_failure(self, task: Task, error: BaseException) -> None:
         """Record why a task failed."""
@@ -144,16 +153,15 @@ class CampaignFolder:
         """Read every byte of the files of finished tasks; return file, without its ending, -> damage. A file of several
         tasks whose names are damaged belongs to all."""
         wanted, found = set(names), dict[str, str]()
-        for name in sorted(wanted):
-            if self.task_file(name).exists() and (reason := damage(self.task_file(name), f"task {name}")):
-                found[name] = reason
-        for file, text in self._chunks(damaged=True).items():
-            tasks = text.split()
-            if not tasks or not wanted.isdisjoint(tasks):
-                path = self.path / "tasks" / file
-                with suppress(FileNotFoundError):  # another share has moved it aside
-                    if reason := damage(path, label_of_stem(path.stem)):
-                        found[path.stem] = f"{reason} ({len(tasks)} tasks)" if tasks else reason
+        tasks = {name: [name] for name in sorted(wanted & self._alone())}
+        tasks |= {Path(file).stem: text.split() for file, text in self._chunks(damaged=True).items()}
+        for stem, inside in tasks.items():
+            path = self.task_file(stem)
+            if (inside and wanted.isdisjoint(inside)) or not path.exists():  # another share has moved it aside
+                continue
+            label = label_of_stem(stem) if is_chunk(stem) else f"task {stem}"
+            if reason := damage(path, label):
+                found[stem] = reason if len(inside) < 2 else f"{reason} ({len(inside)} tasks)"
         return found
 
     def read(self, names: Iterable[str]) -> dict[str, TaskFile]:
@@ -293,17 +301,21 @@ class CampaignFolder:
         for gone in self._known.keys() - set(files):
             del self._known[gone]
         for file in files:
-            if file not in self._known:
+            if not self._known.get(file):  # what is damaged may be whole again
                 path = self.path / "tasks" / file
                 try:
-                    names = names_in_chunk(path)
+                    names = names_in_chunk(path) if path.is_file() or not path.exists() else []
                 except FileNotFoundError:  # another share has moved it aside
                     continue
                 except OSError as error:
                     said = system_said(error, "check its permissions")
                     raise StorageError(f"cannot read {path}: {said}") from error
                 self._known[file] = "\n".join(names)
-        return {file: text for file in files if (text := self._known.get(file)) or (damaged and text == "")}
+        return {file: text for file in files if (text := self._known.get(file)) is not None and (text or damaged)}
+
+    def _alone(self) -> set[str]:
+        """Names of the tasks that have files of their own."""
+        return {name for name in self._names("tasks", ".h5") if not is_chunk(name)}
 
     def _names(self, part: str, ending: str) -> set[str]:
         try:

@@ -137,8 +137,12 @@ def run_tasks(
     """
     outcomes: dict[str, Outcome] = {}
     made: list[TaskContent] = []
+    finished = folder.finished_of(chunk.names())
     with threadpool_limits(1), cores_given(chunk.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
         for task in chunk.tasks():
+            if task.name in finished:
+                outcomes[task.name] = Outcome(FINISHED, task.parameters.label, 0.0)
+                continue
             outcomes[task.name], content = _run_task(folder, task, stored.get(task.name, ()), modules, at, hopeless)
             if content is not None:
                 made.append(content)
@@ -162,9 +166,7 @@ def _run_task(
         at(task.name)
         if task.name in hopeless:
             raise EngineError(hopeless[task.name])
-        if (file := folder.task_file(task.name)).exists():
-            return Outcome(FINISHED, label, time.perf_counter() - began), None
-        check_target(file)  # before the work, not after
+        check_target(folder.task_file(task.name))  # before the work, not after
         content = _make(folder, task, began, stored, modules)
     except (Exception, SystemExit) as error:  # whatever it is, it belongs to this task alone and must not stop others
         return _outcome_of(folder, task, error, time.perf_counter() - began), None
