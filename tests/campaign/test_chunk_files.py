@@ -6,16 +6,19 @@ import os
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import assert_same
-from chunk_files import batch_of, content_of, in_chunks
+from campaigns import assert_same, run_here, written
+from chunk_files import KEYS, batch_of, content_of, in_chunks
 from kinds_of_packings import KINDS
 from twins import registered
 
 import jamlab
+from jamlab.campaign import states as making
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observables import SpectraOfStates, VoidsOfStates
 from jamlab.campaign.task_file import TaskFile
+from jamlab.errors import StorageError
 from jamlab.packing.packing import Packing
+from jamlab.trajectories.convert import convert
 
 FIELDS = [each.name for each in dataclasses.fields(Packing) if each.init]
 
@@ -120,3 +123,124 @@ def test_tables_of_any_length_and_type(tmp_path):
         assert_same_task(several, alone, task)
     for name in ("voids", "spectra"):
         pd.testing.assert_frame_equal(several.table(name), alone.table(name), check_exact=True)
+
+
+@pytest.fixture
+def chunk(tmp_path):
+    """A folder with three tasks in one file, and the file."""
+    campaign, batch = batch_of(tmp_path / "c.toml", 3)
+    ((path,), _) = kept(campaign.folder, batch, members(KINDS["energies eps"]()))
+    return campaign, path
+
+
+def fresh(campaign):
+    """The campaign as another process sees it."""
+    return dataclasses.replace(campaign, folder=CampaignFolder(campaign.folder.path))
+
+
+def changes(content, block):
+    """Every sort of damage: a bit of each byte of the line and the names, of some of the rest; and of the length."""
+    rng = np.random.default_rng(1)
+    for place in [*range(block), *rng.integers(block, len(content), 200)]:
+        yield content[:place] + bytes([content[place] ^ (1 << rng.integers(8))]) + content[place + 1 :]
+    for length in (0, 1, 100, block - 1, block, len(content) // 2, len(content) - 1):
+        yield content[:length]
+    yield content + b"\0"
+    yield content[block:]
+
+
+def test_every_damage_of_a_file_of_several_is_noticed_and_all_its_tasks_run_again(chunk):
+    campaign, path = chunk
+    names, content = campaign.folder.finished(), path.read_bytes()
+    assert len(names) == 3 and not fresh(campaign).folder.damages(names)
+    for harmed in changes(content, 512):
+        path.write_bytes(harmed)
+        folder = fresh(campaign).folder
+        assert [*folder.damages(names)] == [path.stem]
+        assert folder.finished() in (names, set())
+    (path.parent.parent / "damaged").mkdir()
+    status = fresh(campaign).status(verify=True)
+    assert list(status.damaged) == [path.stem]
+    folder = fresh(campaign).folder
+    assert folder.move_aside(path.stem).exists() and folder.finished() == set() and not folder.damages(names)
+
+
+def test_a_damaged_file_of_several_gives_no_rows(chunk):
+    campaign, path = chunk
+    name, content = campaign.finished()[0], bytearray(path.read_bytes())
+    content[-1] ^= 1
+    path.write_bytes(content)
+    for look in (campaign.table, lambda: campaign.packings(name), lambda: campaign.folder.read_task(name)):
+        with pytest.raises(StorageError, match="checksum"):
+            look()
+    assert campaign.folder.read([name]) == {} and campaign.folder.gaps([name]) == {}
+
+
+def test_a_task_in_two_files_is_one(chunk, tmp_path):
+    """As when a driver died and the next one cut other chunks; with one file damaged the other counts."""
+    campaign, path = chunk
+    batch = batch_of(tmp_path / "c.toml", 3)[1]
+    tasks, (packing,) = list(batch.tasks()), members(KINDS["energies eps"]())[0]
+    (second,) = campaign.folder.keep([content_of(task, [packing]) for task in tasks[1:]])
+    (third,) = campaign.folder.keep([content_of(tasks[0], [packing])])
+    assert third == campaign.folder.task_file(tasks[0].name) and len({path, second, third}) == 3
+    campaign = fresh(campaign)
+    assert len(campaign.finished()) == 3 and campaign.status().foreign == 0
+    rows = campaign.table("states")
+    assert rows.groupby("task").ngroups == 3 and not rows.duplicated(["task", "state"]).any()
+    assert campaign.folder.file_of(tasks[0].name) == third
+    path.write_bytes(path.read_bytes()[:-1])
+    damages = fresh(campaign).folder.damages([task.name for task in tasks])
+    assert [*damages] == [path.stem] and "(3 tasks)" in damages[path.stem]
+    campaign.folder.move_aside(path.stem)
+    assert len(fresh(campaign).finished()) == 3 and len(campaign.table("states")) == 3
+
+
+@pytest.mark.parametrize("harm", [lambda path: path.mkdir(), os.mkfifo, lambda path: path.write_text("hello" * 1000)])
+def test_what_bears_the_name_of_a_file_of_several_is_damaged(chunk, harm):
+    campaign, path = chunk
+    harm(other := path.with_name(f"chunk-{'0' * 32}.h5"))
+    assert [*campaign.folder.damages(campaign.finished())] == [other.stem] and len(campaign.finished()) == 3
+    assert campaign.folder.move_aside(other.stem).parent.name == "damaged" and not other.exists()
+
+
+def test_a_file_of_several_under_another_name_is_not_taken_for_one(chunk):
+    campaign, path = chunk
+    path.rename(other := path.with_name(f"chunk-{'0' * 32}.h5"))
+    campaign = fresh(campaign)
+    assert campaign.finished() == []
+    assert path.stem.replace("-", " ") in campaign.folder.damages([])[other.stem]
+
+
+def test_a_newer_layout_is_refused(chunk, monkeypatch):
+    campaign, _ = chunk
+    monkeypatch.setattr("jamlab.campaign.chunk_file.CHUNK_VERSION", 0)
+    with pytest.raises(StorageError, match="install jamlab"):
+        campaign.table("states")
+    assert campaign.folder.damages(campaign.finished()) == {}
+
+
+def test_a_file_of_several_tasks_is_no_file_of_packings(chunk, tmp_path):
+    """It says what it is, and how to get its packings."""
+    campaign, path = chunk
+    looks = [jamlab.read, jamlab.read_all, jamlab.universe, lambda path: convert(path, tmp_path / "x.xyz")]
+    for look in looks:
+        with pytest.raises(StorageError, match=r"several tasks of a campaign.*packings") as caught:
+            look(path)
+        assert str(path) in str(caught.value)
+    assert campaign.packings(campaign.finished()[0])
+
+
+def test_packings_in_a_file_of_several_are_not_made_again(tmp_path, monkeypatch):
+    """A new observable takes them from there."""
+    before, _ = batch_of(tmp_path / "c.toml", 3)
+    run_here(before)
+    several = in_chunks(before, tmp_path / "several")
+    more = jamlab.open_campaign(
+        written(tmp_path / "d.toml", **KEYS, seeds=3, observables=["voids"]), several.folder.path
+    )
+    assert [line.stored for line in more.plan()] == [3]
+    monkeypatch.setattr(making, "pack", None)
+    assert {outcome.state for outcome in run_here(more)} == {"finished"}
+    states = more.table("states").drop(columns="task")
+    pd.testing.assert_frame_equal(states, before.table("states").drop(columns="task"), check_exact=True)

@@ -12,11 +12,12 @@ from jamlab.campaign.task_file import TaskContent
 from jamlab.campaign.tasks import batches
 from jamlab.packing.quantities import COLUMNS
 
+KEYS = {"n": 16, "compress": None, "pressures": [1e-2]}  # of a sweep
+
 
 def batch_of(path, count, **keys):
     """The batch of a campaign file with so many seeds, and the campaign."""
-    keys = {"n": 16, "compress": None, "pressures": [1e-2]} | keys
-    campaign = jamlab.open_campaign(written(path, seeds=count, **keys))
+    campaign = jamlab.open_campaign(written(path, seeds=count, **KEYS | keys))
     campaign.folder.prepare()
     (batch,) = batches(campaign.content)
     return campaign, batch
