@@ -15,6 +15,7 @@ tasks stand at the start of the file (`jamlab.storage.verified_file`) in the ord
 import json
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +40,7 @@ from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import frames_of, image_of, observable_of, record_of
 from jamlab.packing.packing import Packing
 from jamlab.storage.stacked_records import StackedRecords, kind_of_record, write_records
+from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import CHUNK, add_names, label_and_names, label_of, opened
 
 CHUNK_VERSION = 1  # of the layout
@@ -103,23 +105,28 @@ def names_in_chunk(path: Path) -> list[str]:
 
 
 class Chunk:
-    """The open file of several tasks; it is read as far as asked for."""
+    """A file of several tasks; it is read as far as asked for."""
 
     def __init__(self, path: Path, names: list[str], records: StackedRecords, parameters: Parameters):
         self._path = path
         self.names = names
         self._records = records
         self._parameters = parameters
+        self._places = {name: k for k, name in enumerate(names)}
+
+    def load(self) -> None:
+        """Read everything, so that the file may be closed."""
+        self._records.load()
 
     def task(self, name: str, table: str | None = None) -> TaskFile:
         """One task without its packings; `table` as in `read_task_file`."""
-        k, parameters = self._place(name), self._parameters
+        k, parameters = self._places[name], self._parameters
         record = {place: self._records.value(place, k) for place in self._of_table(table)}
         return task_of_record(name, parameters.model_copy(update={"seed": int(record[_SEED])}), record)
 
     def packings(self, name: str) -> list[Packing]:
         """The packings of a task, frame by frame."""
-        return frames_of(f"{self._path}, task {name}", self._records.record(self._place(name)))
+        return frames_of(f"{self._path}, task {name}", self._records.record(self._places[name]))
 
     def rows(self, table: str) -> TaskRows:
         """What a table needs of all tasks."""
@@ -151,9 +158,6 @@ class Chunk:
         found = zip(self.names, self._records.values(_MISSING), strict=True)
         return [name for name, missing in found if json.loads(missing)]
 
-    def _place(self, name: str) -> int:
-        return self.names.index(name)
-
     def _of_table(self, table: str | None) -> Iterator[str]:
         """Places of what is no packing; of tables the one of this name alone."""
         for place in self._records.places:
@@ -161,6 +165,27 @@ class Chunk:
             wanted = found is not None and is_in_table(found[0], table, self._parameters)
             if wanted or observable_of(place) is not None or place.startswith("campaign/") or place == _UNITS:
                 yield place
+
+
+def read_chunk(path: Path) -> Chunk:
+    """Read a whole file of several tasks; the last one stays in memory, for tasks that are asked for one by one.
+
+    Raises:
+        StorageError: see `opened_chunk`.
+    """
+    try:
+        found = path.stat()
+    except OSError as error:
+        raise StorageError(f"cannot read {path}: {system_said(error, 'check its permissions')}") from error
+    return _read_chunk(path, found.st_ino, found.st_size, found.st_mtime_ns)
+
+
+@lru_cache(maxsize=1)
+def _read_chunk(path: Path, *stamp: int) -> Chunk:
+    """`stamp`: what changes with the file."""
+    with opened_chunk(path) as chunk:
+        chunk.load()
+    return chunk
 
 
 @contextmanager

@@ -27,7 +27,15 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from jamlab.campaign.chunk_file import alike, is_chunk, label_of_stem, names_in_chunk, opened_chunk, write_chunk_file
+from jamlab.campaign.chunk_file import (
+    alike,
+    is_chunk,
+    label_of_stem,
+    names_in_chunk,
+    opened_chunk,
+    read_chunk,
+    write_chunk_file,
+)
 from jamlab.campaign.deaths import end_run, forget_deaths
 from jamlab.campaign.marks import RUNNING
 from jamlab.campaign.task_file import (
@@ -185,8 +193,7 @@ class CampaignFolder:
         """
         path = self.file_of(name)
         if is_chunk(path.stem):
-            with opened_chunk(path) as chunk:
-                return chunk.packings(name)
+            return read_chunk(path).packings(name)
         read_task_file(path, "")  # which refuses that of another task
         return read_all_hdf5(path)
 
@@ -332,8 +339,8 @@ def _read(path: Path, names: Sequence[str], table: str | None) -> list[TaskFile]
     """Read some tasks of a file without their packings; `table` as in `read_task_file`."""
     if not is_chunk(path.stem):
         return [read_task_file(path, table)]
-    with opened_chunk(path) as chunk:
-        return [chunk.task(name, table) for name in names]
+    chunk = read_chunk(path)
+    return [chunk.task(name, table) for name in names]
 
 
 def _name_of(content: bytes) -> str | None:

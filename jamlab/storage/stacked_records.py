@@ -18,7 +18,7 @@ from __future__ import annotations
 import json
 from collections.abc import Hashable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,12 +79,36 @@ def _packed(values: NDArray[Any]) -> dict[str, Any]:
     return {"chunks": (rows, *values.shape[1:]), "compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
+class _Stored(NamedTuple):
+    """What is stored of a place."""
+
+    content: NDArray[Any]
+    text: int
+    shapes: NDArray[np.int64] | None  # of the values, if they differ
+    ends: list[int]  # where they begin and end then
+
+    def value(self, k: int) -> Any:
+        """The value of one record, if they are not the same."""
+        if self.shapes is None:
+            return self.decoded(self.content[k])
+        return self.decoded(self.content[self.ends[k] : self.ends[k + 1]].reshape(self.shapes[k]))
+
+    def decoded(self, content: Any) -> Any:
+        """A value from its array."""
+        if self.text == _NUMBERS:
+            return content
+        found = content.tobytes().decode()
+        return json.loads(found) if self.text == _TEXTS else found
+
+
 class StackedRecords:
-    """Records that `write_records` wrote, read as far as they are asked for."""
+    """Records that `write_records` wrote. What has been asked for once stays in memory."""
 
     def __init__(self, group: Any, count: int):
         self._group = group
         self._count = count  # of records
+        self._same: dict[str, Any] = {}  # place -> value of all records
+        self._each: dict[str, _Stored] = {}
 
     @cached_property
     def places(self) -> list[str]:
@@ -95,63 +119,46 @@ class StackedRecords:
                 self._group[part].visititems(lambda name, node: found.append(name) if hasattr(node, "shape") else None)
         return found
 
+    def load(self) -> None:
+        """Read everything, so that the file may be closed."""
+        for place in self.places:
+            self._read(place)
+
     def record(self, k: int) -> dict[str, Any]:
         """One record."""
         return {place: self.value(place, k) for place in self.places}
 
     def value(self, place: str, k: int) -> Any:
         """The value of one record."""
-        stored, same = self._stored(place)
-        if same:
-            return _value(stored, stored[()])
-        ends = self._ends(place)
-        if ends is None:
-            return _value(stored, stored[k])
-        shape = self._shapes(place)[k]
-        return _value(stored, stored[ends[k] : ends[k + 1]].reshape(shape))
+        self._read(place)
+        return self._same[place] if place in self._same else self._each[place].value(k)
 
     def values(self, place: str) -> list[Any]:
         """The values of all records."""
-        stored, same = self._stored(place)
-        content = stored[()]
-        if same:
-            return [_value(stored, content)] * self._count
-        ends = self._ends(place)
-        if ends is None:
-            return [_value(stored, each) for each in content]
-        parts = zip(ends[:-1], ends[1:], self._shapes(place), strict=True)
-        return [_value(stored, content[start:end].reshape(shape)) for start, end, shape in parts]
+        return [self.value(place, k) for k in range(self._count)]
 
     def joined(self, place: str) -> tuple[NDArray[Any], NDArray[np.int64]]:
         """Columns of all records, one after another, and their lengths."""
-        stored, same = self._stored(place)
-        content = stored[()]
-        if same:
-            return np.tile(content, self._count), np.full(self._count, len(content))
-        if self._ends(place) is None:
-            return content.reshape(-1), np.full(self._count, content.shape[1])
-        return content, self._shapes(place)[:, 0]
+        self._read(place)
+        if place in self._same:
+            same = self._same[place]
+            return np.tile(same, self._count), np.full(self._count, len(same))
+        stored = self._each[place]
+        if stored.shapes is None:
+            return stored.content.reshape(-1), np.full(self._count, stored.content.shape[1])
+        return stored.content, stored.shapes[:, 0]
 
-    def _stored(self, place: str) -> tuple[Any, bool]:
-        """The dataset of a place, and whether it holds the value of all records."""
+    def _read(self, place: str) -> None:
+        """Read the dataset of a place."""
+        if place in self._same or place in self._each:
+            return
         same = self._group.get(f"same/{place}")
-        return (self._group[f"each/{place}"], False) if same is None else (same, True)
-
-    def _shapes(self, place: str) -> NDArray[np.int64]:
-        shapes: NDArray[np.int64] = self._group[f"shapes/{place}"][()]
-        return shapes
-
-    def _ends(self, place: str) -> NDArray[np.int64] | None:
-        """Where the values begin and end whose shapes differ; None if they have one shape."""
-        if f"shapes/{place}" not in self._group:
-            return None
-        return np.append(0, np.cumsum(self._shapes(place).prod(axis=1)))
-
-
-def _value(stored: Any, content: Any) -> Any:
-    """The value of a record from its array in a dataset."""
-    text = stored.attrs.get("text", _NUMBERS)
-    if text == _NUMBERS:
-        return content
-    found = content.tobytes().decode()
-    return json.loads(found) if text == _TEXTS else found
+        dataset = self._group[f"each/{place}"] if same is None else same
+        shapes = self._group.get(f"shapes/{place}")
+        counts = None if shapes is None else shapes[()]
+        ends = [] if counts is None else [0, *np.cumsum(counts.prod(axis=1)).tolist()]
+        stored = _Stored(dataset[()], int(dataset.attrs.get("text", _NUMBERS)), counts, ends)
+        if same is None:
+            self._each[place] = stored
+        else:
+            self._same[place] = stored.decoded(stored.content)
