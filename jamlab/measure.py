@@ -72,9 +72,9 @@ def measure(
         packing: one SP or DP packing, or several, such as a sweep.
         quantities: one or more of `QUANTITIES`, or functions of your own that take a packing and return a number.
             Default: `COLUMNS`.
-        processes: largest number of parallel processes for several packings; lambdas and functions of the running
-            script are called in this process. Or an executor (`concurrent.futures.Executor`), such as that of a cluster.
-            Default: all cores.
+        processes: largest number of parallel processes for several packings, or an executor
+            (`concurrent.futures.Executor`). Default: all cores. Instead of so many processes, this one calls lambdas
+            and functions of the running script.
         progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:

@@ -34,13 +34,14 @@ def sent(content: Any, what: str) -> bytes:
 
 
 def answer(function: bytes, item: bytes, tell: Tell) -> tuple[str, bytes]:
-    """Call `function(item, report)`; returns what the end is, "result" or "error", and its content for `read_answer`.
+    """Call `function(item, report)`; returns what the end is, and its content for `read_answer`: "result" and what is
+    returned, "error" and what is raised, "exit" and the exit code with which the function would end the process.
 
     Args:
         function: as `sent`; reports through its second argument while it runs.
         item: as `sent`, its first argument.
-        tell: called with "report" or "warning" and the bytes of its content: what is reported, a tuple, or the arguments
-            of `jamlab.errors.warn`.
+        tell: called with "report" and the tuple that is reported as bytes, and with "warning" and the arguments of
+            `jamlab.errors.warn` as bytes.
     """
     try:
         called, given = _loaded(function), pickle.loads(item)
@@ -49,6 +50,8 @@ def answer(function: bytes, item: bytes, tell: Tell) -> tuple[str, bytes]:
     try:
         with _telling_warnings(tell):
             found = called(given, lambda *step: tell("report", sent(step, "a report")))
+    except SystemExit as end:
+        return "exit", pickle.dumps(end.code if isinstance(end.code, int) else int(end.code is not None))
     except MemoryError as error:
         return "error", pickle.dumps(EngineError(f"out of memory ({error}): there are {memory_limits()}; free some"))
     except Exception as error:  # whatever it is, the caller raises it

@@ -17,7 +17,6 @@ from typing import NoReturn
 from jamlab.processes.answers import answer
 from jamlab.processes.cores import cores_given
 
-
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # of the environment
 
 

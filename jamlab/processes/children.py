@@ -67,15 +67,16 @@ class Children:
             kind, content = connection.recv()
         except (EOFError, ConnectionError):
             connection.close()
-            process.kill()
-            code = process.wait()
+            code = _end(process)
             found = "death", Death(item, describe_exit(code, self._kills), True, code)
             del self._busy[connection]
         else:
             found = read_answer(kind, content)
-            if kind in ("result", "error"):
+            if kind not in ("report", "warning"):
                 del self._busy[connection]
                 self._idle.append((connection, process))
+            if kind == "exit":
+                found = "death", Death(item, describe_exit(found[1]), True, found[1])
         self._hand_out()
         return key, *found
 
@@ -103,3 +104,11 @@ class Children:
         self._idle.append((ours, self._started[-1]))
         with suppress(ConnectionError):
             ours.send_bytes(self._function)
+
+
+def _end(process: subprocess.Popen[bytes]) -> int:
+    """Exit code of a process that has closed its connection, and is about to end."""
+    with suppress(subprocess.TimeoutExpired):
+        return process.wait(timeout=5.0)  # s
+    process.kill()
+    return process.wait()

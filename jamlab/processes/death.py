@@ -23,12 +23,12 @@ class Death(NamedTuple):
     code: int | None
 
 
-def describe_exit(code: int, kills: MemoryKills) -> str:
+def describe_exit(code: int, kills: MemoryKills | None = None) -> str:
     """In which way a process of this machine ended that has an exit code, and at which limit, if that is known."""
     if code >= 0:
         return f"exit code {code}: a called function exited"
     how = f"signal {-code} ({signal.strsignal(-code)})"
-    if code == -signal.SIGKILL and kills.rose():
+    if code == -signal.SIGKILL and kills is not None and kills.rose():
         return f"{how}, killed, out of memory: there are {memory_limits()}"
     if code == -signal.SIGXCPU:
         return f"{how}: each process may use {resource.getrlimit(resource.RLIMIT_CPU)[0]} s (ulimit -t)"

@@ -1,6 +1,6 @@
 """What executors of other libraries tell of their workers beyond PEP 3148; none of the libraries is imported."""
 
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from typing import Any
 
 from jamlab.errors import EngineError
@@ -32,17 +32,26 @@ def count_known(executor: Executor) -> int | None:
     return count if isinstance(count, int) and count > 0 else None
 
 
+def is_open(executor: Executor) -> bool:
+    """Whether calls under way can still end, as far as it is known: the client of Dask closes when it has lost its
+    scheduler, and then leaves its calls as they are."""
+    client = _dask_client(executor)
+    return client is None or client.status in ("running", "connecting")
+
+
 def describe_failure(executor: Executor, error: BaseException) -> str:
-    """Why an executor has no answer of a call; Dask knows of workers that it killed at their memory limit."""
-    text = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+    """Why an executor has no answer of a call; Dask knows of workers that it ended at their memory limit."""
+    text, name = " ".join(str(error).split()), type(error).__name__
+    if isinstance(error, BrokenExecutor):
+        text = text.partition(". ")[0]  # the rest is advice
     worker, client = getattr(error, "last_worker", None), _dask_client(executor)
     if worker is None or client is None:
-        return text
-    text = f"the Dask worker {worker.address} died ({type(error).__name__})"
-    killed = client.get_events("worker-restart-memory")
-    if any(event.get("worker") == worker.address for _, event in killed):
-        limit = f"{worker.memory_limit / 1e9:.3g} GB"
-        return f"{text}, killed, out of memory: Dask ended it at its memory limit of {limit}"
+        return f"{name}: {text[:300]}" if text else name
+    times = getattr(error, "allowed_failures", 0) + 1
+    text = f"{times} Dask workers died, the last one {worker.address}" if times > 1 else "its Dask worker died"
+    ended = client.get_events("worker-restart-memory")
+    if any(event.get("worker") == worker.address for _, event in ended):
+        text += f", killed, out of memory: Dask ended it near its memory limit of {worker.memory_limit / 1e9:.3g} GB"
     return text
 
 
@@ -53,4 +62,4 @@ def _dask_client(executor: Executor) -> Any:
 
 def _threads_of_dask(executor: Executor) -> dict[str, int]:
     client = _dask_client(executor)
-    return dict(client.nthreads()) if client is not None else {}
+    return dict(client.nthreads()) if client is not None and client.status == "running" else {}

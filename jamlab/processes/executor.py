@@ -24,8 +24,8 @@ from jamlab.processes.answers import answer, read_answer, sent
 from jamlab.processes.child import ONE_THREAD
 from jamlab.processes.children import Children
 from jamlab.processes.cores import available_cores, cores_given
-from jamlab.processes.death import Death
-from jamlab.processes.engines import check_threads, count_known, describe_failure, is_pool_of_processes
+from jamlab.processes.death import Death, describe_exit
+from jamlab.processes.engines import check_threads, count_known, describe_failure, is_open, is_pool_of_processes
 from jamlab.processes.letterbox import Address, Letterbox, Sender
 from jamlab.processes.memory import MemoryKills, memory_limits
 
@@ -49,7 +49,7 @@ class _Call(NamedTuple):
 class _Answer(NamedTuple):
     """What comes back of a call."""
 
-    kind: str  # "result", "error" or "exit"
+    kind: str  # see `answer`
     content: bytes
     told: list[tuple[int, str, bytes]]  # warnings and reports that could not be told while it ran
     worker: tuple[str, int]  # host and process
@@ -70,8 +70,6 @@ def carry(call: _Call) -> _Answer:
                     told.append(letter)
 
             return _Answer(*answer(call.function, call.item, tell), told, worker)
-    except SystemExit as end:
-        return _Answer("exit", sent(end.code, "an exit code"), told, worker)
     finally:
         _ALONE.release()
 
@@ -139,7 +137,7 @@ class OnExecutor:
         return self
 
     def __exit__(self, *error: object) -> None:
-        for future in list(self._under_way):
+        for future in list(self._under_way) if is_open(self._executor) else ():
             future.cancel()
         if self._own is not None:
             self._own.__exit__(*error)
@@ -172,6 +170,9 @@ class OnExecutor:
             future = self._ended.get(timeout=_LOOK)
         except queue.Empty:
             self._hear(self._letterbox.take())
+            if not is_open(self._executor):
+                said = f"{type(self._executor).__name__} has lost its workers, {len(self._under_way)} calls under way"
+                raise EngineError(f"{said}: connect again, and run again") from None
             return
         self._hear(self._letterbox.take())
         self._end(future)
@@ -222,8 +223,7 @@ class OnExecutor:
         self._hear(found.told)
         kind, content = read_answer(found.kind, found.content)
         if kind == "exit":
-            code = content if isinstance(content, int) else int(content is not None)
-            kind, content = "death", Death(item, f"exit code {code}: a called function exited", True, code)
+            kind, content = "death", Death(item, describe_exit(content), True, content)
         self._ready.append((key, kind, content))
 
     def _replace(self, error: BrokenExecutor) -> None:

@@ -76,8 +76,8 @@ def run_side_by_side(
             elif kind == "death":
                 lost[index] += 1
                 if content.alone or lost[index] > _MOST_LOST:
-                    said = f"the process of a call ended by {content.cause}, possibly out of memory"
-                    raise EngineError(f"{said}: free some memory and run again")
+                    said = f"a worker process ended before its call did: {content.cause}"
+                    raise EngineError(f"{said}; if memory is short, use fewer processes, and run again")
                 workers.submit(index, items[index], first=True)
             else:
                 found[index] = content
