@@ -126,4 +126,4 @@ def _describe(kind: str, records: list[dict[str, object]]) -> str:
         return f"it takes longer than the walltime{length}: its worker ended with its job {how}"
     if kind == CUT:
         return f"its worker was told to end {how}: give jobs more time, or the task less to do"
-    return f"its worker died {how}: killed, out of memory, or crashed"
+    return f"its worker died {how}; tasks that crash, or need more memory than there is, end so"

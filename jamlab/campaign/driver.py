@@ -28,7 +28,7 @@ from jamlab.campaign.marks import Mark, has_marks, marks_of, read_marks, remove
 from jamlab.campaign.tasks import Batch, Task, states_name
 from jamlab.campaign.workers import FAILED, FINISHED, FULL, Call, Outcome, run_chunk
 from jamlab.errors import EngineError, StorageError, warn
-from jamlab.processes.death import Death, describe_exit
+from jamlab.processes.death import Death
 from jamlab.processes.side_by_side import Crew, crew
 
 _MOST_UNBEGUN = 12  # calls lost in a row, for each worker, that nobody had begun: workers cannot start at all
@@ -167,7 +167,7 @@ class _Driver:
         record(self._folder.path, task.name, kind_of(mark, time.time()), mark, death.cause)
         reason = why_it_fails(self._folder.path, task.name)
         if death.code is not None and death.code >= 0 and not mark.was_told_to_end:
-            reason = f"its worker died with {describe_exit(death.code)}: a called function exited"
+            reason = f"its worker died with {death.cause}"
         if reason is not None:
             self._folder.record_failure(task, EngineError(reason))
 

@@ -37,7 +37,8 @@ from jamlab.storage.system_errors import system_said
 RUNNING = "running"
 _WIDTH = 320  # bytes: a name, five numbers and 64 letters of a host
 _NAME = re.compile(r"\d+-of-\d+\.[0-9a-f]+\.\d+\.\d+")
-_FATAL = "Fatal Python error"  # so `faulthandler` begins what it says of a crash, and nothing else
+_FATAL = "Fatal Python error"  # so `faulthandler` begins what it says of a crash
+_STACK = ("Stack", "Current thread")  # and of a signal for which it is registered
 _IMPORTED = time.time()
 
 
@@ -65,7 +66,7 @@ class Mark:
     @property
     def was_told_to_end(self) -> bool:
         """Whether its process got SIGTERM."""
-        return bool(self.trace) and not self.trace.startswith(_FATAL)
+        return self.trace.startswith(_STACK)
 
 
 @contextmanager

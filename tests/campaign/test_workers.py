@@ -4,20 +4,17 @@ import json
 import subprocess
 import sys
 import time
-from collections import Counter, deque
 
 import psutil
 import pytest
 from commands import call
 
 import jamlab
-from jamlab.campaign import workers
+from jamlab.campaign import driver
 from jamlab.campaign.plan import longest_first, share_names
 from jamlab.campaign.tasks import batches, task_names
-from jamlab.campaign.workers import Outcome
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.processes.child import child_environment
-from jamlab.processes.death import Death
 
 FILE = """
 name = "c"
@@ -56,7 +53,7 @@ def test_nobody_can_connect_to_workers_on_this_machine(campaign):
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
-    monkeypatch.setattr(workers, "DEATHS", workers.Deaths(early=2))
+    monkeypatch.setattr(driver, "_MOST_UNBEGUN", 2)
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(EngineError) as caught:
         campaign.run(2)
@@ -74,47 +71,7 @@ def test_a_task_that_ends_its_worker_is_recorded_at_once(tmp_path):
     done = campaign.run(1)
     assert (done.finished, done.failed) == (1, 1)
     (record,) = campaign.status().failures.values()
-    assert record["reason"] == "sp n=8 seed=1: its worker died with exit code 9: a called function exited"
-
-
-class Dying:
-    """Workers that die by signal 9 so many times in each task, after they have begun it."""
-
-    times = 0
-
-    def __init__(self, function, count):
-        self.waiting, self.deaths = deque(), Counter()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-    def submit(self, name, arguments, *, first=False):
-        self.waiting.insert(0 if first else len(self.waiting), (name, arguments, False))
-
-    def wait(self):
-        name, arguments, begun = self.waiting.popleft()
-        if not begun:
-            self.waiting.appendleft((name, arguments, True))
-            return name, "report", ()
-        self.deaths[name] += 1
-        if self.deaths[name] <= self.times:
-            return name, "death", Death(arguments, "signal 9", True, -9)
-        return name, "result", Outcome("finished", "", 0.0)
-
-
-@pytest.mark.parametrize("times", [0, 5, 6])
-def test_a_task_whose_workers_are_killed_runs_again_five_times(campaign, monkeypatch, times):
-    monkeypatch.setattr(workers, "crew", Dying)
-    monkeypatch.setattr(Dying, "times", times)
-    outcomes = []
-    campaign.run(1, done=outcomes.append)
-    assert [outcome.state for outcome in outcomes] == ["failed" if times == 6 else "finished"] * 4
-    reasons = {record["reason"].partition(": ")[2] for record in campaign.status().failures.values()}
-    said = "its worker died 6 times, by signal 9 (Killed): killed, out of memory, or crashed"
-    assert reasons == ({said} if times == 6 else set())
+    assert record["reason"] == "its worker died with exit code 9: a called function exited"
 
 
 @pytest.mark.parametrize("share", [(0, 4), (5, 4), (-1, 4), (1, 0)])
