@@ -141,42 +141,55 @@ class _Driver:
             self._submit(chunk, first=True)
             return
         self._unbegun = 0
-        charged = self._charge(chunk, marks, death)
-        remove(mark.path for mark in marks)
-        failed = {seed for seed in chunk.seeds if self._folder.failure_file(chunk.name_of(seed)).exists()}
-        self._end_failed(chunk, failed)
-        rest = [seed for seed in chunk.seeds if seed not in charged | failed]
-        alone = [seed for seed in chunk.seeds if seed in charged - failed]
-        half = (len(rest) + 1) // 2
-        for seeds in (rest[half:], rest[:half], *([seed] for seed in reversed(alone))):  # the last one is the first
-            if seeds:
-                self._submit(chunk.part(seeds), first=True)
-
-    def _charge(self, chunk: Batch, marks: list[Mark], death: Death) -> set[int]:
-        """Charge the tasks that dead workers were at, and record those that fail by it; returns their seeds."""
         seeds = {chunk.name_of(seed): seed for seed in chunk.seeds}
-        charged = set()
+        ended = self._ended(chunk, seeds)
+        alone = self._charge(chunk, seeds, marks, death, ended)
+        remove(mark.path for mark in marks)
+        for name, outcome in ended.items():
+            self._end(chunk.part([seeds[name]]), [outcome])
+        rest = [seed for name, seed in seeds.items() if name not in ended and seed not in alone]
+        half = (len(rest) + 1) // 2
+        for part in (rest[half:], rest[:half], *([seed] for seed in alone)):  # the last one is the first in line
+            if part:
+                self._submit(chunk.part(part), first=True)
+
+    def _ended(self, chunk: Batch, seeds: dict[str, int]) -> dict[str, Outcome]:
+        """Outcomes of the tasks of a chunk that ended before their worker died."""
+        ended = {}
+        finished = self._folder.finished_of(seeds)
+        gaps = self._folder.gaps(finished) if finished else {}
+        for name, seed in seeds.items():
+            if name in finished:
+                ended[name] = Outcome(FINISHED, _task(chunk, seed).parameters.label, math.nan, gaps.get(name, ""))
+            elif self._folder.failure_file(name).exists():
+                said = self._folder.failure(name)
+                ended[name] = Outcome(FAILED, f"{said['label']}: {said['reason']}", math.nan)
+        return ended
+
+    def _charge(
+        self, chunk: Batch, seeds: dict[str, int], marks: list[Mark], death: Death, ended: dict[str, Outcome]
+    ) -> list[int]:
+        """Charge the tasks that dead workers were at; returns the seeds of those that run again, and adds the outcomes
+        of those that fail by it."""
+        again: list[int] = []
         for mark in marks:
             name = next(iter(seeds)) if len(seeds) == 1 else mark.task
-            if name in seeds and not self._folder.failure_file(name).exists():  # else it had ended
-                charged.add(seeds[name])
-                self._judge(_task(chunk, seeds[name]), mark, death)
-        return charged
+            if name not in seeds or name in ended:
+                continue
+            task = _task(chunk, seeds[name])
+            if reason := self._why_it_fails(task, mark, death):
+                self._folder.record_failure(task, EngineError(reason))
+                ended[name] = Outcome(FAILED, f"{task.parameters.label}: {reason}", math.nan)
+            elif task.parameters.seed not in again:
+                again.append(task.parameters.seed)
+        return [seed for seed in again if chunk.name_of(seed) not in ended]
 
-    def _judge(self, task: Task, mark: Mark, death: Death) -> None:
+    def _why_it_fails(self, task: Task, mark: Mark, death: Death) -> str | None:
+        """Charge a task with the death of its worker; why it fails by that, None if it may run again."""
         record(self._folder.path, task.name, kind_of(mark, time.time()), mark, death.cause)
-        reason = why_it_fails(self._folder.path, task.name)
         if death.code is not None and death.code >= 0 and not mark.was_told_to_end:
-            reason = f"its worker died with {death.cause}"
-        if reason is not None:
-            self._folder.record_failure(task, EngineError(reason))
-
-    def _end_failed(self, chunk: Batch, seeds: set[int]) -> None:
-        """Tell of tasks whose failures are recorded, by their worker before it died or by their deaths."""
-        for seed in seeds:
-            said = self._folder.failure(chunk.name_of(seed))
-            outcome = Outcome(FAILED, f"{said['label']}: {said['reason']}", math.nan)
-            self._end(chunk.part([seed]), [outcome])
+            return f"its worker died with {death.cause}"
+        return why_it_fails(self._folder.path, task.name)
 
     def _lose(self, death: Death) -> None:
         """Take note of a call that was lost before it began, or with others."""

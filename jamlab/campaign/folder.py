@@ -56,6 +56,7 @@ from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.system_errors import system_said
 
 COPY = "campaign.toml"
+_FEW = 20  # tasks whose files are looked for one by one, and not in a list of all
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of file systems that lock nothing
 
 Share = tuple[int, int]  # (k, n): every n-th task from the k-th on, k from 1 to n
@@ -89,7 +90,8 @@ class CampaignFolder:
         """Find the files that hold finished tasks: path -> those of the tasks that are read from there. A task that
         none holds has the path of its own file."""
         wanted = set(names)
-        alone = wanted & self._alone()
+        few = len(wanted) <= _FEW
+        alone = {name for name in wanted if self.task_file(name).exists()} if few else wanted & self._alone()
         left, found = wanted - alone, {}
         for file, text in self._chunks().items() if left else ():
             if here := [name for name in text.split() if name in left]:

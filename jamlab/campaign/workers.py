@@ -10,6 +10,7 @@ import math
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
@@ -76,7 +77,7 @@ def run_chunk(call: Call, report: Callable[..., None]) -> list[Outcome]:
     Returns:
         Outcomes in the order of the tasks, up to the first one that is "full".
     """
-    folder = CampaignFolder(Path(call.folder))
+    folder = _folder_at(call.folder)
     if wrong := _wrong_place(folder, call):
         return [Outcome(FULL, wrong, 0.0)]
     try:
@@ -137,7 +138,7 @@ def run_tasks(
     """
     outcomes: dict[str, Outcome] = {}
     made: list[TaskContent] = []
-    finished = folder.finished_of(chunk.names())
+    finished = _finished(folder, list(chunk.names()))
     with threadpool_limits(1), cores_given(chunk.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
         for task in chunk.tasks():
             if task.name in finished:
@@ -150,6 +151,18 @@ def run_tasks(
                 break
     outcomes |= _keep(folder, made, outcomes)
     return list(outcomes.values())
+
+
+def _finished(folder: CampaignFolder, names: list[str]) -> set[str]:
+    """Which tasks are finished, such as by a worker whose answer was lost."""
+    if len(names) == 1:  # to list the folder of a hundred thousand files would take longer than the task
+        return {name for name in names if folder.task_file(name).exists()}
+    return folder.finished_of(names)
+
+
+@cache  # what it knows of files of several tasks stays
+def _folder_at(path: str) -> CampaignFolder:
+    return CampaignFolder(Path(path))
 
 
 def _run_task(
