@@ -65,7 +65,8 @@ class BatchJobs:
     fail: Callable[[str], None]  # ends the run, with the reason
     jobs: dict[str, Job] = field(default_factory=dict)
     _count: int = 0
-    _refusals: int = 0
+    _refusals: int = 0  # in a row
+    _in_vain: int = 0  # of these, the last ones, when no job was there
     _next: float = 0.0  # no job is sent before
     _barren: int = 0
     _asked: float = 0.0
@@ -169,11 +170,12 @@ class BatchJobs:
             if said is None:
                 self.jobs[name] = Job(handle, now)
         if not refused:
-            self._refusals, self._next = 0, 0.0
+            self._refusals, self._in_vain, self._next = 0, 0, 0.0
             return
-        self._next = now + min(_LONGEST_PAUSE, 2.0**self._refusals)
         self._refusals += 1
-        if not self.jobs and self._refusals >= _MOST_REFUSALS:
+        self._in_vain = 0 if self.jobs else self._in_vain + 1
+        self._next = now + min(_LONGEST_PAUSE, 2.0 ** ((self._in_vain or self._refusals) - 1))
+        if self._in_vain >= _MOST_REFUSALS:
             self.fail(refused[0])
         else:
             kept = f"{len(self.jobs)} jobs are there" if self.jobs else "no job is there"

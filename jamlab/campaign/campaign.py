@@ -11,11 +11,13 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jamlab.arrays import ArrayLike
+from jamlab.campaign.clusters import Cluster, cluster_executor, job_script
 from jamlab.campaign.driver import drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
@@ -26,7 +28,7 @@ from jamlab.campaign.tables import aggregate, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 from jamlab.hints import Hinted
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
@@ -166,6 +168,60 @@ class Campaign(Hinted):
             )
             left = len(task_names(chosen) - self._ended())
         return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left, gaps)
+
+    @checked
+    def cluster(
+        self,
+        where: str,
+        jobs: int | None = None,
+        *,
+        only: Iterable[str] | None = None,
+        tell: Callable[[str], None] = warn,
+    ) -> AbstractContextManager[Cluster]:
+        """Open workers of a cluster for `run`, through Dask (`pip install 'jamlab[dask]'`), until the block ends.
+
+        Queue, account, memory and walltime of jobs stand in Dask's file `~/.config/dask/jobqueue.yaml`. Jobs that end
+        are replaced while there are tasks. A job has a worker for every `ranks` of the cores in that file, by default
+        one worker.
+
+        Args:
+            where: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor"; or the address of a Dask scheduler
+                ("tcp://host:8786"), or its scheduler file.
+            jobs: largest number of jobs of the batch system at a time.
+            only: names of sweeps that will be run; by default all.
+            tell: called with a line when jobs wait, are refused or end early, also from other threads. Default: a
+                warning.
+
+        Returns:
+            A context manager of the workers: `executor`, to be handed to `run`; `dashboard`, the address of Dask's
+            pages or None; `describe()`, how many jobs or workers are at work.
+
+        Raises:
+            InputError: there is no Dask, no such scheduler, or the settings of the site cannot be.
+            EngineError: the batch system refuses all jobs, or the scheduler is gone; when the block ends.
+
+        Example:
+            with campaign.cluster("slurm", jobs=20) as cluster:
+                campaign.run(cluster.executor)
+        """
+        return cluster_executor(where, jobs, self.folder.path, self._ranks(only), tell)
+
+    @checked
+    def job_script(self, where: str, *, only: Iterable[str] | None = None) -> str:
+        """Return the script of a job as `cluster` would send it to a batch system; nothing is sent.
+
+        Args:
+            where: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor".
+            only: names of sweeps that will be run; by default all.
+
+        Raises:
+            InputError: there is no Dask, no such batch system, or the settings of the site cannot be.
+        """
+        return job_script(where, self.folder.path, self._ranks(only))
+
+    def _ranks(self, only: Iterable[str] | None) -> int:
+        """Cores that a task may need."""
+        return max(batch.ranks for batch in batches(self.content, only))
 
     def _drive(
         self,

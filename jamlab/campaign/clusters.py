@@ -25,7 +25,7 @@ from typing import Any
 from jamlab.campaign.batch_jobs import BatchJobs
 from jamlab.campaign.batch_system import SETTINGS, SYSTEMS, check_cores, list_command, walltime_seconds
 from jamlab.campaign.cluster_keys import key_folder, write_key
-from jamlab.errors import EngineError, InputError, JamlabError, warn
+from jamlab.errors import EngineError, InputError, JamlabError, typed, warn
 
 _DASK = {
     "distributed.scheduler.allowed-failures": 0,  # the folder counts deaths: the driver hears of each
@@ -36,6 +36,7 @@ _DASK = {
     "distributed.admin.tick.limit": "1h",  # a busy driver is no fault
 }
 _JOBS_ALONE = {"distributed.scheduler.http.routes": []}  # pages that everybody who reaches the port could read
+_NAMES = ", ".join(sorted(SYSTEMS))
 _LOGGERS = ("distributed", "dask_jobqueue", "tornado", "asyncio")  # deaths are outcomes or errors of jamlab
 _CLOSING = 10  # s
 _SILENT = 10.0  # s without workers until the user hears of it
@@ -81,12 +82,14 @@ def cluster_executor(
     with dask.config.set(_DASK), _silence(), ExitStack() as stack:
         if where in SYSTEMS:
             if jobs is None or jobs < 1:
-                raise InputError(f"jobs = {jobs}: give the largest number of jobs of {where} at a time, 1 or more")
+                given = f"{typed('jobs =', '--jobs')} {jobs}"
+                raise InputError(f"{given}: give the largest number of jobs of {where} at a time, 1 or more")
             stack.enter_context(dask.config.set(_JOBS_ALONE))
             yield from _on_jobs(stack, where, jobs, folder, ranks, tell)
         else:
             if jobs is not None:
-                raise InputError(f"jobs = {jobs}: only for {', '.join(SYSTEMS)}, and not for the scheduler {where}")
+                given = f"{typed('jobs =', '--jobs')} {jobs}"
+                raise InputError(f"{given}: the scheduler {where} has its own workers; jobs are for {_NAMES}")
             yield from _on_scheduler(stack, where, tell)
 
 
@@ -97,7 +100,8 @@ def job_script(where: str, folder: Path, ranks: int = 1) -> str:
         InputError: there is no Dask, no such batch system, or the settings of the site cannot be.
     """
     if where not in SYSTEMS:
-        raise InputError(f"scheduler = {where!r}: only {', '.join(SYSTEMS)} have a job script")
+        given = f"{typed('where =', '--scheduler')} {where}"
+        raise InputError(f"{given}: only batch systems have a job script: {_NAMES}")
     _dask(where)
     made = [path for path in (folder, folder / "jobs") if not path.exists()]
     try:
@@ -153,14 +157,16 @@ def _silence() -> Iterator[None]:
 
 def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
     from distributed import Client
+    from distributed.comm import get_address_host_port
 
     target = {"scheduler_file": where} if Path(where).is_file() else {"address": where}
     try:
+        if "address" in target:
+            get_address_host_port(where)  # a client of what is no address cannot be closed
         client = Client(**target, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TypeError, KeyError) as error:  # none, no address, no scheduler file
-        names = ", ".join(sorted(SYSTEMS))
         said = f"no Dask scheduler answers at {where!r} ({_first_line(error)})"
-        raise InputError(f"{said}: give its address, its scheduler file, or one of {names}") from error
+        raise InputError(f"{said}: give its address, its scheduler file, or one of {_NAMES}") from error
     stack.callback(client.close, timeout=_CLOSING)
     _check_workers(client, where, tell)
     client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
@@ -379,9 +385,7 @@ def _job_class(where: str) -> Any:
 
 def _place_to_add() -> str | None:
     """The folder of jamlab, if this Python does not find the same one by itself."""
-    import jamlab
-
-    here = str(jamlab.__file__)
+    here = str(Path(__file__).parents[1] / "__init__.py")
     program = "import importlib.util as u; print(u.find_spec('jamlab').origin)"
     plain = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     line = [sys.executable, "-P", "-c", program]

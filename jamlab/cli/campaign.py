@@ -1,6 +1,8 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
 from collections.abc import Iterable
+from concurrent.futures import Executor
+from contextlib import ExitStack
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,6 +34,14 @@ Folder = Annotated[
 ]
 Only = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Name of a sweep; repeatable.")]
 Count = Annotated[int | None, typer.Option(help="Number of worker processes; default: all cores.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WHERE",
+        help="Address or file of a Dask scheduler, or slurm, pbs, sge, lsf, oar, moab or htcondor.",
+    ),
+]
+Jobs = Annotated[int | None, typer.Option(help="Largest number of jobs of the batch system at a time.")]
 
 
 @app.command(cls=Once, epilog="Example: jamlab campaign new campaign.toml")
@@ -106,6 +116,9 @@ def run(
     file: Where,
     out: Folder = None,
     workers: Count = None,
+    scheduler: Scheduler = None,
+    jobs: Jobs = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the job script; submit and run nothing.")] = False,
     share: Annotated[
         str, typer.Option(metavar="K/N", help="Run every N-th task only, from the K-th on, as in a job array.")
     ] = "1/1",
@@ -124,13 +137,23 @@ def run(
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
+    _check_engine(workers, scheduler, jobs, dry_run)
+    if dry_run:
+        print(campaign.job_script(str(scheduler), only=only), end="")
+        return
     words = f"{file} --out {out}" if out else str(file)
+    words += f" --scheduler {scheduler}" if scheduler else ""
+    words += f" --jobs {jobs}" if jobs else ""
     words += f" --share {share}" if share != "1/1" else ""
     describe_kept(lambda: f"{_describe(campaign, only)}; `jamlab campaign resume {words}` resumes")
-    with progress_bar(campaign.name) as progress:
-        where: dict[str, Any] = {"share": _share(share), "verify": not no_verify, "pilot": pilot}
-        where |= {"only": only, "retry_failed": retry_failed, "progress": progress, "done": _print_failure}
-        ran = campaign.run(workers, **where)
+    how: dict[str, Any] = {"share": _share(share), "verify": not no_verify, "pilot": pilot}
+    how |= {"only": only, "retry_failed": retry_failed, "done": _print_failure}
+    with ExitStack() as stack:
+        where: int | Executor | None = workers
+        if scheduler:
+            cluster = stack.enter_context(campaign.cluster(scheduler, jobs, only=only, tell=_print_told))
+            where = cluster.executor
+        ran = campaign.run(where, progress=stack.enter_context(progress_bar(campaign.name)), **how)
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
     for line in ran.gaps:
@@ -149,6 +172,21 @@ def run(
 
 
 app.command("resume", cls=Once, epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+def _check_engine(workers: int | None, scheduler: str | None, jobs: int | None, dry_run: bool) -> None:
+    """Refuse options of which one would be ignored."""
+    if scheduler is None and (jobs is not None or dry_run):
+        given = "--dry-run" if dry_run else f"--jobs {jobs}"
+        raise InputError(f"{given} needs --scheduler: name the batch system, such as --scheduler slurm")
+    if scheduler is not None and workers is not None:
+        raise InputError(
+            f"--workers {workers} are processes of this machine: leave it out beside --scheduler {scheduler}"
+        )
+
+
+def _print_told(line: str) -> None:
+    print_line(f"note: {line}", err_console)
 
 
 def _share(text: str) -> tuple[int, int]:
