@@ -7,6 +7,7 @@ Nothing else of jamlab imports Dask.
 
 import asyncio
 import importlib.metadata
+import json
 import logging
 import os
 import shlex
@@ -37,6 +38,7 @@ _DASK = {
 }
 _JOBS_ALONE = {"distributed.scheduler.http.routes": []}  # pages that everybody who reaches the port could read
 _NAMES = ", ".join(sorted(SYSTEMS))
+_REMEDY = f"give its address, such as tcp://host:8786, its scheduler file, or one of {_NAMES}"
 _LOGGERS = ("distributed", "dask_jobqueue", "tornado", "asyncio")  # deaths are outcomes or errors of jamlab
 _CLOSING = 10  # s
 _SILENT = 10.0  # s without workers until the user hears of it
@@ -140,7 +142,10 @@ def _dask(where: str) -> Any:
 @contextmanager
 def _silence() -> Iterator[None]:
     """Keep the loggers of Dask silent; their levels are the user's again afterwards."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOGGERS]
+    loggers = [
+        logging.getLogger(name) for name in [*_LOGGERS, *known]
+    ]  # Dask gives some below these levels of their own
     levels = [logger.level for logger in loggers]
     debugging = logging.getLogger("jamlab").isEnabledFor(logging.DEBUG)
     for logger in loggers:
@@ -157,16 +162,12 @@ def _silence() -> Iterator[None]:
 
 def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
     from distributed import Client
-    from distributed.comm import get_address_host_port
 
-    target = {"scheduler_file": where} if Path(where).is_file() else {"address": where}
+    address = _address(where)
     try:
-        if "address" in target:
-            get_address_host_port(where)  # a client of what is no address cannot be closed
-        client = Client(**target, timeout="10s", set_as_default=False)
-    except (OSError, ValueError, TypeError, KeyError) as error:  # none, no address, no scheduler file
-        said = f"no Dask scheduler answers at {where!r} ({_first_line(error)})"
-        raise InputError(f"{said}: give its address, its scheduler file, or one of {_NAMES}") from error
+        client = Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"no Dask scheduler answers at {address} ({_first_line(error)}): {_REMEDY}") from error
     stack.callback(client.close, timeout=_CLOSING)
     _check_workers(client, where, tell)
     client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
@@ -176,6 +177,22 @@ def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> 
         if client.status != "running":
             raise EngineError(f"the Dask scheduler at {where} is gone: start it again, and run again") from error
         raise
+
+
+def _address(where: str) -> str:
+    """Address of a scheduler, also from its scheduler file; a client of what cannot be one would take long to end."""
+    from distributed.comm import get_address_host_port
+    from distributed.security import Security
+
+    try:
+        address = json.loads(Path(where).read_text())["address"] if Path(where).is_file() else where
+        get_address_host_port(address)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{where!r} is no Dask scheduler ({_first_line(error)}): {_REMEDY}") from error
+    if address.startswith("tls:") and Security().get_connection_args("client")["ssl_context"] is None:
+        said = f"{address} wants certificates: name them below distributed.comm.tls"
+        raise InputError(f"{said} in ~/.config/dask/distributed.yaml, as for its workers")
+    return str(address)
 
 
 def _workers(client: Any) -> dict[str, dict[str, Any]]:
@@ -197,7 +214,7 @@ def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None
     for whose, versions in {"the scheduler": found["scheduler"], **found["workers"]}.items():
         its = versions["packages"] if versions else {}
         for name in ("python", "distributed"):
-            if its and str(its[name]).rpartition(".")[0] != str(here[name]).rpartition(".")[0]:
+            if its and str(its[name]).split(".")[:2] != str(here[name]).split(".")[:2]:
                 tell(f"{name} is {here[name]} here and {its[name]} at {whose}: install the same version")
     mine = importlib.metadata.version("jamlab")
     for address, version in client.run(importlib.metadata.version, "jamlab", on_error="return").items():
