@@ -12,9 +12,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.clusters import Cluster, cluster_executor, job_script
@@ -24,6 +25,8 @@ from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
+from jamlab.campaign.running import Running
+from jamlab.campaign.standing import CampaignRun, Meter
 from jamlab.campaign.tables import aggregate, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
@@ -40,23 +43,30 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
-class CampaignRun:
-    """What one run of a campaign did.
+class _How(NamedTuple):
+    """Arguments of `Campaign.run`."""
 
-    Attributes:
-        finished: number of tasks.
-        failed: number of tasks; the reasons are in the folder.
-        repaired: task whose file was damaged -> what was wrong, and where that file is now.
-        left: number of tasks of the chosen sweeps neither finished nor failed: those of other shares.
-        gaps: one line for each task that finished without some of its states: which, and why.
-    """
+    workers: int | Executor | None
+    share: Share
+    only: Iterable[str] | None
+    retry_failed: bool
+    pilot: bool
+    verify: bool
+    progress: Progress
+    done: Callable[[Outcome], None]
 
-    finished: int
-    failed: int
-    repaired: dict[str, str]
-    left: int
-    gaps: list[str] = field(default_factory=list)
+
+def _tell_nobody(outcome: Outcome) -> None:
+    pass
+
+
+def _check_run(workers: int | Executor | None, share: Share) -> None:
+    """Refuse workers and shares that there cannot be."""
+    k, n = share
+    if not 1 <= k <= n:
+        raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
+    if isinstance(workers, int) and workers < 1:
+        raise InputError(f"workers = {workers}: must be 1 or more")
 
 
 @dataclass(frozen=True)
@@ -137,7 +147,8 @@ class Campaign(Hinted):
             retry_failed: run tasks again that failed before.
             pilot: run one task of each sweep, model and n of which none is finished, so that `plan` knows its time.
             verify: first read the finished files; damaged ones are moved aside and their tasks run again.
-            progress: called after each task with the share of all tasks that are done, and a line on this one.
+            progress: called as tasks end, at most five times a second, with the share of the work that is done, and a
+                line: the number of tasks finished and failed, the rate, and the time left.
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
@@ -146,26 +157,61 @@ class Campaign(Hinted):
             StorageError: the folder cannot be written, or another process runs the same tasks in it.
             EngineError: the workers cannot be started, or their executor is broken. Run again to resume.
         """
-        k, n = share
-        if not 1 <= k <= n:
-            raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
-        if isinstance(workers, int) and workers < 1:
-            raise InputError(f"workers = {workers}: must be 1 or more")
-        chosen = longest_first(batches(self.content, only))
-        if pilot:
+        _check_run(workers, share)
+        how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
+        return self._run(how, Meter())
+
+    @checked
+    def start(
+        self,
+        workers: int | Executor | None = None,
+        *,
+        share: Share = WHOLE,
+        only: Iterable[str] | None = None,
+        retry_failed: bool = False,
+        pilot: bool = False,
+        verify: bool = True,
+        progress: Progress | None = None,
+        done: Callable[[Outcome], None] | None = None,
+    ) -> Running:
+        """Run all tasks that are neither finished nor failed in the background, such as from a notebook.
+
+        Errors of the run are raised where it is awaited: `await running`, or `running.wait()`. The run ends with this
+        process.
+
+        Args:
+            workers: see `run`. The default takes all cores of this machine, also of those that other runs use.
+            share: see `run`.
+            only: see `run`.
+            retry_failed: see `run`.
+            pilot: see `run`.
+            verify: see `run`.
+            progress: see `run`; called in another thread.
+            done: see `run`; called in another thread.
+
+        Raises:
+            InputError: a share, a number of workers or the name of a sweep that there cannot be.
+        """
+        _check_run(workers, share)
+        batches(self.content, only)
+        how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
+        return Running(self.name, partial(self._run, how))
+
+    def _run(self, how: _How, meter: Meter) -> CampaignRun:
+        """Run tasks, and let a meter follow."""
+        chosen = longest_first(batches(self.content, how.only))
+        if how.pilot:
             known = self.folder.finished()
             chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
-        mine = task_names(chosen) & share_names(batches(self.content), share)
+        mine = task_names(chosen) & share_names(batches(self.content), how.share)
         self.folder.prepare()
-        with self.folder.lock(share) as run:
+        with self.folder.lock(how.share) as run:
             self.folder.keep_copy(self.text, self.name)
-            damages = self.folder.damages(self.folder.finished() & mine) if verify else {}
+            damages = self.folder.damages(self.folder.finished() & mine) if how.verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
-            if retry_failed:
+            if how.retry_failed:
                 self.folder.forget_failures(self.folder.failed() & mine)
-            counts, gaps = self._drive(
-                chosen, mine, workers, run, progress or no_progress, done or (lambda outcome: None)
-            )
+            counts, gaps = self._drive(chosen, mine, run, how, meter)
             left = len(task_names(chosen) - self._ended())
         return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left, gaps)
 
@@ -224,37 +270,40 @@ class Campaign(Hinted):
         return max(batch.ranks for batch in batches(self.content, only))
 
     def _drive(
-        self,
-        chosen: list[Batch],
-        mine: set[str],
-        workers: int | Executor | None,
-        run: str,
-        progress: Progress,
-        done: Callable[[Outcome], None],
+        self, chosen: list[Batch], mine: set[str], run: str, how: _How, meter: Meter
     ) -> tuple[Counter[str], list[str]]:
         """Run the tasks `mine` by as many workers as hold the cores of the largest number of ranks, or by those of an
         executor; returns the number of outcomes of each state, and the gaps."""
         counts: Counter[str] = Counter()
         gaps: list[str] = []
-        before = len(mine & self._ended())
+        finished, failed = (len(mine & names) for names in (self.folder.finished(), self.folder.failed()))
+        meter.begin(len(mine), finished, failed)
 
         def tell(outcome: Outcome) -> None:
             counts[outcome.state] += 1
             if outcome.gaps:
                 gaps.append(outcome.gaps)
-            done(outcome)
-            progress((before + counts.total()) / len(mine), outcome.line)
+            meter.count(outcome)
+            how.done(outcome)
+            meter.look(lambda standing: how.progress(standing.share, str(standing)))
 
-        if before == len(mine):
+        if finished + failed == len(mine):
             return counts, gaps
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):
             load_function(function, modules)  # what cannot be imported is named before any work begins
-        where = workers
+        where = how.workers
         if not isinstance(where, Executor):
             where = count_workers(where, max(batch.ranks for batch in chosen))
-        drive(self.folder, chosen, mine - self._ended(), where, modules, run, tell)
+        try:
+            drive(self.folder, chosen, mine - self._ended(), where, modules, run, tell, meter.follow)
+        except KeyboardInterrupt:
+            if not meter.interrupted:  # but by Ctrl-C
+                raise
+            meter.stopped = True
+        finally:
+            meter.end()
         return counts, gaps
 
     def _ended(self) -> set[str]:

@@ -25,6 +25,7 @@ from jamlab.campaign.deaths import (
 )
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.marks import Mark, has_marks, marks_of, read_marks, remove
+from jamlab.campaign.plan import seconds_each
 from jamlab.campaign.tasks import Batch, Task, states_name
 from jamlab.campaign.workers import FAILED, FINISHED, FULL, Call, Outcome, run_chunk
 from jamlab.errors import EngineError, StorageError, warn
@@ -45,6 +46,7 @@ def drive(
     modules: Sequence[str],
     run: str,
     tell: Callable[[Outcome], None],
+    follow: Callable[[Cutter, Crew], None],
 ) -> None:
     """Run tasks in so many workers, or in those of an executor, and tell each outcome.
 
@@ -55,6 +57,7 @@ def drive(
         where: number of processes of this machine, or an executor (PEP 3148).
         modules: folders with modules of the user's own observables.
         tell: called in this process with each outcome.
+        follow: called once, with what knows the times of tasks, and the workers.
 
     Raises:
         StorageError: the folder cannot be written, or a worker sees another one.
@@ -63,7 +66,9 @@ def drive(
     _take_over(folder, run)
     names = names - _settle(folder, chosen, names, tell)
     with crew(run_chunk, where) as workers:
-        _Driver(folder, workers, chosen, names, modules, run, tell).drive()
+        driver = _Driver(folder, workers, chosen, names, modules, run, tell)
+        follow(driver.cutter, workers)
+        driver.drive()
     forget_deaths(folder.path, counts(folder.path).keys() & folder.finished())
 
 
@@ -82,7 +87,7 @@ class _Driver:
     ) -> None:
         self._folder, self._workers, self._modules, self._run, self._tell = folder, workers, modules, run, tell
         self._place = str(folder.path.resolve())
-        self._cutter = Cutter(chosen, names, lambda: workers.workers, {})
+        self.cutter = Cutter(chosen, names, lambda: workers.workers, seconds_each(chosen, folder))
         self._under_way: dict[str, Batch] = {}  # by attempt
         self._number = itertools.count(1)
         self._unbegun = 0  # calls lost in a row that nobody had begun
@@ -106,7 +111,7 @@ class _Driver:
             self._fill()
 
     def _fill(self) -> None:
-        while len(self._under_way) < self._workers.width and (chunk := self._cutter.next(self._busy)):
+        while len(self._under_way) < self._workers.width and (chunk := self.cutter.next(self._busy)):
             self._submit(chunk)
 
     def _submit(self, chunk: Batch, *, first: bool = False) -> None:
@@ -129,7 +134,7 @@ class _Driver:
             if shared:
                 self._busy.discard(states_name(name))
             self._tell(outcome)
-        self._cutter.learn(chunk, sum(outcome.seconds for outcome in outcomes))
+        self.cutter.learn(chunk, sum(outcome.seconds for outcome in outcomes))
 
     def _bury(self, attempt: str, death: Death) -> None:
         """Decide what follows from the death of the worker of an attempt."""

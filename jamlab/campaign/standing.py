@@ -1,19 +1,38 @@
-"""How far a run of a campaign is: what the progress line, `Running` and the bar of a notebook show."""
+"""What a run of a campaign did, and how far it is: what the progress line and `Running` show."""
 
 import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
 
 from jamlab.campaign.chunks import Cutter
 from jamlab.campaign.workers import FAILED, Outcome
 from jamlab.processes.progress import in_words
+from jamlab.processes.side_by_side import Crew
 
 _LOOK = 0.2  # s between two looks of a progress line: a line for each of a million tasks would cost more than they do
 _WINDOW, _SAMPLE = 60, 2.0  # the rate is that of so many samples, at least so many seconds apart
+
+
+@dataclass(frozen=True)
+class CampaignRun:
+    """What one run of a campaign did.
+
+    Attributes:
+        finished: number of tasks.
+        failed: number of tasks; the reasons are in the folder.
+        repaired: task whose file was damaged -> what was wrong, and where that file is now.
+        left: number of tasks of the chosen sweeps neither finished nor failed: those of other shares.
+        gaps: one line for each task that finished without some of its states: which, and why.
+    """
+
+    finished: int
+    failed: int
+    repaired: dict[str, str]
+    left: int
+    gaps: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -56,17 +75,6 @@ class Standing:
 _UNITS = ((1, "s"), (60, "min"), (3600, "h"), (86_400, "day"))
 
 
-class Workers(Protocol):
-    """What is asked of a `Crew`."""
-
-    @property
-    def workers(self) -> int:
-        """Calls that run at a time, as far as it is known."""
-
-    def interrupt(self) -> None:
-        """End the wait of the driver by KeyboardInterrupt."""
-
-
 class Meter:
     """Follows one run, and ends it from another thread."""
 
@@ -74,11 +82,12 @@ class Meter:
         self.tasks, self.finished, self.failed = 0, 0, 0
         self._before = 0  # tasks that ended in earlier runs
         self._cutter: Cutter | None = None
-        self._crew: Workers | None = None
+        self._crew: Crew | None = None
         self._samples: deque[tuple[float, int]] = deque(maxlen=_WINDOW)
-        self._looked = 0.0
-        self._lock = threading.Lock()
-        self.interrupted = False
+        self._looked, self._end = 0.0, math.inf  # times
+        self._lock = threading.Lock()  # of the crew
+        self.interrupted = False  # the driver is asked to end
+        self.stopped = False  # it ended for that reason
 
     def begin(self, tasks: int, finished: int, failed: int) -> None:
         """Set the number of tasks of the run, and how many of them ended before."""
@@ -86,12 +95,17 @@ class Meter:
         self._before = finished + failed
         self._samples.append((time.monotonic(), self._before))
 
-    def follow(self, cutter: Cutter, crew: Workers) -> None:
+    def follow(self, cutter: Cutter, crew: Crew) -> None:
         """Take the times of tasks from a cutter, and the number of workers from a crew."""
         with self._lock:
             self._cutter, self._crew = cutter, crew
             if self.interrupted:
                 crew.interrupt()
+
+    def end(self) -> None:
+        """Take note that the workers are gone."""
+        with self._lock:
+            self._crew, self._end = None, time.monotonic()
 
     def interrupt(self) -> None:
         """End the run as soon as it waits for its workers."""
@@ -116,7 +130,8 @@ class Meter:
 
     def standing(self) -> Standing:
         """How far the run is."""
-        now, ended, cutter, crew = time.monotonic(), self.finished + self.failed, self._cutter, self._crew
+        now, ended = min(time.monotonic(), self._end), self.finished + self.failed
+        cutter, crew = self._cutter, self._crew
         if self._samples and now - self._samples[-1][0] >= _SAMPLE:
             self._samples.append((now, ended))
         began, before = self._samples[0] if self._samples else (now, ended)

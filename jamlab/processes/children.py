@@ -34,6 +34,7 @@ class Children:
         self._waiting: deque[tuple[Any, Any]] = deque()
         self._busy: dict[Connection, tuple[subprocess.Popen[bytes], Any, Any]] = {}
         self._idle: list[tuple[Connection, subprocess.Popen[bytes]]] = []
+        self._alarm, self._bell = Pipe(duplex=False)
 
     def __enter__(self) -> Self:
         return self
@@ -43,8 +44,13 @@ class Children:
             process.kill()
         for process in self._started:
             process.wait()
-        for connection in (*self._busy, *(connection for connection, _ in self._idle)):
+        for connection in (*self._busy, *(connection for connection, _ in self._idle), self._alarm, self._bell):
             connection.close()
+
+    def interrupt(self) -> None:
+        """Have `wait` raise KeyboardInterrupt; from any thread."""
+        with suppress(OSError):  # the block has ended
+            self._bell.send_bytes(b"!")
 
     def submit(self, key: Any, item: Any, *, first: bool = False) -> None:
         """Have the function called for an item by the next process that is free, before the others if it is the
@@ -60,7 +66,10 @@ class Children:
         return found
 
     def _receive(self) -> tuple[Any, str, Any]:
-        connection = wait(list(self._busy))[0]
+        found = wait([self._alarm, *self._busy])
+        if self._alarm in found:
+            raise KeyboardInterrupt
+        connection = found[0]
         assert isinstance(connection, Connection)
         process, key, item = self._busy[connection]
         try:
@@ -68,17 +77,17 @@ class Children:
         except (EOFError, ConnectionError):
             connection.close()
             code = _end(process)
-            found = "death", Death(item, describe_exit(code, self._kills), True, code)
+            answer = "death", Death(item, describe_exit(code, self._kills), True, code)
             del self._busy[connection]
         else:
-            found = read_answer(kind, content)
+            answer = read_answer(kind, content)
             if kind not in ("report", "warning"):
                 del self._busy[connection]
                 self._idle.append((connection, process))
             if kind == "exit":
-                found = "death", Death(item, describe_exit(found[1]), True, found[1])
+                answer = "death", Death(item, describe_exit(answer[1]), True, answer[1])
         self._hand_out()
-        return key, *found
+        return key, *answer
 
     def _hand_out(self) -> None:
         while self._waiting and len(self._busy) < self.workers:

@@ -117,6 +117,7 @@ class OnExecutor:
         self._seen: set[tuple[str, int]] = set()
         self._number = 0
         self._own: Children | None = None  # instead of a pool that broke
+        self._interrupted = False
 
     @property
     def workers(self) -> int:
@@ -156,6 +157,8 @@ class OnExecutor:
         """Wait for what comes next, see `Crew.wait`."""
         while True:
             while not self._ready:
+                if self._interrupted:
+                    raise KeyboardInterrupt
                 if self._own is not None:
                     return self._own.wait()
                 self._look()
@@ -163,6 +166,12 @@ class OnExecutor:
             if kind != "warning":
                 return key, kind, content
             warn(*content)
+
+    def interrupt(self) -> None:
+        """Have `wait` raise KeyboardInterrupt; from any thread."""
+        self._interrupted = True
+        if self._own is not None:
+            self._own.interrupt()
 
     def _look(self) -> None:
         """Take what calls told, and the next one that ended."""

@@ -35,6 +35,9 @@ class Crew(Protocol):
         """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported, a
         tuple; "result": what is returned; "error": what is raised; "death": a `Death`."""
 
+    def interrupt(self) -> None:
+        """Have `wait` raise KeyboardInterrupt, as Ctrl-C does; from any thread."""
+
 
 def crew(function: Callable[..., Any], where: int | Executor) -> Crew:
     """Workers for `function(item, report)`: so many processes of this machine, or those of an executor (PEP 3148)."""

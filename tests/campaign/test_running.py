@@ -1,0 +1,185 @@
+"""Runs in the background, as in a notebook: they do not block, say how far they are, and end when they are told to."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import Executor, Future
+
+import psutil
+import pytest
+from campaigns import written
+
+import jamlab
+from jamlab.errors import InputError, StorageError
+from jamlab.processes.child import child_environment
+
+KEYS = {"n": 8, "compress": None, "phi": [0.7], "seeds": 4}
+
+
+class OnDemand(Executor):
+    """Runs as many calls as it is allowed to, in the thread that allows them."""
+
+    num_workers = 1
+
+    def __init__(self):
+        self.calls = []
+        self.came = threading.Semaphore(0)
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        self.calls.append((future, function, arguments))
+        self.came.release()
+        return future
+
+    def run(self, count=1):
+        for _ in range(count):
+            assert self.came.acquire(timeout=20)
+            future, function, arguments = self.calls.pop(0)
+            if future.set_running_or_notify_cancel():
+                future.set_result(function(*arguments))
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    return jamlab.open_campaign(written(tmp_path / "c.toml", **KEYS))
+
+
+def until(holds):
+    end = time.monotonic() + 20
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
+    workers, told = OnDemand(), []
+    running = campaign.start(workers, done=lambda outcome: told.append(outcome.state))
+    workers.run(2)
+    until(lambda: running.status().finished == 2)
+    standing = running.status()
+    assert (standing.tasks, standing.failed, standing.workers, running.done) == (4, 0, 1, False)
+    assert 0 < standing.share < 1 and standing.seconds_left > 0 and standing.rate > 0
+    assert repr(running).startswith("campaign c, running: 2 of 4 tasks, ") and repr(running).endswith(" left")
+    assert (
+        f'value="{running.status().share:.4f}"' in running._repr_html_() and repr(running)[:30] in running._repr_html_()
+    )
+    with pytest.raises(TimeoutError):
+        running.wait(0.01)
+    workers.run(2)
+    ran = running.wait()
+    assert (ran.finished, ran.left, told) == (4, 0, ["finished"] * 4)
+    assert running.done and repr(running).startswith("campaign c, finished: 4 of 4 tasks")
+    assert running.status().share == 1 and running.stop() == running.status()
+    assert "finished" in repr(running)  # to stop it afterwards changes nothing
+
+
+def test_a_run_that_is_stopped_resumes(campaign):
+    workers = OnDemand()
+    running = campaign.start(workers)
+    workers.run(1)
+    until(lambda: running.status().finished == 1)
+    assert running.stop().finished == 1
+    assert all(future.cancelled() for future, *_ in workers.calls)
+    assert (running.wait().finished, running.wait().left) == (1, 3)
+    assert repr(running).startswith("campaign c, stopped: 1 of 4 tasks")
+    assert not list((campaign.folder.path / "running").iterdir())
+    again = OnDemand()
+    running = campaign.start(again)  # the lock is free
+    again.run(3)
+    assert running.wait().finished == 3
+    assert running.status().finished == 4
+
+
+def test_a_run_is_awaited_beside_others(campaign, tmp_path):
+    other = jamlab.open_campaign(written(tmp_path / "d.toml", name="d", **KEYS | {"seeds": 2}))
+    first, second = OnDemand(), OnDemand()
+
+    async def work():
+        runs = [campaign.start(first), other.start(second)]
+        assert await asyncio.sleep(0, "not blocked") == "not blocked"
+        second.run(2)
+        first.run(4)
+        return await asyncio.gather(*runs)
+
+    assert [ran.finished for ran in asyncio.run(work())] == [4, 2]
+
+
+def test_a_cell_that_is_interrupted_stops_its_run(campaign):
+    """Jupyter cancels the cell."""
+    workers = OnDemand()
+
+    async def work():
+        running = campaign.start(workers)
+        cell = asyncio.ensure_future(asyncio.wait_for(running, None))
+        await asyncio.to_thread(workers.run, 1)
+        while running.status().finished < 1:
+            await asyncio.sleep(0.01)
+        cell.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await cell
+        return running
+
+    running = asyncio.run(work())
+    assert running.done and running.wait().left == 3
+
+
+@pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals come to the main thread")
+def test_an_interrupt_while_it_waits_stops_the_run(campaign):
+    workers = OnDemand()
+    running = campaign.start(workers)
+    workers.run(1)
+    timer = threading.Timer(0.2, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        running.wait()
+    assert running.done and running.wait().left == 3
+
+
+def test_errors_are_raised_where_the_run_is_awaited(campaign):
+    with pytest.raises(InputError, match="share"):
+        campaign.start(share=(2, 1))
+    with pytest.raises(InputError, match="no sweep"):
+        campaign.start(only=["none"])
+    workers = OnDemand()
+    first = campaign.start(workers)
+    assert workers.came.acquire(timeout=20)
+    workers.came.release()
+    second = campaign.start(OnDemand())
+    with pytest.raises(StorageError, match="another process"):
+        second.wait()
+    with pytest.raises(StorageError, match="another process"):
+        asyncio.run(asyncio.wait_for(second, 5))
+    assert repr(second).startswith("campaign c, failed: StorageError: another process")
+    first.stop()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["exit", "SIGINT", "SIGTERM", "SIGKILL"])
+def test_a_process_that_ends_leaves_no_worker(tmp_path, end):
+    written(tmp_path / "c.toml", **KEYS | {"n": 512, "phi": None, "onset": True, "seeds": 20})
+    script = f"""
+import jamlab, os, time
+running = jamlab.open_campaign("c.toml").start(2)
+while not (os.path.isdir("c/running") and len(os.listdir("c/running")) == 2):
+    time.sleep(0.05)
+print("up", flush=True)
+time.sleep(2)
+if {end!r} != "exit":
+    running.wait()
+"""
+    how = {"cwd": tmp_path, "env": child_environment(), "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    process = subprocess.Popen([sys.executable, "-c", script], text=True, **how)
+    assert process.stdout.readline() == "up\n"
+    workers = psutil.Process(process.pid).children(recursive=True)
+    assert len(workers) == 2
+    if end != "exit":
+        process.send_signal(signal.Signals[end])
+    said = process.communicate(timeout=60)[1]
+    assert not psutil.wait_procs(workers, timeout=10)[1]
+    assert (end == "exit") == (process.returncode == 0) and "Fatal" not in said
+    if end in ("exit", "SIGINT"):  # the others end Python at once
+        assert not os.listdir(tmp_path / "c" / "running") and not os.listdir(tmp_path / "c" / "failed")
