@@ -15,6 +15,7 @@ from typing import Any
 from jamlab.campaign.standing import CampaignRun, Meter, Standing
 from jamlab.checks import checked
 
+_LOOK = 0.1  # s: the loop of ipykernel 7 hears of an interrupt when it wakes for something else
 _END = 10.0  # s that a run has to end before this process ends
 
 
@@ -61,7 +62,9 @@ class Running:
 
     async def _awaited(self) -> CampaignRun:
         try:
-            return await asyncio.wrap_future(self._future)
+            while not self._future.done():
+                await asyncio.sleep(_LOOK)
+            return self._future.result()
         except asyncio.CancelledError:  # such as by the interrupt of a notebook
             self._meter.interrupt()
             await asyncio.to_thread(self._thread.join)

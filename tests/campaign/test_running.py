@@ -108,22 +108,27 @@ def test_a_run_is_awaited_beside_others(campaign, tmp_path):
     assert [ran.finished for ran in asyncio.run(work())] == [4, 2]
 
 
+@pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals come to the main thread")
 def test_a_cell_that_is_interrupted_stops_its_run(campaign):
-    """Jupyter cancels the cell."""
+    """Jupyter cancels the cell, by a call that does not wake its loop."""
     workers = OnDemand()
 
     async def work():
-        running = campaign.start(workers)
-        cell = asyncio.ensure_future(asyncio.wait_for(running, None))
-        await asyncio.to_thread(workers.run, 1)
-        while running.status().finished < 1:
-            await asyncio.sleep(0.01)
-        cell.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await cell
-        return running
+        loop, cell = asyncio.get_running_loop(), asyncio.ensure_future(asyncio.wait_for(running, None))
+        usual = signal.signal(signal.SIGINT, lambda *_: loop.call_soon(cell.cancel))
+        late = loop.call_later(10, workers.run, 3)
+        threading.Timer(0.2, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()
+        try:
+            with pytest.raises(asyncio.CancelledError):
+                await cell
+        finally:
+            signal.signal(signal.SIGINT, usual)
+            late.cancel()
 
-    running = asyncio.run(work())
+    running = campaign.start(workers)
+    workers.run(1)
+    until(lambda: running.status().finished == 1)
+    asyncio.run(work())
     assert running.done and running.wait().left == 3
 
 
