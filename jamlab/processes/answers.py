@@ -53,7 +53,8 @@ def answer(function: bytes, item: bytes, tell: Tell) -> tuple[str, bytes]:
     except SystemExit as end:
         return "exit", pickle.dumps(end.code if isinstance(end.code, int) else int(end.code is not None))
     except MemoryError as error:
-        return "error", pickle.dumps(EngineError(f"out of memory ({error}): there are {memory_limits()}; free some"))
+        said = f"out of memory, of which there are {memory_limits()}" + f" ({error})" * bool(str(error))
+        return "error", pickle.dumps(EngineError(f"{said}: use fewer processes, or allow more"))
     except Exception as error:  # whatever it is, the caller raises it
         return "error", _dump_error(error)
     try:

@@ -29,9 +29,9 @@ def describe_exit(code: int, kills: MemoryKills | None = None) -> str:
         return f"exit code {code}: a called function exited"
     how = f"signal {-code} ({signal.strsignal(-code)})"
     if code == -signal.SIGKILL and kills is not None and kills.rose():
-        return f"{how}, killed, out of memory: there are {memory_limits()}"
+        return f"{how}: killed, out of memory, of which there are {memory_limits()}"
     if code == -signal.SIGXCPU:
         return f"{how}: each process may use {resource.getrlimit(resource.RLIMIT_CPU)[0]} s (ulimit -t)"
     if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
-        return f"{how}, possibly out of memory: there are {memory_limits()}"
+        return f"{how}: possibly out of memory, of which there are {memory_limits()}"
     return how

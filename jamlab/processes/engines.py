@@ -43,7 +43,7 @@ def describe_failure(executor: Executor, error: BaseException) -> str:
     """Why an executor has no answer of a call; Dask knows of workers that it ended at their memory limit."""
     text, name = " ".join(str(error).split()), type(error).__name__
     if isinstance(error, BrokenExecutor):
-        text = text.partition(". ")[0]  # the rest is advice
+        text = text.partition(".")[0]  # the rest is advice
     worker, client = getattr(error, "last_worker", None), _dask_client(executor)
     if worker is None or client is None:
         return f"{name}: {text[:300]}" if text else name
@@ -51,7 +51,7 @@ def describe_failure(executor: Executor, error: BaseException) -> str:
     text = f"{times} Dask workers died, the last one {worker.address}" if times > 1 else "its Dask worker died"
     ended = client.get_events("worker-restart-memory")
     if any(event.get("worker") == worker.address for _, event in ended):
-        text += f", killed, out of memory: Dask ended it near its memory limit of {worker.memory_limit / 1e9:.3g} GB"
+        text += f": killed, out of memory, of which Dask allows a worker {worker.memory_limit / 1e9:.3g} GB"
     return text
 
 

@@ -241,15 +241,14 @@ class OnExecutor:
         if not is_pool_of_processes(self._executor):
             raise EngineError(f"{name} broke ({said}): start another one, and run again") from error
         if self._kills.rose():
-            said += f"; killed, out of memory: there are {memory_limits()}"
+            said += f": killed, out of memory, of which there are {memory_limits()}"
         wait_for(list(self._under_way), timeout=_END)
         self._hear(self._letterbox.take())
         ended = [future for future in self._under_way if future.done() and not future.cancelled()]
         for future in [each for each in ended if each.exception() is None]:
             _, key, item = self._under_way.pop(future)
             self._take(key, item, future.result())
-        alone = len(self._under_way) == 1
-        self._ready += [(key, "death", Death(item, said, alone, None)) for _, key, item in self._under_way.values()]
+        self._ready += [(key, "death", Death(item, said, False, None)) for _, key, item in self._under_way.values()]
         self._under_way.clear()
         self._own = Children(self._function, count_known(self._executor) or available_cores())
         for key, item in self._waiting:
