@@ -2,8 +2,8 @@
 
 import ctypes
 import os
-import sys
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
