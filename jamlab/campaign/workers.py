@@ -16,7 +16,6 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.deaths import kind_of, record, why_it_fails
 from jamlab.campaign.folder import CampaignFolder
@@ -139,7 +138,7 @@ def run_tasks(
     outcomes: dict[str, Outcome] = {}
     made: list[TaskContent] = []
     finished = _finished(folder, list(chunk.names()))
-    with threadpool_limits(1), cores_given(chunk.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
+    with cores_given(chunk.ranks):  # one core a rank, as a worker has one thread
         for task in chunk.tasks():
             if task.name in finished:
                 outcomes[task.name] = Outcome(FINISHED, task.parameters.label, 0.0)

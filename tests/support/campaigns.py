@@ -3,6 +3,7 @@
 import json
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.observables import TABLES
@@ -71,7 +72,7 @@ def names(path, only=None):
 
 
 def run_here(campaign):
-    """All tasks in this process."""
+    """All tasks in this process, with one thread, as workers have."""
     campaign.folder.prepare()
     campaign.folder.keep_copy(campaign.text, campaign.name)
     outcomes = []
@@ -80,7 +81,8 @@ def run_here(campaign):
             if not campaign.folder.has_ended(name := batch.name_of(seed)):
                 stored = [other for other in campaign.folder.finished() if states_name(other) == states_name(name)]
                 modules = [str(campaign.file.parent)]
-                outcomes += run_tasks(campaign.folder, batch.part([seed]), {name: stored}, modules)
+                with threadpool_limits(1):
+                    outcomes += run_tasks(campaign.folder, batch.part([seed]), {name: stored}, modules)
     return outcomes
 
 
