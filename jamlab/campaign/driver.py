@@ -69,7 +69,8 @@ def drive(
         driver = _Driver(folder, workers, chosen, names, modules, run, tell)
         follow(driver.cutter, workers)
         driver.drive()
-    forget_deaths(folder.path, counts(folder.path).keys() & folder.finished())
+    if found := counts(folder.path):
+        forget_deaths(folder.path, found.keys() & folder.finished())
 
 
 class _Driver:
@@ -140,20 +141,19 @@ class _Driver:
         """Decide what follows from the death of the worker of an attempt."""
         chunk = self._under_way.pop(attempt)
         marks = marks_of(self._folder.path, attempt)
-        if not (marks and death.alone):  # never begun, or nobody knows whose fault it is
-            remove(mark.path for mark in marks)
-            self._lose(death)
-            self._submit(chunk, first=True)
-            return
-        self._unbegun = 0
         seeds = {chunk.name_of(seed): seed for seed in chunk.seeds}
         ended = self._ended(chunk, seeds)
-        alone = self._charge(chunk, seeds, marks, death, ended)
+        known = bool(marks) and death.alone  # else it never began, or nobody knows whose fault it is
+        alone = self._charge(chunk, seeds, marks, death, ended) if known else []
         remove(mark.path for mark in marks)
+        if known or ended:
+            self._unbegun = 0
+        else:
+            self._lose(death)
         for name, outcome in ended.items():
             self._end(chunk.part([seeds[name]]), [outcome])
         rest = [seed for name, seed in seeds.items() if name not in ended and seed not in alone]
-        half = (len(rest) + 1) // 2
+        half = (len(rest) + 1) // 2 if known else len(rest)
         for part in (rest[half:], rest[:half], *([seed] for seed in alone)):  # the last one is the first in line
             if part:
                 self._submit(chunk.part(part), first=True)

@@ -259,7 +259,10 @@ class CampaignFolder:
                     busy = [] if _flock(file) else [own]
                     for other in others:
                         with open(other, "a+") as opened_too:
-                            busy += [] if _flock(opened_too) else [other]
+                            if _flock(opened_too):
+                                opened_too.truncate(0)  # what is left of a dead run begins nothing
+                            else:
+                                busy.append(other)
                 except OSError as error:
                     if error.errno not in _NO_LOCKS:
                         raise
