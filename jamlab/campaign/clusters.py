@@ -116,27 +116,42 @@ def job_script(where: str, folder: Path, ranks: int = 1) -> str:
 
 
 def _dask(where: str) -> Any:
-    """Dask, with what `where` needs. dask_jobqueue takes SIGINT for itself as it is imported, so that a command that is
-    interrupted would end with 0 and without a line."""
+    """Dask, with what `where` needs."""
+    if where in SYSTEMS and threading.current_thread() is not threading.main_thread():
+        raise InputError(f"{where}: dask_jobqueue loads in the main thread only: open the cluster there")
     try:
-        import dask
-        import distributed  # noqa: F401
+        with _signals_later():
+            import dask
+            import distributed  # noqa: F401
 
-        if where in SYSTEMS and "dask_jobqueue" not in sys.modules:
-            if threading.current_thread() is not threading.main_thread():
-                raise InputError(
-                    f"{where}: dask_jobqueue can be loaded in the main thread only: open the cluster there"
-                )
-            kept = signal.getsignal(signal.SIGINT)
-            try:
+            if where in SYSTEMS:
+                import cryptography  # noqa: F401
                 import dask_jobqueue  # noqa: F401
-            finally:
-                signal.signal(signal.SIGINT, kept)
-        if where in SYSTEMS:
-            import cryptography  # noqa: F401
     except ImportError as error:
         raise InputError(f"{where} needs Dask ({error}): pip install 'jamlab[dask]'") from None
     return dask
+
+
+@contextmanager
+def _signals_later() -> Iterator[None]:
+    """Let signals that end the command come after the block: Python loses an exception that is raised while it takes
+    care of an import. dask_jobqueue takes SIGINT for itself as it is imported; it is given back."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    taken = {number for number, handler in kept.items() if callable(handler)}  # not by what C code has set
+    for number in taken:
+        signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in kept.items():
+            if handler is not None:
+                signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
 
 
 @contextmanager
