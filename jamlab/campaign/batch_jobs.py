@@ -64,6 +64,7 @@ class BatchJobs:
     tell: Callable[[str], None]  # a line for the user
     fail: Callable[[str], None]  # ends the run, with the reason
     jobs: dict[str, Job] = field(default_factory=dict)
+    sent: set[str] = field(default_factory=set)  # numbers of all jobs so far
     _count: int = 0
     _refusals: int = 0  # in a row
     _in_vain: int = 0  # of these, the last ones, when no job was there
@@ -93,10 +94,6 @@ class BatchJobs:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._cancel(now), max(0.1, end - time.monotonic()))
         self.jobs.clear()
-
-    def describe(self) -> str:
-        """How many jobs are at work."""
-        return f"{len(self._workers_of_jobs())} of {self.most} jobs at work"
 
     def _workers_of_jobs(self) -> dict[str, list[bool]]:
         """Job -> whether each of its workers has a task."""
@@ -169,6 +166,7 @@ class BatchJobs:
         for (name, handle), said in zip(handles.items(), sent, strict=True):
             if said is None:
                 self.jobs[name] = Job(handle, now)
+                self.sent.add(self.jobs[name].number)
         if not refused:
             self._refusals, self._in_vain, self._next = 0, 0, 0.0
             return

@@ -48,7 +48,7 @@ def list_command(system: str) -> list[str]:
 
 def listed_jobs(output: str) -> set[str]:
     """Numbers of the jobs in what that command prints."""
-    return {found[0] for line in output.splitlines() if (found := re.match(r"\s*(\d+)", line))}
+    return {found[1] for line in output.splitlines() if (found := re.match(r"\s*(\d+)", line))}
 
 
 def walltime_seconds(system: str, walltime: Any) -> int | None:

@@ -239,8 +239,8 @@ class Campaign(Hinted):
                 warning.
 
         Returns:
-            A context manager of the workers: `executor`, to be handed to `run`; `dashboard`, the address of Dask's
-            pages or None; `describe()`, how many jobs or workers are at work.
+            A context manager of the workers: `executor`, to be handed to `run`, and `dashboard`, the address of Dask's
+            pages or None.
 
         Raises:
             InputError: there is no Dask, no such scheduler, or the settings of the site cannot be.

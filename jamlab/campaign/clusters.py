@@ -10,6 +10,7 @@ import importlib.metadata
 import json
 import logging
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -51,12 +52,10 @@ class Cluster:
     Attributes:
         executor: runs calls in the workers (PEP 3148).
         dashboard: address of Dask's pages about them, which everybody can read who reaches it; None if there is none.
-        describe: says how many jobs or workers are at work.
     """
 
     executor: Executor
     dashboard: str | None
-    describe: Callable[[], str]
 
 
 @contextmanager
@@ -187,7 +186,7 @@ def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> 
     _check_workers(client, where, tell)
     client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
     try:
-        yield Cluster(client.get_executor(pure=False), client.dashboard_link or None, lambda: _count_workers(client))
+        yield Cluster(client.get_executor(pure=False), client.dashboard_link or None)
     except JamlabError as error:
         if client.status != "running":
             raise EngineError(f"the Dask scheduler at {where} is gone: start it again, and run again") from error
@@ -212,10 +211,6 @@ def _address(where: str) -> str:
 
 def _workers(client: Any) -> dict[str, dict[str, Any]]:
     return dict(client.scheduler_info(n_workers=-1).get("workers", {}))
-
-
-def _count_workers(client: Any) -> str:
-    return f"{len(_workers(client))} workers"
 
 
 def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
@@ -277,20 +272,30 @@ def _on_jobs(
         fail=fail,
     )
     keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
-    stack.callback(_stop, kept, keeping, loop)
+    stack.callback(_stop, kept, keeping, loop, site.logs)
     try:
-        yield Cluster(client.get_executor(pure=False), site.dashboard(cluster), kept.describe)
+        yield Cluster(client.get_executor(pure=False), site.dashboard(cluster))
     except JamlabError as error:
         if failed:
             raise EngineError(f"{where}: {failed[0]}; {site.remedy()}") from error
         raise
 
 
-def _stop(kept: BatchJobs, keeping: Any, loop: Any) -> None:
+def _stop(kept: BatchJobs, keeping: Any, loop: Any, logs: Path) -> None:
     """Cancel the jobs, and wait for one that is being sent: nobody else would know its number."""
     asyncio.run_coroutine_threadsafe(kept.stop(), loop).result()
     with suppress(Exception):
         keeping.result(_CLOSING)
+    _remove_empty_logs(logs, kept.sent)
+
+
+def _remove_empty_logs(logs: Path, numbers: set[str]) -> None:
+    """Remove the files of what jobs of these numbers printed, if that is nothing; and the folder, if it is empty."""
+    with suppress(OSError):
+        for log in logs.iterdir():
+            if not numbers.isdisjoint(re.findall(r"\d+", log.name)) and log.stat().st_size == 0:
+                log.unlink(missing_ok=True)
+        logs.rmdir()
 
 
 def _close(cluster: Any) -> None:
@@ -334,7 +339,7 @@ class _Site:
     def __init__(self, where: str, folder: Path, ranks: int) -> None:
         import dask
 
-        self.where, self._folder = where, folder
+        self.where = where
         self._settings: Mapping[str, Any] = dask.config.get(f"jobqueue.{where}")
         self.cores = self._get("cores") or ranks
         if self.cores < ranks:
@@ -346,6 +351,7 @@ class _Site:
             raise InputError(f"{where} needs the memory of a job: set {self._key('memory')}, such as memory: 2GB")
         check_cores(where, self._settings, self.cores)
         self._seconds = walltime_seconds(where, self._get("walltime"))
+        self.logs = Path(self._get("log-directory") or (folder / "jobs").absolute())
         shared = self._get("shared-temp-directory")
         self.shared = Path(os.path.expanduser(os.path.expandvars(shared))) if shared else folder
 
@@ -358,7 +364,7 @@ class _Site:
     def remedy(self) -> str:
         """What to look at when jobs fail."""
         keys = "queue, account, walltime, memory and interface"
-        return f"{keys} are keys of jobqueue.{self.where} in {SETTINGS}; what jobs print is in {self._folder / 'jobs'}"
+        return f"{keys} are keys of jobqueue.{self.where} in {SETTINGS}; what jobs print is in {self.logs}"
 
     def check_program(self) -> None:
         """Refuse a machine without the commands of the batch system."""
@@ -388,7 +394,7 @@ class _Site:
         own = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--preload", "jamlab.campaign.batch_worker"]
         settings |= {"worker_extra_args": [*(self._get("worker-extra-args") or []), *own]}
         settings |= {"job_script_prologue": [*(self._get("job-script-prologue") or []), *self._exports()]}
-        settings |= {"log_directory": self._get("log-directory") or str((self._folder / "jobs").absolute())}
+        settings |= {"log_directory": str(self.logs)}
         if self._get("name") == "dask-worker":  # of Dask itself
             settings["job_name"] = "jamlab"
         if self._get("death-timeout") == 60:  # of Dask itself: longer than a job should outlive its driver

@@ -1,0 +1,263 @@
+"""Workers of a Dask scheduler, or of jobs of a batch system: scripts of jobs, keys, settings, and what ends badly."""
+
+import os
+import re
+import signal
+import stat
+import subprocess
+import sys
+import time
+
+import pytest
+from fake_batch import FakeBatch
+
+import jamlab
+from jamlab.campaign.batch_system import SYSTEMS
+from jamlab.campaign.cluster_keys import key_folder, remove_abandoned_keys, write_key
+from jamlab.errors import InputError
+
+SWEEP = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
+SLOW = 'observables = ["sleeper:sleep"]\n'
+SLEEPER = "import ctypes\n\n\ndef sleep(packing):\n    ctypes.CDLL(None).sleep(20)\n    return 1.0\n"
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    (tmp_path / "small.toml").write_text(f'name = "small"\n{SWEEP}ranks = 2\n')
+    return jamlab.open_campaign(tmp_path / "small.toml")
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    """Set keys of jobqueue.yaml."""
+    monkeypatch.setenv("DASK_CONFIG", str(tmp_path))  # before Dask is imported, which would write to HOME
+    dask = pytest.importorskip("dask")
+    from jamlab.campaign.clusters import _dask
+
+    _dask("slurm")
+
+    def fill(system, **settings):
+        named = {key.replace("_", "-"): value for key, value in settings.items()}
+        return dask.config.set({f"jobqueue.{system}.{key}": value for key, value in named.items()})
+
+    return fill
+
+
+CORES = {
+    "slurm": "--cpus-per-task=2\n",
+    "pbs": "select=1:ncpus=2:",
+    "moab": "select=1:ncpus=2:",
+    "lsf": "#BSUB -n 2\n",
+    "oar": "/nodes=1/core=2,",
+    "sge": "-pe smp 2\n",
+    "htcondor": "MY.DaskWorkerCores = 2\n",
+}
+
+
+@pytest.mark.parametrize("system", sorted(SYSTEMS))
+def test_scripts_of_jobs_book_the_cores_of_a_task_for_a_worker_of_one_thread(system, site, campaign):
+    """On each system; when the job ends stands in it where the system has a walltime. Nothing is written."""
+    more = {"sge": {"job_extra_directives": ["-pe smp 2"]}, "htcondor": {"disk": "1GB"}}.get(system, {})
+    more |= {"oar": {"memory_per_core_property_name": "not_applicable"}}.get(system, {})
+    with site(system, memory="1GB", **more):
+        script = campaign.job_script(system)
+    assert CORES[system] in script and re.search(r"export OMP_NUM_THREADS=1\b", script)
+    (line,) = (line for line in script.splitlines() if "batch_worker" in line)
+    assert re.search(r" -P -m jamlab.campaign.batch_worker 1 tls://ADDRESS:PORT --name jamlab-1 ", line)
+    assert re.findall(r"--nthreads (\d)", line)[-1] == "1" and "--no-nanny" in line and "keys.XXXXXXXX" in line
+    assert (re.findall(r"JAMLAB_JOB_ENDS=\$\(\(\$\(date \+%s\) \+ (\d+)\)\)", script) == ["1800"]) == (
+        system != "htcondor"
+    )
+    assert not campaign.folder.path.exists()
+
+
+def test_a_job_of_a_whole_node_has_a_worker_for_every_task_that_it_holds(site, campaign):
+    with site("slurm", memory="64GB", cores=32):
+        script = campaign.job_script("slurm")
+    assert "batch_worker 16 tls" in script and "--cpus-per-task=32" in script and "--memory-limit 3.73GiB" in script
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({}, r"set jobqueue.slurm.memory in ~/.config/dask/jobqueue.yaml"),
+        ({"memory": "1GB", "cores": 1}, r"jobqueue.slurm.cores in .* = 1: a task has ranks = 2: book as many"),
+        ({"memory": "1GB", "walltime": 43_200}, "write it in quotes"),
+        ({"memory": "much"}, r"jobqueue.slurm in .*much"),
+    ],
+)
+def test_settings_of_a_site_that_cannot_be_name_file_and_key(site, campaign, settings, words):
+    with site("slurm", **settings), pytest.raises(InputError, match=words):
+        campaign.job_script("slurm")
+
+
+def test_only_batch_systems_have_a_script(site, campaign):
+    with pytest.raises(InputError, match="where = tcp://a:1: only batch systems"):
+        campaign.job_script("tcp://a:1")
+
+
+@pytest.mark.parametrize(
+    ("where", "jobs", "words"),
+    [
+        ("slurm", None, "jobs = None: give the largest number of jobs of slurm"),
+        ("slurm", 0, "jobs = 0"),
+        ("tcp://127.0.0.1:1", 2, "jobs = 2: the scheduler tcp://127.0.0.1:1 has its own workers"),
+        ("slrum", None, "'slrum' is no Dask scheduler .*one of htcondor, lsf, moab"),
+        ("tls://127.0.0.1:1", None, "wants certificates"),
+    ],
+)
+def test_clusters_that_there_cannot_be_are_refused(site, campaign, where, jobs, words):
+    with pytest.raises(InputError, match=words), campaign.cluster(where, jobs):
+        pass
+
+
+def test_a_machine_without_the_batch_system_is_named(site, campaign, monkeypatch):
+    monkeypatch.setenv("PATH", "/nowhere")
+    with site("slurm", memory="1GB"), pytest.raises(InputError, match="no sbatch on this machine"):
+        with campaign.cluster("slurm", 2):
+            pass
+
+
+def test_without_dask_the_extra_is_named(campaign, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'jamlab\[dask\]'"), campaign.cluster("tcp://a:1"):
+        pass
+
+
+def test_what_dask_takes_as_it_is_imported_is_given_back():
+    """SIGINT by dask_jobqueue; and neither jamlab nor its commands import it before it is asked for."""
+    program = (
+        "import signal, sys; before = signal.getsignal(signal.SIGINT); import jamlab, jamlab.cli.main; "
+        "jamlab.open_campaign; import jamlab.campaign.clusters as c; "
+        "assert not {'dask', 'distributed', 'dask_jobqueue', 'cryptography'} & set(sys.modules); "
+        "c._dask('slurm'); assert 'dask_jobqueue' in sys.modules and signal.getsignal(signal.SIGINT) is before"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_a_signal_during_an_import_comes_after_it():
+    from jamlab.campaign.clusters import _signals_later
+
+    done = []
+    with pytest.raises(KeyboardInterrupt), _signals_later():
+        signal.raise_signal(signal.SIGINT)
+        done.append(True)
+    assert done and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_keys_are_the_owners_alone_and_gone_at_the_end(tmp_path):
+    with key_folder(tmp_path / "c") as keys:
+        write_key(keys / "key", "secret")
+        assert stat.S_IMODE(keys.stat().st_mode) == 0o700 and stat.S_IMODE((keys / "key").stat().st_mode) == 0o600
+    assert list((tmp_path / "c").iterdir()) == []
+    with pytest.raises(ZeroDivisionError), key_folder(tmp_path / "c"):
+        raise ZeroDivisionError
+    assert list((tmp_path / "c").iterdir()) == []
+
+
+def test_keys_of_a_run_that_was_killed_are_removed_at_the_next_start_and_no_others(tmp_path):
+    program = (
+        "import sys, time; from pathlib import Path; from jamlab.campaign.cluster_keys import *\n"
+        "with key_folder(Path(sys.argv[1])) as keys: write_key(keys / 'key', 'secret'); print(keys, flush=True); "
+        "time.sleep(60)"
+    )
+    runs = [
+        subprocess.Popen([sys.executable, "-c", program, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    killed, alive = (run.stdout.readline().strip() for run in runs)
+    runs[0].kill()
+    runs[0].wait()
+    assert os.path.exists(killed)
+    remove_abandoned_keys(tmp_path)
+    assert not os.path.exists(killed) and os.path.exists(os.path.join(alive, "key"))
+    with key_folder(tmp_path) as keys:
+        assert {str(path) for path in tmp_path.iterdir()} == {alive, str(keys)}
+    runs[1].kill()
+    for run in runs:
+        run.wait()
+        run.stdout.close()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--jobs", "2"], "--jobs 2 needs --scheduler"),
+        (["--dry-run"], "--dry-run needs --scheduler"),
+        (["--scheduler", "slurm", "--workers", "2"], "--workers 2 are processes of this machine"),
+        (["--scheduler", "slurm"], "--jobs None: give the largest number of jobs"),
+    ],
+)
+def test_options_of_which_one_would_be_ignored_are_refused(run_command, site, campaign, words, said):
+    assert said in run_command("campaign", "run", str(campaign.file), *words)
+
+
+@pytest.fixture
+def run_command(capfd, monkeypatch):
+    """Run a command that fails; what it says on stderr."""
+
+    def run(*words):
+        from jamlab.cli.main import app
+
+        with pytest.raises(SystemExit) as ended:
+            app(words)
+        assert ended.value.code == 1
+        return capfd.readouterr().err
+
+    return run
+
+
+# whole runs
+
+
+@pytest.fixture
+def slow(tmp_path):
+    """The folder of a campaign of long tasks."""
+    (tmp_path / "sleeper.py").write_text(SLEEPER)
+    (tmp_path / "slow.toml").write_text(f'name = "slow"\n{SWEEP}{SLOW}')
+    return tmp_path
+
+
+def start(folder, environment, *words):
+    line = [sys.executable, "-m", "jamlab", "campaign", "run", "slow.toml", *words]
+    return subprocess.Popen(line, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_job_and_no_key_survives_the_end_of_the_driver(slow, number):
+    with FakeBatch(slow / "batch") as batch:
+        driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2")
+        wait_for(lambda: len(list(slow.glob("slow/running/*"))) == 2, 60)
+        driver.send_signal(number)
+        _, said = driver.communicate(timeout=30)
+        wait_for(lambda: not batch.processes(), 30)
+        left = {path.name.partition(".")[0] for path in (slow / "slow").iterdir()}
+        if number == signal.SIGKILL:
+            assert "keys" in left and driver.returncode == -number
+            driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2", "--only", "disks")
+            wait_for(lambda: len(list(slow.glob("slow/keys.*/owner"))) == 1, 30)
+            driver.terminate()
+            driver.communicate(timeout=30)
+        else:
+            assert driver.returncode == 128 + number and said.count("\n") == 1 and "0 of 6 tasks are finished" in said
+            assert not list(slow.glob("slow/running/*"))
+        assert not list(slow.glob("slow/*keys.*"))
+
+
+@pytest.mark.slow
+def test_a_batch_system_that_refuses_every_job_ends_the_run_with_its_words(slow):
+    with FakeBatch(slow / "batch", refuse=1.0) as batch:
+        driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2")
+        _, said = driver.communicate(timeout=120)
+    assert driver.returncode == 1 and not list(slow.glob("slow/*keys.*"))
+    note, error = said.splitlines()
+    assert note.startswith("note: slurm: sbatch: error: QOSMaxSubmitJobPerUserLimit")
+    assert error.startswith("error: slurm: sbatch: error: QOSMax") and "jobqueue.slurm in ~/.config" in error
