@@ -179,7 +179,7 @@ def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> 
 
     address = _address(where)
     try:
-        client = Client(address, timeout="10s", set_as_default=False)
+        client = Client(address, timeout="20s", set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"no Dask scheduler answers at {address} ({_first_line(error)}): {_REMEDY}") from error
     stack.callback(client.close, timeout=_CLOSING)

@@ -153,8 +153,6 @@ def run(
         if scheduler:
             cluster = stack.enter_context(campaign.cluster(scheduler, jobs, only=only, tell=_print_told))
             where = cluster.executor
-            if cluster.dashboard:
-                _print_told(f"{cluster.dashboard} shows the workers to everybody who reaches this address")
         ran = campaign.run(where, progress=stack.enter_context(progress_bar(campaign.name)), **how)
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
