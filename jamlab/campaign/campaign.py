@@ -418,9 +418,10 @@ class Campaign(Hinted):
 
     @checked
     def finished(self, sweep: str | None = None) -> list[str]:
-        """List the names of the finished tasks, of all sweeps or of one."""
-        chosen = batches(self.content, None if sweep is None else [sweep])
-        return sorted(self.folder.finished() & task_names(chosen))
+        """List the names of the finished tasks, of all sweeps or of one, in the order of the campaign file and of the
+        seeds: neighbours stand in the same file, which is read once."""
+        done, chosen = self.folder.finished(), batches(self.content, None if sweep is None else [sweep])
+        return list(dict.fromkeys(name for batch in chosen for name in batch.names() if name in done))
 
     @checked
     def packings(self, task: str) -> list[Packing]:

@@ -48,9 +48,9 @@ class Status:
     Attributes:
         sweeps: one entry for each sweep, model and n.
         failures: failed task -> record with label, error and reason.
-        damaged: finished task -> damage of its file; None if the files were not read.
+        damaged: name of a file: a finished task, or `chunk-...` of several -> damage; None if the files were not read.
         gaps: finished task -> states it lacks, and why; None if the files were not read.
-        foreign: number of finished files that belong to no task of the campaign file, e.g. because seeds were removed
+        foreign: number of finished tasks that are none of the campaign file, e.g. because seeds were removed
             from it, or because the defaults of jamlab have changed.
     """
 

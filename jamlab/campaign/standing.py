@@ -23,7 +23,7 @@ class CampaignRun:
     Attributes:
         finished: number of tasks.
         failed: number of tasks; the reasons are in the folder.
-        repaired: task whose file was damaged -> what was wrong, and where that file is now.
+        repaired: name of a damaged file: a task, or `chunk-...` of several -> what was wrong, and where it is now.
         left: number of tasks of the chosen sweeps neither finished nor failed: those of other shares.
         gaps: one line for each task that finished without some of its states: which, and why.
     """

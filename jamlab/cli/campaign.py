@@ -243,7 +243,7 @@ def status(
     if found.damaged:
         said.append(f"`jamlab campaign resume {file}` runs damaged tasks again")
     if found.foreign:
-        said.append(f"{found.foreign} further files do not belong to this campaign file")
+        said.append(f"{found.foreign} further finished tasks do not belong to this campaign file")
     for line in said:
         print_line(line)
 
