@@ -11,7 +11,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,8 +36,8 @@ from jamlab.hints import Hinted
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
-from jamlab.storage.atomic_file import check_target, make_folder
-from jamlab.storage.table_file import TABLE_FORMATS, check_table_format, write_table
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
+from jamlab.storage.table_file import TABLE_FORMATS, check_table_format
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -396,16 +396,18 @@ class Campaign(Hinted):
         """
         check_choice("format", format, TABLE_FORMATS)
         check_table_format(format)
-        names = list(tables)
-        frames = {name: self.table(name, sweep) for name in names or TABLES}  # before a folder is made
-        written = {Path(to) / f"{name}.{format}": frame for name, frame in frames.items() if len(frame) or names}
-        if written:
-            make_folder(Path(to))
-        for path in written:
-            check_target(path, replace=replace)
-        for path, frame in written.items():
-            write_table(frame, path)
-        return list(written)
+        names, written = list(dict.fromkeys(tables)), list[Path]()
+        for name in names:
+            check_choice("table", name, TABLES)
+        with ExitStack() as stack:  # at whose end all files get their names
+            for name in names or TABLES:  # one table in memory at a time
+                frame, path = self.table(name, sweep), Path(to) / f"{name}.{format}"
+                if len(frame) or names:
+                    make_folder(Path(to))
+                    check_target(path, replace=replace)
+                    TABLE_FORMATS[format](frame, stack.enter_context(atomic_file(path)))
+                    written.append(path)
+        return written
 
     def _check_sizes(self, tasks: set[str]) -> None:
         """Refuse to average over tasks of one model and n whose particles have other sizes: no column tells them."""

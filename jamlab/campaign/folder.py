@@ -108,13 +108,14 @@ class CampaignFolder:
     def keep(self, contents: Sequence[TaskContent]) -> list[Path]:
         """Write finished tasks; return the paths of the files: one for all that differ only by the seed and have tables
         of the same columns, and a file of its own for a task that is alone in this."""
+        if len(contents) == 1:
+            path = self.task_file(contents[0].task.name)
+            write_task_file(path, contents[0])
+            return [path]
         paths = []
         for chunk in alike(contents):
-            if len(chunk) > 1:
-                paths.append(write_chunk_file(self.path / "tasks", chunk))
-            else:
-                paths.append(self.task_file(chunk[0].content.task.name))
-                write_task_file(paths[-1], chunk[0].content)
+            several = len(chunk) > 1
+            paths += [write_chunk_file(self.path / "tasks", chunk)] if several else self.keep([chunk[0].content])
         return paths
 
     def failure_file(self, name: str) -> Path:

@@ -177,7 +177,7 @@ def opened(path: FilePath, *, tasks: bool = False) -> Iterator[Any]:
     if found is not None and not found[1]:
         raise StorageError(f"{path} is damaged or truncated (its checksum does not match): {REMEDY}")
     if found is not None and found[0].startswith(CHUNK) and not tasks:
-        said = "read those of one by `jamlab.open_campaign(folder).packings(task)`"
+        said = "read them by `jamlab.open_campaign(folder).packings(task)`, each task of `.finished()`"
         raise StorageError(f"{path} holds the packings of several tasks of a campaign: {said}")
     try:
         if not is_hdf5(path):
