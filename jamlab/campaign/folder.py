@@ -39,7 +39,7 @@ from jamlab.campaign.chunk_file import (
     write_chunk_file,
 )
 from jamlab.campaign.deaths import end_run, forget_deaths
-from jamlab.campaign.marks import RUNNING
+from jamlab.campaign.marks import RUNNING, count_marks
 from jamlab.campaign.task_file import (
     TaskContent,
     TaskFile,
@@ -290,6 +290,15 @@ class CampaignFolder:
             return (self.path / f"lock.{run.partition('.')[0]}").read_text() == run
         return False
 
+    def count_running(self) -> int:
+        """Number of tasks that workers of runs are at; marks of a run whose process is gone do not count."""
+        runs = set()
+        for lock in self.path.glob("lock.*-of-*"):
+            with suppress(OSError, UnicodeDecodeError), open(lock, encoding="utf-8") as file:  # of one that has ended
+                if (run := file.read()) and _is_locked(file):
+                    runs.add(run)
+        return count_marks(self.path, runs)
+
     def keep_copy(self, text: str, name: str) -> None:
         """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it, beside those that
         ran here before; another campaign is refused."""
@@ -376,6 +385,15 @@ def _hold(path: Path, file: TextIO, run: str) -> None:
         file.write(run)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _is_locked(file: TextIO) -> bool:
+    """Whether a process holds the lock of a file, as far as its file system locks anything."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
 
 
 def _flock(file: TextIO) -> bool:

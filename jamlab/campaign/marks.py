@@ -25,7 +25,7 @@ import platform
 import re
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -126,6 +126,11 @@ def remove(paths: Iterable[Path]) -> None:
 def has_marks(folder: Path, run: str) -> bool:
     """Whether an attempt of this run has begun and not ended."""
     return any(name.startswith(f"{run}.") for name in _names(folder))
+
+
+def count_marks(folder: Path, runs: Container[str]) -> int:
+    """Number of calls of some runs, `<share>.<run>`, that workers are at."""
+    return sum(".".join(name.split(".")[:2]) in runs for name in _names(folder))
 
 
 def _names(folder: Path) -> list[str]:

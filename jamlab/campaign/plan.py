@@ -52,6 +52,7 @@ class Status:
         gaps: finished task -> states it lacks, and why; None if the files were not read.
         foreign: number of finished tasks that are none of the campaign file, e.g. because seeds were removed
             from it, or because the defaults of jamlab have changed.
+        running: number of tasks that workers are at, of this campaign file and of others that run in its folder.
     """
 
     sweeps: list[SweepStatus]
@@ -63,6 +64,7 @@ class Status:
     damaged: dict[str, str] | None
     gaps: dict[str, str] | None
     foreign: int
+    running: int
 
 
 def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status:
@@ -85,6 +87,7 @@ def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status
         damaged,
         gaps,
         len(finished) - known,
+        folder.count_running(),
     )
 
 

@@ -1,6 +1,6 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from importlib.resources import files
@@ -14,6 +14,7 @@ from jamlab.cli.console import err_console, print_json, print_line, print_note, 
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError, StorageError
+from jamlab.processes.progress import in_words
 from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
@@ -100,11 +101,7 @@ def _texts(entry: Any, names: Iterable[str]) -> list[str]:
 
 
 def _format_time(seconds: float | None) -> str:
-    if seconds is None:
-        return "?"
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+    return "?" if seconds is None else in_words(seconds)
 
 
 def _format_size(size: int | None) -> str:
@@ -147,17 +144,21 @@ def run(
     words += f" --share {share}" if share != "1/1" else ""
     describe_kept(lambda: f"{_describe(campaign, only)}; `jamlab campaign resume {words}` resumes")
     how: dict[str, Any] = {"share": _share(share), "verify": not no_verify, "pilot": pilot}
-    how |= {"only": only, "retry_failed": retry_failed, "done": _print_failure}
+    how |= {"only": only, "retry_failed": retry_failed, "done": _failure_printer(file)}
     with ExitStack() as stack:
         where: int | Executor | None = workers
         if scheduler:
             cluster = stack.enter_context(campaign.cluster(scheduler, jobs, only=only, tell=_print_told))
             where = cluster.executor
-        ran = campaign.run(where, progress=stack.enter_context(progress_bar(campaign.name)), **how)
+            if cluster.dashboard:
+                print_line(f"dashboard of Dask: {cluster.dashboard}", err_console)
+        ran = campaign.run(where, progress=stack.enter_context(progress_bar(campaign.name, guess=False)), **how)
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
-    for line in ran.gaps:
+    for line in ran.gaps[:_LINES]:
         print_line(f"incomplete: {line}", err_console)
+    if (more := len(ran.gaps) - _LINES) > 0:
+        print_line(f"and {more} more: jamlab campaign status {file} --verify", err_console)
     if as_json:
         print_json(vars(ran))
     elif ran.finished or ran.failed or ran.repaired:
@@ -196,22 +197,35 @@ def _share(text: str) -> tuple[int, int]:
     return int(k), int(n)
 
 
-def _print_failure(outcome: "Outcome") -> None:
+_LINES = 20  # of one kind that a run prints: of a million tasks all may fail
+
+
+def _failure_printer(file: Path) -> "Callable[[Outcome], None]":
+    """A function that prints outcomes that are failures, the first ones."""
     from jamlab.campaign.workers import FAILED
 
-    if outcome.state == FAILED:
-        print_line(f"failed: {outcome.line}", err_console)
+    count = 0
+
+    def show(outcome: "Outcome") -> None:
+        nonlocal count
+        if outcome.state == FAILED:
+            count += 1
+            if count <= _LINES:
+                print_line(f"failed: {outcome.line}", err_console)
+            elif count == _LINES + 1:
+                print_line(f"failed: more than {_LINES} tasks; reasons: jamlab campaign status {file}", err_console)
+
+    return show
 
 
 def _describe(campaign: "Campaign", only: list[str] | None) -> str:
     """How many tasks are finished."""
-    from jamlab.campaign.tasks import batches, task_names
+    from jamlab.campaign.plan import status
+    from jamlab.campaign.tasks import batches
 
-    names = task_names(batches(campaign.content, only))
-    failed = len(names & campaign.folder.failed())
-    again = f", {failed} failed (--retry-failed runs them again)" if failed else ""
-    finished = len(names & campaign.folder.finished())
-    return f"{finished} of {len(names)} tasks are finished in {campaign.folder.path}{again}"
+    found = status(batches(campaign.content, only), campaign.folder, verify=False)
+    again = f", {found.failed} failed (--retry-failed runs them again)" if found.failed else ""
+    return f"{found.finished} of {found.tasks} tasks are finished in {campaign.folder.path}{again}"
 
 
 @app.command(cls=Once, epilog="Example: jamlab campaign status campaign.toml --verify")
@@ -242,6 +256,8 @@ def status(
     said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
     if found.damaged:
         said.append(f"`jamlab campaign resume {file}` runs damaged tasks again")
+    if found.running:
+        said.append(f"{found.running} tasks are under way")
     if found.foreign:
         said.append(f"{found.foreign} further finished tasks do not belong to this campaign file")
     for line in said:

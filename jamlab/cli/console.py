@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.text import Text
 
 from jamlab.errors import JamlabWarning
+from jamlab.processes.progress import in_words
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -78,9 +79,10 @@ _LINE_INTERVAL = 30.0  # s between lines of one name where there is no terminal:
 
 
 @contextmanager
-def progress_bar(name: str) -> "Iterator[Progress]":
+def progress_bar(name: str, *, guess: bool = True) -> "Iterator[Progress]":
     """Show a bar with a clock, or lines where there is no terminal; yields the function that takes progress. What is
-    done at the first call was done before, by a run that is resumed."""
+    done at the first call was done before, by a run that is resumed. `guess`: add the time left, by the share that is
+    done; False where the text says it."""
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
@@ -95,11 +97,11 @@ def progress_bar(name: str) -> "Iterator[Progress]":
             nonlocal last, before
             now = time.monotonic()
             before = share if before != before else before
-            at = text + _time_left(share, before, now - began)
+            at = text + (_time_left(share, before, now - began) if guess else "")
             bars.update(bar, completed=share if share == share else None, at=at)
             if quiet and now - last > _LINE_INTERVAL:
                 last = now
-                print_line(f"{name}: {at}, {now - began:.0f} s so far", err_console)
+                print_line(f"{name}: {at}, {in_words(now - began)} so far", err_console)
 
         yield show
 
@@ -108,8 +110,7 @@ def _time_left(share: float, before: float, elapsed: float) -> str:
     # share of the work below which the time left is a guess not worth showing
     if not before + 0.03 <= share < 1:  # nan where it is not known
         return ""
-    left = elapsed * (1 - share) / (share - before)
-    return f", about {left:.0f} s left" if left < 120 else f", about {left / 60:.0f} min left"
+    return f", about {in_words(elapsed * (1 - share) / (share - before))} left"
 
 
 def print_packings(

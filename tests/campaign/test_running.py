@@ -1,6 +1,7 @@
 """Runs in the background, as in a notebook: they do not block, say how far they are, and end when they are told to."""
 
 import asyncio
+import fcntl
 import os
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from campaigns import written
 
 import jamlab
+from jamlab.campaign import workers
 from jamlab.errors import InputError, StorageError
 from jamlab.processes.child import child_environment
 
@@ -56,9 +58,9 @@ def until(holds):
 
 
 def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
-    workers, told = OnDemand(), []
-    running = campaign.start(workers, done=lambda outcome: told.append(outcome.state))
-    workers.run(2)
+    crew, told = OnDemand(), []
+    running = campaign.start(crew, done=lambda outcome: told.append(outcome.state))
+    crew.run(2)
     until(lambda: running.status().finished == 2)
     standing = running.status()
     assert (standing.tasks, standing.failed, standing.workers, running.done) == (4, 0, 1, False)
@@ -69,7 +71,7 @@ def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
     )
     with pytest.raises(TimeoutError):
         running.wait(0.01)
-    workers.run(2)
+    crew.run(2)
     ran = running.wait()
     assert (ran.finished, ran.left, told) == (4, 0, ["finished"] * 4)
     assert running.done and repr(running).startswith("campaign c, finished: 4 of 4 tasks")
@@ -78,12 +80,12 @@ def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
 
 
 def test_a_run_that_is_stopped_resumes(campaign):
-    workers = OnDemand()
-    running = campaign.start(workers)
-    workers.run(1)
+    crew = OnDemand()
+    running = campaign.start(crew)
+    crew.run(1)
     until(lambda: running.status().finished == 1)
     assert running.stop().finished == 1
-    assert all(future.cancelled() for future, *_ in workers.calls)
+    assert all(future.cancelled() for future, *_ in crew.calls)
     assert (running.wait().finished, running.wait().left) == (1, 3)
     assert repr(running).startswith("campaign c, stopped: 1 of 4 tasks")
     assert not list((campaign.folder.path / "running").iterdir())
@@ -111,12 +113,12 @@ def test_a_run_is_awaited_beside_others(campaign, tmp_path):
 @pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals come to the main thread")
 def test_a_cell_that_is_interrupted_stops_its_run(campaign):
     """Jupyter cancels the cell, by a call that does not wake its loop."""
-    workers = OnDemand()
+    crew = OnDemand()
 
     async def work():
         loop, cell = asyncio.get_running_loop(), asyncio.ensure_future(asyncio.wait_for(running, None))
         usual = signal.signal(signal.SIGINT, lambda *_: loop.call_soon(cell.cancel))
-        late = loop.call_later(10, workers.run, 3)
+        late = loop.call_later(10, crew.run, 3)
         threading.Timer(0.2, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()
         try:
             with pytest.raises(asyncio.CancelledError):
@@ -125,8 +127,8 @@ def test_a_cell_that_is_interrupted_stops_its_run(campaign):
             signal.signal(signal.SIGINT, usual)
             late.cancel()
 
-    running = campaign.start(workers)
-    workers.run(1)
+    running = campaign.start(crew)
+    crew.run(1)
     until(lambda: running.status().finished == 1)
     asyncio.run(work())
     assert running.done and running.wait().left == 3
@@ -134,9 +136,9 @@ def test_a_cell_that_is_interrupted_stops_its_run(campaign):
 
 @pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals come to the main thread")
 def test_an_interrupt_while_it_waits_stops_the_run(campaign):
-    workers = OnDemand()
-    running = campaign.start(workers)
-    workers.run(1)
+    crew = OnDemand()
+    running = campaign.start(crew)
+    crew.run(1)
     timer = threading.Timer(0.2, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
@@ -149,10 +151,10 @@ def test_errors_are_raised_where_the_run_is_awaited(campaign):
         campaign.start(share=(2, 1))
     with pytest.raises(InputError, match="no sweep"):
         campaign.start(only=["none"])
-    workers = OnDemand()
-    first = campaign.start(workers)
-    assert workers.came.acquire(timeout=20)
-    workers.came.release()
+    crew = OnDemand()
+    first = campaign.start(crew)
+    assert crew.came.acquire(timeout=20)
+    crew.came.release()
     second = campaign.start(OnDemand())
     with pytest.raises(StorageError, match="another process"):
         second.wait()
@@ -160,6 +162,28 @@ def test_errors_are_raised_where_the_run_is_awaited(campaign):
         asyncio.run(asyncio.wait_for(second, 5))
     assert repr(second).startswith("campaign c, failed: StorageError: another process")
     first.stop()
+
+
+def test_status_counts_what_workers_are_at(campaign, here, monkeypatch):
+    seen, make = [], workers.make_states
+    monkeypatch.setattr(workers, "make_states", lambda *how: [seen.append(campaign.status().running), make(*how)][1])
+    campaign.run(1)
+    assert seen == [1] * 4 and campaign.status().running == 0
+
+
+def test_status_does_not_count_the_marks_of_a_run_that_was_killed(campaign):
+    folder = campaign.folder.path
+    (folder / "running").mkdir(parents=True)
+    (folder / "running" / "1-of-1.0a.7.1").write_bytes(b"")
+    (folder / "lock.1-of-1").write_text("1-of-1.0a")
+    assert campaign.status().running == 0
+    with open(folder / "lock.1-of-1") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert campaign.status().running == 1
+    (folder / "lock.1-of-1").write_text("1-of-1.0b")
+    with open(folder / "lock.1-of-1") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert campaign.status().running == 0
 
 
 @pytest.mark.slow
