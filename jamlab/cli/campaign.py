@@ -19,6 +19,7 @@ from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
+    from jamlab.campaign.standing import CampaignRun
     from jamlab.campaign.workers import Outcome
 
 app = typer.Typer(
@@ -153,26 +154,33 @@ def run(
             if cluster.dashboard:
                 print_line(f"dashboard of Dask: {cluster.dashboard}", err_console)
         ran = campaign.run(where, progress=stack.enter_context(progress_bar(campaign.name, guess=False)), **how)
+    if as_json:
+        print_json(vars(ran))
+    _print_ran(ran, file, campaign, only, quiet=as_json)
+    raise typer.Exit(1 if ran.failed else 0)
+
+
+app.command("resume", cls=Once, epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+def _print_ran(ran: "CampaignRun", file: Path, campaign: "Campaign", only: list[str] | None, *, quiet: bool) -> None:
+    """Print what a run did; on stderr alone if it is quiet."""
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
     for line in ran.gaps[:_LINES]:
         print_line(f"incomplete: {line}", err_console)
     if (more := len(ran.gaps) - _LINES) > 0:
         print_line(f"and {more} more: jamlab campaign status {file} --verify", err_console)
-    if as_json:
-        print_json(vars(ran))
-    elif ran.finished or ran.failed or ran.repaired:
+    if quiet:
+        return
+    if ran.finished or ran.failed or ran.repaired:
         print_line(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
         if ran.failed:
             print_line(f"Reasons: jamlab campaign status {file}")
     else:
         print_note(f"nothing left to run: {_describe(campaign, only)}")
-    if ran.left and not as_json:
+    if ran.left:
         print_line(f"{ran.left} tasks are left to other shares")
-    raise typer.Exit(1 if ran.failed else 0)
-
-
-app.command("resume", cls=Once, epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 
 def _check_engine(workers: int | None, scheduler: str | None, jobs: int | None, dry_run: bool) -> None:
