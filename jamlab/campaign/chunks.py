@@ -109,19 +109,48 @@ class Cutter:
 
     def _size(self, queue: "_Queue") -> int:
         """Number of tasks of the next chunk of a batch."""
-        batch = queue.batch
-        if batch.chunk == 1 or (batch.chunk is None and len(batch.seeds) < RULES.fewest):
+        if is_alone(queue.batch):
             return 1
-        most = max(1, min(LIMITS.chunk, RULES.bytes // _most_bytes(batch.parameters)))
-        if batch.chunk is not None:
-            return min(batch.chunk, most)
-        if queue.each is None:
+        if queue.each is None and queue.batch.chunk is None:
             return 1
-        each = max(queue.each, RULES.seconds / LIMITS.chunk)
         left = sum(len(other) * (other.each or 0.0) for other in self._queues)
-        share = left / (RULES.parts * max(1, self._workers()))
-        most = min(most, RULES.growth * queue.tasks)
-        return max(1, min(most, int(max(RULES.shortest, min(RULES.seconds, share)) / each)))
+        size = chunk_size(queue.batch, queue.each or 0.0, left, self._workers())
+        return size if queue.batch.chunk else min(size, RULES.growth * queue.tasks)
+
+
+def is_alone(batch: Batch) -> bool:
+    """Whether each task of a batch is a call and a file of its own."""
+    return batch.chunk == 1 or (batch.chunk is None and len(batch.seeds) < RULES.fewest)
+
+
+def chunk_size(batch: Batch, each: float, left: float, workers: int) -> int:
+    """Number of tasks of a chunk.
+
+    Args:
+        batch: whose tasks have no file of their own.
+        each: time of a task, s, which a number of tasks that the sweep gives does not depend on.
+        left: time of all tasks that are left, of this batch and others, s.
+        workers: number of them.
+    """
+    most = max(1, min(LIMITS.chunk, RULES.bytes // _most_bytes(batch.parameters)))
+    if batch.chunk is not None:
+        return min(batch.chunk, most)
+    share = left / (RULES.parts * max(1, workers))
+    seconds = max(RULES.shortest, min(RULES.seconds, share))
+    return max(1, min(most, int(seconds / max(each, seconds / LIMITS.chunk))))
+
+
+def count_chunks(batch: Batch, tasks: int, each: float | None, workers: int) -> int | None:
+    """Expected number of chunks of so many tasks of a batch; None where the time of a task is needed and not known."""
+    if is_alone(batch):
+        return tasks
+    if batch.chunk is None and each is None:
+        return None
+    count, left = 0, tasks
+    while left > 0:
+        left -= chunk_size(batch, each or 0.0, left * (each or 0.0), workers)
+        count += 1
+    return count
 
 
 class _Queue:

@@ -44,6 +44,7 @@ from jamlab.campaign.task_file import (
     TaskContent,
     TaskFile,
     TaskRows,
+    array_bytes,
     damage,
     read_task_file,
     rows_of_task,
@@ -225,10 +226,13 @@ class CampaignFolder:
                 found |= {task.task: task.gaps for task in lacking if task.gaps}
         return found
 
-    def bytes_of(self, name: str) -> float:
-        """Size on disk of a finished task; of a file of several its share."""
+    def bytes_of(self, name: str, *, together: bool) -> float:
+        """Size on disk of a finished task; of a file of several its share. `together`: of a file of its own that size
+        which it would have in a file of several, about."""
         path = self.file_of(name)
-        return path.stat().st_size / (len(names_in_chunk(path)) if is_chunk(path.stem) else 1)
+        if is_chunk(path.stem):
+            return path.stat().st_size / len(names_in_chunk(path))
+        return array_bytes(path) if together else path.stat().st_size
 
     def move_aside(self, name: str) -> Path:
         """Move a damaged file, as `damages` names it, to `damaged/`, so that its tasks are run again."""

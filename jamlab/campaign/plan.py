@@ -1,4 +1,4 @@
-"""Say how far a campaign is, and how many seconds of its cores and bytes on disk the remaining tasks take.
+"""Say how far a campaign is, and how many seconds of its cores, bytes on disk and files the remaining tasks take.
 
 The time and size of the tasks that are left follow from the finished tasks of the same sweep, model and n. They are not
 known before one is finished: `run` with `pilot` does one of each. A task whose packings are stored costs what the
@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.campaign.chunks import count_chunks, is_alone
 from jamlab.campaign.file import site_count
 from jamlab.campaign.folder import CampaignFolder, Share
 from jamlab.campaign.tasks import Batch, seeds_before, states_name
 from jamlab.processes.cores import available_cores
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
+_FILE = 20_000  # bytes that a file of several tasks takes beside what it holds of each; measured
 _READ = 1_000  # finished tasks to average over at the start of a run
 
 
@@ -35,9 +37,11 @@ class SweepStatus:
     failed: int  # number of tasks that failed
     left: int  # number of tasks neither finished nor failed; one that an earlier sweep has too is counted there
     stored: int  # number of tasks left whose packings another finished task holds
-    # seconds of cores, bytes on disk: for the tasks left; None before a task of this kind is finished, and in `status`
+    # for the tasks left: seconds of cores, bytes on disk and files; None before a task of this kind is finished, and in
+    # `status`; the number of files is known before where it does not depend on the time of a task
     seconds: float | None = None
     bytes: int | None = None
+    files: int | None = None
 
 
 @dataclass(frozen=True)
@@ -140,17 +144,28 @@ def plan(batches: list[Batch], folder: CampaignFolder, *, samples: int = _SAMPLE
             held = held or {states_name(name): name for name in sorted(finished)}
             states = (states_name(each.batch.name_of(each.batch.seeds[place])) for place in each.left)
             stored = sorted(held[name] for name in states if name in held)
-        seconds, size = (None, None) if each.left else (0.0, 0)
-        step = max(1, len(each.finished) // samples)
-        done = [each.batch.name_of(each.batch.seeds[k]) for k in each.finished[::step][:samples]]
-        if each.left and (times := [file.seconds for file in folder.read(done).values()]):
-            spared = [file.seconds for file in folder.read(stored[:samples]).values()]
-            one = float(np.mean(times))
-            work = one * len(each.left) - min(float(np.mean(spared or [0])), one) * len(stored)
-            seconds = work * each.batch.ranks
-            size = int(np.mean([folder.bytes_of(name) for name in done])) * len(each.left)
-        lines.append(_line(each, len(stored), seconds=seconds, bytes=size))
+        lines.append(_line(each, len(stored), **_cost(each, stored, folder, samples)))
     return lines
+
+
+def _cost(counted: _Counted, stored: list[str], folder: CampaignFolder, samples: int) -> dict[str, Any]:
+    """What the tasks of a batch take that are left, `stored` of which find their packings in these files."""
+    batch, left = counted.batch, len(counted.left)
+    if not left:
+        return {"seconds": 0.0, "bytes": 0, "files": 0}
+    workers = max(1, available_cores() // batch.ranks)
+    step = max(1, len(counted.finished) // samples)  # evenly, since the first ones may be untypical
+    done = [batch.name_of(batch.seeds[k]) for k in counted.finished[::step][:samples]]
+    times = [file.seconds for file in folder.read(done).values()]
+    if not times:
+        return {"files": count_chunks(batch, left, None, workers)}
+    spared = [file.seconds for file in folder.read(stored[:samples]).values()]
+    one = float(np.mean(times))
+    work = one * left - min(float(np.mean(spared or [0])), one) * len(stored)
+    files = count_chunks(batch, left, work / left, workers)
+    size = float(np.mean([folder.bytes_of(name, together=not is_alone(batch)) for name in done])) * left
+    size += 0 if is_alone(batch) else _FILE * (files or 0)
+    return {"seconds": work * batch.ranks, "bytes": int(size), "files": files}
 
 
 def seconds_each(batches: list[Batch], folder: CampaignFolder) -> dict[str, float]:

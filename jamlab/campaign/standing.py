@@ -13,7 +13,7 @@ from jamlab.processes.progress import in_words
 from jamlab.processes.side_by_side import Crew
 
 _LOOK = 0.2  # s between two looks of a progress line: a line for each of a million tasks would cost more than they do
-_WINDOW, _SAMPLE = 60, 2.0  # the rate is that of so many samples, at least so many seconds apart
+_WINDOW, _SAMPLE = 30, 2.0  # the rate is that of so many samples, at least so many seconds apart
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Standing:
             said.append(f"{number:.3g} tasks/{unit}" if number < 1000 else f"{number:.0f} tasks/{unit}")
         if self.workers:
             said.append(f"{self.workers} worker{'s'[: self.workers != 1]}")
-        if self.seconds_left > 0:
+        if self.seconds_left >= 1:
             said.append(f"about {in_words(self.seconds_left)} left")
         return ", ".join(said)
 
@@ -139,6 +139,8 @@ class Meter:
         done = left = math.nan
         if cutter is not None:
             done, left = cutter.share_done(), cutter.seconds_left()
+        if ended >= self.tasks:
+            done, left = 1.0, 0.0
         if done != done:
             done = (ended - self._before) / max(1, self.tasks - self._before)
         share = (self._before + (self.tasks - self._before) * done) / max(1, self.tasks)

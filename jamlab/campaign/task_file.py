@@ -157,6 +157,14 @@ def write_whole(path: Path, image: bytes) -> None:
         temporary.write_bytes(image)
 
 
+def array_bytes(path: Path) -> int:
+    """Bytes of all arrays of a file, without what HDF5 needs for each."""
+    with opened(path) as file:
+        sizes: list[int] = []
+        file.visititems(lambda name, node: sizes.append(getattr(node, "nbytes", 0)))
+    return sum(sizes)
+
+
 def damage(path: Path, label: str) -> str | None:
     """Describe the damage of a file in the folder of tasks; None if it is intact and has this label."""
     if path.exists() and not path.is_file():

@@ -25,10 +25,12 @@ from jamlab.campaign.states import make_states, read_stored
 from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.task_file import TaskContent, describe_gaps
 from jamlab.campaign.tasks import Batch, Task
+from jamlab.engine.installation import lammps_class
 from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.measure import numbers_of
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.storage.atomic_file import check_target
+from jamlab.storage.verified_file import versions
 
 
 def count_workers(wanted: int | None, ranks: int) -> int:
@@ -179,6 +181,9 @@ def _run_task(
         if task.name in hopeless:
             raise EngineError(hopeless[task.name])
         check_target(folder.task_file(task.name))  # before the work, not after
+        if not stored:
+            lammps_class(), versions()  # half a second, once in a worker: `plan` takes times from single tasks
+            began = time.perf_counter()
         content = _make(folder, task, began, stored, modules)
     except (Exception, SystemExit) as error:  # whatever it is, it belongs to this task alone and must not stop others
         return _outcome_of(folder, task, error, time.perf_counter() - began), None

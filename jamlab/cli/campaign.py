@@ -80,19 +80,29 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     lines = campaign.plan(only)
     seconds, core_seconds, cores = total_time(lines, workers)
     left = sum(line.left for line in lines)
-    size = None if any(line.bytes is None for line in lines) else sum(line.bytes or 0 for line in lines)
+    size, files = (
+        None if None in column else sum(column) for column in ([x.bytes for x in lines], [x.files for x in lines])
+    )
     if as_json:
         totals = {"workers": workers or cores, "seconds": seconds, "core_seconds": core_seconds, "bytes": size}
-        print_json({**totals, "tasks": left, "sweeps": [vars(line) for line in lines]})
+        print_json({**totals, "files": files, "tasks": left, "sweeps": [vars(line) for line in lines]})
         return
     names = ("sweep", "model", "n", "tasks", "left", "stored", "ranks")
-    cells = [[*_texts(line, names), _format_time(line.seconds), _format_size(line.bytes)] for line in lines]
-    print_table(f"campaign {campaign.name}", [*names, "core time", "size"], cells)
-    print_line(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
+    costs = ("core time", "size", "files")
+    cells = [
+        [*_texts(line, names), _format_time(line.seconds), _format_size(line.bytes), _format_count(line.files)]
+        for line in lines
+    ]
+    print_table(f"campaign {campaign.name}", [*names, *costs], cells)
+    said = f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}"
+    print_line(f"{said} in {_format_count(files)} files")
     if seconds is None:
         print_line(
             f"?: unknown until a task of that kind is finished; `jamlab campaign run {file} --pilot` runs one of each"
         )
+    for line in lines:
+        if line.files is not None and line.files < min(line.left, cores // line.ranks):
+            print_line(f"sweep {line.sweep} has work for {line.files} workers only: lower its chunk to use more")
     if stored := sum(line.stored for line in lines):
         print_line(f"{stored} of these tasks only measure states that are already stored")
 
@@ -106,7 +116,13 @@ def _format_time(seconds: float | None) -> str:
 
 
 def _format_size(size: int | None) -> str:
-    return "?" if size is None else f"{size / 1e6:.1f} MB"
+    if size is None:
+        return "?"
+    return f"{size / 1e6:.1f} MB" if size < 1e9 else f"{size / 1e9:.1f} GB"
+
+
+def _format_count(count: int | None) -> str:
+    return "?" if count is None else str(count)
 
 
 @app.command(cls=Once, epilog="Example: jamlab campaign run campaign.toml --workers 2")

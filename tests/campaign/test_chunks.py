@@ -8,6 +8,7 @@ import random
 import pytest
 from campaigns import read_campaign_file, written
 
+import jamlab
 from jamlab.campaign import chunks
 from jamlab.campaign.chunks import RULES, Cutter
 from jamlab.campaign.tasks import batches, states_name, task_names
@@ -177,3 +178,38 @@ def test_no_such_chunk(tmp_path, chunk):
 
 def test_names_of_tasks_do_not_depend_on_chunks(tmp_path):
     assert task_names(batches_of(tmp_path, chunk=7)) == task_names(batches_of(tmp_path))
+
+
+def test_plan_knows_the_files_and_the_disk_of_chunks(tmp_path, here):
+    """By one task with a file of its own, and by tasks in files of several; 56 kB a task, or two."""
+    keys = {"compress": None, "phi": [0.7], "n": 8}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", seeds=64, chunk=16, **keys))
+    (line,) = campaign.plan()
+    assert (line.files, line.bytes, line.seconds) == (4, None, None)
+    campaign.run(1, pilot=True)
+    (line,) = campaign.plan()
+    assert (line.left, line.files) == (63, 4)
+    campaign.run(1)
+    files = list((campaign.folder.path / "tasks").glob("chunk-*"))
+    assert len(files) == line.files
+    size = sum(file.stat().st_size for file in files)
+    assert 0.5 * size < line.bytes < 2 * size and size < 63 * 2_000
+    later = jamlab.open_campaign(written(tmp_path / "c.toml", seeds=127, chunk=16, **keys))
+    (again,) = later.plan()
+    assert (again.left, again.files) == (63, 4) and 0.8 * size < again.bytes < 2.5 * size
+    alone = jamlab.open_campaign(written(tmp_path / "c.toml", seeds=127, **keys))
+    assert alone.plan()[0].files == 63
+
+
+def test_the_number_of_files_needs_the_time_of_a_task(tmp_path):
+    (chosen,) = batches_of(tmp_path, seeds=10_000)
+    assert chunks.count_chunks(chosen, 10_000, None, 8) is None
+    for each, workers in ((0.2, 8), (30.0, 8)):
+        cutter = Cutter([chosen], task_names([chosen]), lambda count=workers: count, {chosen.name: each})
+        handed = []
+        while (chunk := cutter.next()) is not None:
+            handed.append(chunk)
+            cutter.learn(chunk, each * len(chunk.seeds))
+        assert chunks.count_chunks(chosen, 10_000, each, workers) == pytest.approx(len(handed), rel=0.1)
+    (few,) = batches_of(tmp_path, seeds=999)
+    assert chunks.count_chunks(few, 900, None, 8) == 900

@@ -65,7 +65,7 @@ def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
     standing = running.status()
     assert (standing.tasks, standing.failed, standing.workers, running.done) == (4, 0, 1, False)
     assert 0 < standing.share < 1 and standing.seconds_left > 0 and standing.rate > 0
-    assert repr(running).startswith("campaign c, running: 2 of 4 tasks, ") and repr(running).endswith(" left")
+    assert repr(running).startswith("campaign c, running: 2 of 4 tasks, ") and "1 worker" in repr(running)
     assert (
         f'value="{running.status().share:.4f}"' in running._repr_html_() and repr(running)[:30] in running._repr_html_()
     )
