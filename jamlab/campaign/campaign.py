@@ -48,7 +48,7 @@ class _How(NamedTuple):
 
     workers: int | Executor | None
     share: Share
-    only: Iterable[str] | None
+    only: list[str] | None
     retry_failed: bool
     pilot: bool
     verify: bool
@@ -158,6 +158,7 @@ class Campaign(Hinted):
             EngineError: the workers cannot be started, or their executor is broken. Run again to resume.
         """
         _check_run(workers, share)
+        only = None if only is None else [*only]
         how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
         return self._run(how, Meter())
 
@@ -193,8 +194,9 @@ class Campaign(Hinted):
             InputError: a share, a number of workers or the name of a sweep that there cannot be.
         """
         _check_run(workers, share)
-        batches(self.content, only)
+        only = None if only is None else [*only]
         how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
+        batches(self.content, how.only)
         return Running(self.name, partial(self._run, how))
 
     def _run(self, how: _How, meter: Meter) -> CampaignRun:
@@ -202,8 +204,11 @@ class Campaign(Hinted):
         chosen = longest_first(batches(self.content, how.only))
         if how.pilot:
             known = self.folder.finished()
-            chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
-        mine = task_names(chosen) & share_names(batches(self.content), how.share)
+            chosen = [batch.first(1) for batch in chosen if not known or known.isdisjoint(batch.names())]
+        whole = how.share == WHOLE  # a million names take a second and 100 MB
+        mine = task_names(chosen) if whole else share_names(batches(self.content), how.share)
+        if not whole and (how.only or how.pilot):
+            mine &= task_names(chosen)
         self.folder.prepare()
         with self.folder.lock(how.share) as run:
             self.folder.keep_copy(self.text, self.name)
@@ -212,7 +217,7 @@ class Campaign(Hinted):
             if how.retry_failed:
                 self.folder.forget_failures(self.folder.failed() & mine)
             counts, gaps = self._drive(chosen, mine, run, how, meter)
-            left = len(task_names(chosen) - self._ended())
+            left = len((mine if whole else task_names(chosen)) - self._ended())
         return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left, gaps)
 
     @checked

@@ -127,13 +127,14 @@ class _Driver:
     def _end(self, chunk: Batch, outcomes: Sequence[Outcome]) -> None:
         """Tell how the tasks of a chunk ended, and let others have their packings."""
         shared = chunk.packings_key in self._shared
-        for name, outcome in zip(chunk.names(), outcomes, strict=False):  # the last one may be "full"
+        for seed, outcome in zip(chunk.seeds, outcomes, strict=False):  # the last one may be "full"
             if outcome.state == FULL:
                 raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs the remaining tasks")
-            if shared and outcome.state == FINISHED:
-                self._stored.setdefault(states_name(name), []).append(name)
             if shared:
+                name = chunk.name_of(seed)
                 self._busy.discard(states_name(name))
+                if outcome.state == FINISHED:
+                    self._stored.setdefault(states_name(name), []).append(name)
             self._tell(outcome)
         self.cutter.learn(chunk, sum(outcome.seconds for outcome in outcomes))
 

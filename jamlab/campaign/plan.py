@@ -170,6 +170,8 @@ def _cost(counted: _Counted, stored: list[str], folder: CampaignFolder, samples:
 
 def seconds_each(batches: list[Batch], folder: CampaignFolder) -> dict[str, float]:
     """Mean wall time, s, of the tasks left of each batch, by its name, where tasks of the same kind are finished."""
+    if not folder.finished():
+        return {}
     samples = max(1, min(_SAMPLES, _READ // len(batches)))
     lines = plan(batches, folder, samples=samples)
     return {
