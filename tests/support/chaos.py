@@ -126,6 +126,7 @@ class Place:
         usual += ("work/c/tasks/", "work/c/failed/", "work/c/running/", "work/c/lock.", "work/c/jobs/", "batch/")
         usual += ("home/.cache/matplotlib", "home/.config/dask")
         found = [str(path.relative_to(self.root)) for path in self.root.rglob("*") if not path.is_dir()]
+        usual += tuple(f"work/c/deaths/{name}." for name in self.campaign.folder.failed())
         odd = [name for name in found if not name.startswith(usual) or "/." in name.removeprefix("home/.c")]
         return sorted(name for name in odd if not name.startswith("batch/") or name.startswith("batch/tmp/"))
 
@@ -172,19 +173,25 @@ def serial(root, count, **how):
 
 
 class Killer(threading.Thread):
-    """Kills a worker of a place every few seconds, until it is stopped."""
+    """Kills a worker of a place whenever some more calls have ended, up to `between` of them, until it is stopped: so
+    often that each worker is hit, and that no innocent task is hit six times on a slow machine."""
 
-    def __init__(self, place, seed, pause=(1.0, 4.0)):
+    def __init__(self, place, seed, between=8):
         super().__init__(daemon=True)
-        self.place, self.chance, self.pause, self.kills = place, random.Random(seed), pause, 0
+        self.place, self.chance, self.between, self.kills = place, random.Random(seed), between, 0
         self.stopped = threading.Event()
 
+    def _ended(self):
+        return sum(word == "end" for word, _, _ in self.place.calls())
+
     def run(self):
-        while not self.stopped.wait(self.chance.uniform(*self.pause)):
-            if workers := self.place.workers():
+        following = self.chance.randint(1, self.between)
+        while not self.stopped.wait(self.chance.uniform(0.0, 0.3)):
+            if self._ended() >= following and (workers := self.place.workers()):
                 with suppress(ProcessLookupError):
                     os.kill(self.chance.choice(workers), signal.SIGKILL)
                     self.kills += 1
+                following = self._ended() + self.chance.randint(2, self.between)
 
 
 @contextmanager
