@@ -64,7 +64,7 @@ def test_workers_are_killed(name, chunk, root, reference, kept_folder):
     place = Place(root, TASKS, POISON, more=f"chunk = {chunk}" if chunk > 1 else "")
     began = time.monotonic()
     with engine(name.partition(",")[0], place, **ENGINES[name]) as (words, environment):
-        killer = Killer(place, SEED)
+        killer = Killer(place, SEED, max(8, TASKS // 10))
         process, said = start(words, environment, place)
         killer.start()
         process.wait(1800)

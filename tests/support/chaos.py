@@ -176,7 +176,7 @@ class Killer(threading.Thread):
     """Kills a worker of a place whenever some more calls have ended, up to `between` of them, until it is stopped: so
     often that each worker is hit, and that no innocent task is hit six times on a slow machine."""
 
-    def __init__(self, place, seed, between=8):
+    def __init__(self, place, seed, between):
         super().__init__(daemon=True)
         self.place, self.chance, self.between, self.kills = place, random.Random(seed), between, 0
         self.stopped = threading.Event()
