@@ -1,5 +1,6 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
+import itertools
 import pickle
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -36,10 +37,11 @@ MODULI = ("g", "g_x", "b")
 
 @dataclass(frozen=True)
 class MeasureTimes:
-    """Times that decide whether `measure` starts processes."""
+    """What decides whether `measure` starts processes, and how many calls an executor gets."""
 
     look: float = 0.5  # s after which `measure` looks at the time that a state takes
     start: float = 2.0  # s that new processes take to start and to load what measures
+    calls: int = 2000  # at most: each takes a scheduler some ms
 
 
 TIMES = MeasureTimes()
@@ -214,8 +216,7 @@ def _measure_several(
     one = partial(_measure_state, wanted=wanted)
     rows: list[dict[str, float]] = []
     if isinstance(processes, Executor):
-        rows = run_side_by_side(one, states, processes, done=show)
-        return _columns(rows, wanted)
+        return _columns(_measure_in_groups(states, wanted, processes, show), wanted)
     most = processes if all(map(_may_travel, wanted.values())) else 1
     began = time.perf_counter()
     with threadpool_limits(1):
@@ -229,6 +230,32 @@ def _measure_several(
         count, first = _count_processes(len(rest), spent / len(rows), most), len(rows)
         rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done))
     return _columns(rows, wanted)
+
+
+def _measure_in_groups(
+    states: list[tuple[int, Packing]], wanted: _Wanted, executor: Executor, show: Callable[[int], None]
+) -> list[dict[str, float]]:
+    """Rows of all states from an executor, in no more calls than its scheduler bears."""
+    size = -(-len(states) // TIMES.calls) or 1
+    groups = [states[first : first + size] for first in range(0, len(states), size)]
+    done = itertools.count(1)
+    found = run_side_by_side(
+        partial(_measure_group, wanted=wanted),
+        groups,
+        executor,
+        report=lambda group: show(min(next(done), len(states))),
+    )
+    return [row for rows in found for row in rows]
+
+
+def _measure_group(
+    states: Sequence[tuple[int, Packing]], report: Callable[..., None], *, wanted: _Wanted
+) -> list[dict[str, float]]:
+    rows = []
+    for state in states:
+        rows.append(_measure_state(state, wanted=wanted))
+        report()
+    return rows
 
 
 def _columns(rows: list[dict[str, float]], names: Iterable[str]) -> dict[str, Array]:

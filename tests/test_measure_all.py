@@ -4,6 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
+from executors import InThisProcess
 
 import jamlab
 from jamlab.errors import InputError
@@ -41,6 +42,24 @@ def test_an_error_names_its_state(sweep, at_once):
     piled = sweep[2].with_state(positions=np.broadcast_to(sweep[2].positions[0], sweep[2].positions.shape))
     with pytest.raises(InputError, match="state 2"):
         jamlab.measure([sweep[0], sweep[1], piled, sweep[3]], processes=2)
+
+
+def test_an_executor_gets_groups_of_states(sweep, monkeypatch):
+    """And the functions of its user, where it can be sent those."""
+    shares, calls = [], []
+
+    class Counting(InThisProcess):
+        def submit(self, function, /, *arguments):
+            calls.append(function)
+            return super().submit(function, *arguments)
+
+    monkeypatch.setattr(MODULE, "TIMES", MODULE.MeasureTimes(calls=4))
+    how = {"processes": Counting(), "progress": lambda share, text: shares.append(share)}
+    found = jamlab.measure(sweep, ["rho", "z", jamlab.bulk_modulus], **how)
+    assert len(calls) <= 4 < len(sweep) and shares == pytest.approx(np.arange(1, len(sweep) + 1) / len(sweep))
+    for name, values in jamlab.measure(sweep, ["rho", "z", jamlab.bulk_modulus]).items():
+        assert values.tobytes() == found[name].tobytes()
+    assert jamlab.measure([], processes=Counting())["rho"].shape == (0,)
 
 
 def test_one_name_is_one_quantity(sweep):

@@ -1,5 +1,6 @@
 """What executors of other libraries tell of their workers beyond PEP 3148; none of the libraries is imported."""
 
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from typing import Any
 
@@ -26,8 +27,8 @@ def check_threads(executor: Executor) -> None:
 
 def count_known(executor: Executor) -> int | None:
     """Number of workers that an executor has or starts when there is work; None if it does not tell."""
-    if client := _dask_client(executor):
-        return len(_threads_of_dask(executor)) if client.status == "running" else None
+    if _dask_client(executor) is not None:
+        return len(_threads_of_dask(executor)) or None
     count = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
     return count if isinstance(count, int) and count > 0 else None
 
@@ -49,7 +50,7 @@ def describe_failure(executor: Executor, error: BaseException) -> str:
         return f"{name}: {text[:300]}" if text else name
     times = getattr(error, "allowed_failures", 0) + 1
     text = f"{times} Dask workers died, the last one {worker.address}" if times > 1 else "its Dask worker died"
-    ended = client.get_events("worker-restart-memory")
+    ended = _ask(lambda: client.get_events("worker-restart-memory")) or ()
     if any(event.get("worker") == worker.address for _, event in ended):
         text += f": killed, out of memory, of which Dask allows a worker {worker.memory_limit / 1e9:.3g} GB"
     return text
@@ -61,5 +62,16 @@ def _dask_client(executor: Executor) -> Any:
 
 
 def _threads_of_dask(executor: Executor) -> dict[str, int]:
+    """Threads of the workers by address; none if the scheduler is out of reach, which calls will tell."""
     client = _dask_client(executor)
-    return dict(client.nthreads()) if client is not None and client.status == "running" else {}
+    if client is None or client.status != "running":
+        return {}
+    return dict(_ask(client.nthreads) or {})
+
+
+def _ask(question: Callable[[], Any]) -> Any:
+    """What a scheduler answers; None if it is gone."""
+    try:
+        return question()
+    except Exception:  # whatever a lost connection raises
+        return None

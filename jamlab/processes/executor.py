@@ -9,6 +9,7 @@ import platform
 import queue
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
@@ -32,6 +33,7 @@ from jamlab.processes.memory import MemoryKills, memory_limits
 _LOOK = 0.1  # s between two looks for what calls tell while they run
 _END = 10.0  # s in which a pool that broke gives up its calls
 _MANY = 1000  # calls that an executor knows at a time: enough for a cluster, and few to cancel
+_NEWS = 2.0  # s between two looks for how many workers there are: to ask a scheduler takes some ms
 _ALONE = threading.RLock()
 _THREADS = "a worker runs several calls at once in threads, which LAMMPS cannot: give each worker one thread"
 
@@ -116,6 +118,8 @@ class OnExecutor:
         self._ready: deque[tuple[Any, str, Any]] = deque()
         self._seen: set[tuple[str, int]] = set()
         self._number = 0
+        self._asked = -_NEWS
+        self._known: int | None = None
         self._own: Children | None = None  # instead of a pool that broke
         self._interrupted = False
 
@@ -124,8 +128,9 @@ class OnExecutor:
         """Calls that run at a time, as far as it is known."""
         if self._own is not None:
             return self._own.workers
-        known = count_known(self._executor)
-        return max(1, len(self._seen) if known is None else known)
+        if (now := time.monotonic()) > self._asked + _NEWS:
+            self._asked, self._known = now, count_known(self._executor)
+        return self._known or max(1, len(self._seen))
 
     @property
     def width(self) -> int:

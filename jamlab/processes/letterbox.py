@@ -84,17 +84,17 @@ class Sender:
 
     def _open(self) -> int:
         process, file, secret = self._address
+        path = f"/proc/{process}/fd/{file}"
         try:
-            found = os.open(f"/proc/{process}/fd/{file}", os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+            if not os.path.isfile(path):
+                return -1
+            found = os.open(path, os.O_RDWR)
         except OSError:
             return -1
-        try:
-            same = os.pread(found, _SECRET, 0) == secret
-        except OSError:  # no file but a pipe
-            same = False
-        if not same:
-            os.close(found)
-        return found if same else -1
+        if os.pread(found, _SECRET, 0) == secret:
+            return found
+        os.close(found)
+        return -1
 
 
 def _end(file: int) -> int:
