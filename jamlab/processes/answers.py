@@ -9,7 +9,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TextIO
 
 from jamlab.errors import EngineError, InputError, JamlabWarning
 from jamlab.processes.memory import memory_limits
@@ -103,11 +103,18 @@ def _telling_warnings(tell: Tell) -> Iterator[None]:
         warnings.simplefilter("always", JamlabWarning)
         usual = warnings.showwarning
 
-        def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
             if threading.get_ident() == own:
                 tell("warning", pickle.dumps((str(message), _known_everywhere(category))))
             else:
-                usual(message, category, *place)
+                usual(message, category, filename, lineno, file, line)
 
         warnings.showwarning = show
         yield

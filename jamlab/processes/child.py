@@ -32,8 +32,10 @@ def die_with(parent: int, number: int = signal.SIGKILL) -> None:
 
 
 def child_environment() -> dict[str, str]:
-    """Environment of a Python process with one thread and the same modules as here, whatever folder it runs in."""
-    return os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+    """Environment of a Python process with one thread and the same modules as here, whatever folder it runs in; it is
+    no rank of an `mpiexec` that runs this process, and MPI of LAMMPS starts there by itself."""
+    alone = {name: value for name, value in os.environ.items() if not name.startswith(("PMI_", "PMIX_"))}
+    return alone | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
 
 
 def serve(connection: Connection) -> None:

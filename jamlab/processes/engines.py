@@ -18,7 +18,8 @@ def check_threads(executor: Executor) -> None:
     """Refuse workers that are known to run several calls at once in threads of one process."""
     if isinstance(executor, ThreadPoolExecutor) and (count := count_known(executor)) != 1:
         raise EngineError(f"{type(executor).__name__} has {count} threads: {_REMEDY}, as ProcessPoolExecutor has")
-    threads = _threads_of_dask(executor)
+    chosen = getattr(executor, "_kwargs", {}).keys() & {"workers", "resources"}  # of Dask: not all of its workers
+    threads = {} if chosen else _threads_of_dask(executor)
     if several := {address: count for address, count in threads.items() if count > 1}:
         address, count = next(iter(several.items()))
         said = f"the Dask worker {address} has {count} threads: {_REMEDY}"

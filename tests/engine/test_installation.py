@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import types
 from pathlib import Path
 
 import pytest
@@ -55,3 +56,19 @@ def test_a_temporary_folder_of_any_name(tmp_path, monkeypatch, dp_onset, name):
     assert jamlab.evaluate(jamlab.pack(n=16, pressure=1e-2, seed=1)).max_force < 1e-11
     assert jamlab.evaluate(dp_onset).max_force < 1e-9
     assert not list(folder.iterdir())
+
+
+def test_lammps_leaves_other_processes_of_mpi4py_alone(monkeypatch):
+    """Those of its MPIPoolExecutor run calls of their own: a LAMMPS of all of them would wait for them."""
+    given = []
+
+    class World:
+        def Get_size(self):  # noqa: N802  as MPI has it
+            return 3
+
+    mpi = types.SimpleNamespace(COMM_SELF="self", COMM_WORLD=World(), Is_initialized=lambda: True)
+    monkeypatch.setattr(installation, "lammps_class", lambda: lambda cmdargs, comm: given.append(comm))
+    for module in (mpi, None):
+        monkeypatch.setitem(sys.modules, "mpi4py.MPI", module)
+        installation._silent("")
+    assert given == ["self", None]

@@ -9,7 +9,7 @@ import psutil
 import pytest
 
 from jamlab.errors import EngineError, InputError, JamlabWarning
-from jamlab.processes.child import dying_line
+from jamlab.processes.child import child_environment, dying_line
 from jamlab.processes.children import Children
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.death import Death
@@ -131,7 +131,7 @@ def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
 def test_a_program_ends_with_the_process_that_started_it():
     """And it hands on exit codes and the signal of the end."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    code = "import subprocess, sys; from jamlab.processes.child import dying_line\n"
+    code = "import subprocess, sys; from jamlab.processes.child import child_environment, dying_line\n"
     code += "sys.exit(subprocess.run(dying_line(sys.argv[1:])).returncode)"
     line = [sys.executable, "-c", code, "/bin/sh", "-c"]
     assert subprocess.run([*line, "exit 7"], env=environment, check=False).returncode == 7
@@ -150,3 +150,11 @@ def test_there_is_no_process_between_a_program_and_who_started_it():
             time.sleep(0.01)
         assert psutil.Process(program.pid).name() == "sleep"
         program.terminate()
+
+
+def test_a_child_is_no_rank_of_the_mpiexec_of_its_parent(monkeypatch):
+    """MPI of LAMMPS would look for its place among them, and fail."""
+    monkeypatch.setenv("PMI_RANK", "1")
+    monkeypatch.setenv("PMIX_RANK", "1")
+    assert not [name for name in child_environment() if name.startswith("PMI")]
+    assert child_environment()["PATH"] == os.environ["PATH"]
