@@ -8,19 +8,23 @@ a task that ends its workers again and again is found and no other one fails.
 import itertools
 import math
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from functools import partial
 
 from jamlab.campaign.chunks import Cutter
 from jamlab.campaign.deaths import (
+    DEATH,
     INTERRUPTED,
     WALLTIME,
+    Kills,
     counts,
     forget_deaths,
     is_recorded,
     kind_of,
     record,
+    sweep,
     why_it_fails,
 )
 from jamlab.campaign.folder import CampaignFolder
@@ -31,10 +35,12 @@ from jamlab.campaign.workers import FAILED, FINISHED, FULL, Call, Outcome, run_c
 from jamlab.errors import EngineError, StorageError, warn
 from jamlab.processes.death import Death
 from jamlab.processes.side_by_side import Crew, crew
+from jamlab.storage.atomic_file import is_gone
 
 _MOST_UNBEGUN = 12  # calls lost in a row, for each worker, that nobody had begun: workers cannot start at all
 _FEW_WORKERS = 8  # of which it takes account
 _MOST_BROKEN = 3  # the same where their engine ended them, for each call that it may have at a time
+_MANY_DEATHS = 3  # of workers at a task, from which on it waits for all others: they show how often workers are killed
 _MANY_RUNS = 3  # that ended at a task, from which on a warning says so
 
 
@@ -96,6 +102,8 @@ class _Driver:
         self._shared = {key for key, count in same.items() if count > 1}  # of batches that make the same packings
         self._busy: set[str] = set()  # what the names of tasks under way share with others of the same packings
         self._stored = _stored(folder, names)
+        self._kills = Kills()
+        self._last: deque[Batch] = deque()  # tasks that wait for all others
 
     def drive(self) -> None:
         """Hand out and hear of chunks."""
@@ -112,7 +120,10 @@ class _Driver:
             self._fill()
 
     def _fill(self) -> None:
-        while len(self._under_way) < self._workers.width and (chunk := self.cutter.next(self._busy)):
+        while len(self._under_way) < self._workers.width:
+            chunk = self.cutter.next(self._busy) or (self._last.popleft() if self._last else None)
+            if chunk is None:
+                return
             self._submit(chunk)
 
     def _submit(self, chunk: Batch, *, first: bool = False) -> None:
@@ -135,6 +146,7 @@ class _Driver:
                 self._busy.discard(states_name(name))
                 if outcome.state == FINISHED:
                     self._stored.setdefault(states_name(name), []).append(name)
+            self._kills.end(partial(chunk.name_of, seed), outcome.seconds)
             self._tell(outcome)
         self.cutter.learn(chunk, sum(outcome.seconds for outcome in outcomes))
 
@@ -147,6 +159,8 @@ class _Driver:
         known = bool(marks) and death.alone  # else it never began, or nobody knows whose fault it is
         alone = self._charge(chunk, seeds, marks, death, ended) if known else []
         remove(mark.path for mark in marks)
+        for mark in marks:
+            sweep(self._folder.path, mark)
         if known or ended:
             self._unbegun = 0
         else:
@@ -156,7 +170,9 @@ class _Driver:
         rest = [seed for name, seed in seeds.items() if name not in ended and seed not in alone]
         half = (len(rest) + 1) // 2 if known else len(rest)
         for part in (rest[half:], rest[:half], *([seed] for seed in alone)):  # the last one is the first in line
-            if part:
+            if len(part) == 1 and self._kills.of(chunk.name_of(part[0])) >= _MANY_DEATHS:
+                self._last.append(chunk.part(part))
+            elif part:
                 self._submit(chunk.part(part), first=True)
 
     def _ended(self, chunk: Batch, seeds: dict[str, int]) -> dict[str, Outcome]:
@@ -176,7 +192,7 @@ class _Driver:
         self, chunk: Batch, seeds: dict[str, int], marks: list[Mark], death: Death, ended: dict[str, Outcome]
     ) -> list[int]:
         """Charge the tasks that dead workers were at; returns the seeds of those that run again, and adds the outcomes
-        of those that fail by it."""
+        of those that fail by it. Those whose workers died many times wait for all others."""
         again: list[int] = []
         for mark in marks:
             name = next(iter(seeds)) if len(seeds) == 1 else mark.task
@@ -192,10 +208,13 @@ class _Driver:
 
     def _why_it_fails(self, task: Task, mark: Mark, death: Death) -> str | None:
         """Charge a task with the death of its worker; why it fails by that, None if it may run again."""
-        record(self._folder.path, task.name, kind_of(mark, time.time()), mark, death.cause)
+        kind = kind_of(mark, time.time())
+        record(self._folder.path, task.name, kind, mark, death.cause)
+        if kind == DEATH:
+            self._kills.kill(task.name, mark)
         if death.code is not None and death.code >= 0 and not mark.was_told_to_end:
             return f"its worker died with {death.cause}"
-        return why_it_fails(self._folder.path, task.name)
+        return why_it_fails(self._folder.path, task.name, self._kills.rate)
 
     def _lose(self, death: Death) -> None:
         """Take note of a call that was lost before it began, or with others."""
@@ -238,6 +257,8 @@ def _take_over(folder: CampaignFolder, run: str) -> None:
             long = mark.was_told_to_end and kind_of(mark, mark.changed) == WALLTIME
             record(folder.path, name, WALLTIME if long else INTERRUPTED, mark, "the end of its job" if long else "")
         remove([mark.path])
+        if is_gone(mark.host, mark.process):
+            sweep(folder.path, mark)
 
 
 def _settle(folder: CampaignFolder, chosen: list[Batch], names: set[str], tell: Callable[[Outcome], None]) -> set[str]:

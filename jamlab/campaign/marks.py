@@ -48,6 +48,8 @@ class Mark:
 
     path: Path
     task: str | None  # name; None if the machine of the worker was lost before that reached the disk
+    host: str  # of the worker, "" if not known
+    process: int  # of the worker, 0 if not known
     began: float  # s since 1970: this task; nan if not known
     process_began: float  # s since 1970: its worker, about when its job began; nan if not known
     job_ends: float | None  # s since 1970: the walltime of its job, where the batch system says it
@@ -154,6 +156,8 @@ def _read_if_there(path: Path) -> Mark | None:
     return Mark(
         path=path,
         task=said.get("task"),
+        host=said.get("host", ""),
+        process=said.get("pid", 0),
         began=said.get("began", math.nan),
         process_began=said.get("process_began", math.nan),
         job_ends=said.get("job_ends"),

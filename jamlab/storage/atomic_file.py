@@ -19,7 +19,11 @@ _looked_after: set[Path] = set()  # folders in which this process has removed wh
 
 
 def _node() -> str:
-    return re.sub(r"\W", "_", os.uname().nodename)[:100]
+    return _as_word(os.uname().nodename)
+
+
+def _as_word(node: str) -> str:
+    return re.sub(r"\W", "_", node)[:100]
 
 
 def _remove_abandoned(folder: Path) -> None:
@@ -33,6 +37,18 @@ def _remove_abandoned(folder: Path) -> None:
             # s since its last change after which a temporary file has no writer
             if time.time() - file.stat().st_mtime > 86_400.0:
                 file.unlink(missing_ok=True)
+
+
+def remove_temporaries(folder: Path, node: str, process: int) -> None:
+    """Remove what a writer has left in a folder that was killed; `node`: name of its machine."""
+    with suppress(OSError):
+        for file in folder.glob(f".jamlab-{_as_word(node)}-{process}-*.tmp"):
+            file.unlink(missing_ok=True)
+
+
+def is_gone(node: str, process: int) -> bool:
+    """Whether it is known that a process of a machine has ended."""
+    return _as_word(node) == _node() and not _runs(process)
 
 
 def _runs(process: int) -> bool:
