@@ -396,7 +396,7 @@ def test_many_kills_fail_no_task_but_the_one_to_blame(tmp_path, cheap, monkeypat
         pass
 
     def work(seed):
-        moment = chance.exponential(3000.0)
+        moment = chance.exponential(2500.0)
         clock[0] += min(moment, 3600.0 if seed != POISON else 60.0)
         if moment < 3600.0 or seed == POISON:
             raise Killed
