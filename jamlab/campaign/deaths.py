@@ -27,6 +27,7 @@ from typing import Any
 
 from jamlab.campaign.marks import Mark, read_marks, remove, writing
 from jamlab.storage.atomic_file import is_gone, make_folder, remove_temporaries
+from jamlab.storage.scratch_folder import remove_scratch_folders
 
 DEATHS = "deaths"
 DEATH, WALLTIME, CUT, INTERRUPTED = "death", "walltime", "cut", "interrupted"
@@ -79,6 +80,8 @@ def sweep(folder: Path, mark: Mark) -> None:
     """Remove what the dead worker of a mark was writing."""
     for part in ("tasks", "failed"):
         remove_temporaries(folder / part, mark.host, mark.process)
+    if is_gone(mark.host, mark.process):  # on this machine
+        remove_scratch_folders(mark.process)
 
 
 def lasted(mark: Mark) -> float:

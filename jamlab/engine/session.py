@@ -10,11 +10,9 @@ minimisers are absolute numbers. Functions of packings in any units, such as `ev
 
 from __future__ import annotations
 
-import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -44,6 +42,7 @@ from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
 from jamlab.packing.strain_map import shapes_of_stress
+from jamlab.storage.scratch_folder import scratch_folder
 
 
 @dataclass(frozen=True)
@@ -388,8 +387,8 @@ class Session(Hinted):
         self._run("newton on")
         for name in ("own_sizes", "section", *PairStyle.NAMES):
             self._run(f"variable {name} delete")
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "packing.data"
+        with scratch_folder() as folder:
+            file = folder / "packing.data"
             write_data(file, packing, described=False)
             with plain_name(file) as name, plain_name(kind.part) as part:
                 self.set_variables(settings | {"data": name})

@@ -20,6 +20,8 @@ from jamlab.campaign.deaths import CUT, DEATH, INTERRUPTED, WALLTIME, counts, ki
 from jamlab.campaign.marks import Mark, marked, marks_of, read_marks
 from jamlab.campaign.observable import TaskStates
 from jamlab.errors import EngineError, StorageError
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.scratch_folder import scratch_folder
 
 POISON = 5
 
@@ -195,6 +197,24 @@ def test_a_mark_of_a_live_worker_may_go_and_it_ends_all_the_same(tmp_path):
         marks.remove([mark.path])
         at("b" * 32)
     assert not read_marks(tmp_path)
+
+
+def test_what_a_dead_worker_was_writing_is_removed(tmp_path, cheap, monkeypatch):
+    """Half of a file, and a folder of LAMMPS; not those of the living."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+
+    def die(seed):
+        if seed == 2:
+            with atomic_file(tmp_path / "c" / "tasks" / "a.h5"), scratch_folder():
+                kill()
+
+    cheap(die)
+    campaign = campaign_of(tmp_path, 2)
+    with scratch_folder() as living:
+        assert campaign.run(Worker()).failed == 1 and living.exists()
+        assert [path.name for path in tmp_path.glob("jamlab-*")] == [living.name]
+    assert not list(tmp_path.rglob(".jamlab-*")) and ends(campaign.folder) == (0, {DEATH: 6})
 
 
 def test_an_engine_that_begins_calls_again_by_itself_charges_each_death(tmp_path, cheap):
