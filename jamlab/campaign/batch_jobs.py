@@ -22,7 +22,7 @@ from typing import Any
 from jamlab.campaign.batch_system import listed_jobs
 
 _LOOK = 1.0  # s between two looks at the jobs
-_AT_ONCE = 4  # jobs sent or cancelled side by side
+_AT_ONCE = 8  # jobs sent or cancelled side by side
 _LONGEST_PAUSE = 60.0  # s between two attempts to send a job
 _MOST_REFUSALS = 6  # in a row while no job is there: half a minute
 _MOST_BARREN = 6  # jobs in a row that end before their workers reach the scheduler, while none is at work
@@ -90,7 +90,7 @@ class BatchJobs:
         end = time.monotonic() + _CANCELLING
         left = list(self.jobs.values())
         while left and time.monotonic() < end:
-            now, left = left[: 2 * _AT_ONCE], left[2 * _AT_ONCE :]
+            now, left = left[:_AT_ONCE], left[_AT_ONCE:]
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._cancel(now), max(0.1, end - time.monotonic()))
         self.jobs.clear()

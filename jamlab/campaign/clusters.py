@@ -11,6 +11,7 @@ import json
 import logging
 import os
 import re
+import resource
 import shlex
 import shutil
 import signal
@@ -37,11 +38,14 @@ _DASK = {
     "distributed.comm.timeouts.connect": "60s",
     "distributed.admin.tick.limit": "1h",  # a busy driver is no fault
 }
-_JOBS_ALONE = {"distributed.scheduler.http.routes": []}  # pages that everybody who reaches the port could read
+_JOBS_ALONE: dict[str, Any] = {
+    "distributed.scheduler.http.routes": []
+}  # pages that everybody who reaches the port could read
 _NAMES = ", ".join(sorted(SYSTEMS))
 _REMEDY = f"give its address, such as tcp://host:8786, its scheduler file, or one of {_NAMES}"
 _LOGGERS = ("distributed", "dask_jobqueue", "tornado", "asyncio")  # deaths are outcomes or errors of jamlab
 _CLOSING = 10  # s
+_FILES = 4  # for the connections of a worker: two were open, and more while one starts
 _SILENT = 10.0  # s without workers until the user hears of it
 
 
@@ -141,16 +145,16 @@ def _signals_later() -> Iterator[None]:
     came: list[int] = []
     kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     taken = {number for number, handler in kept.items() if callable(handler)}  # not by what C code has set
-    for number in taken:
-        signal.signal(number, lambda number, frame: came.append(number))
+    for each in taken:
+        signal.signal(each, lambda number, frame: came.append(number))
     try:
         yield
     finally:
-        for number, handler in kept.items():
+        for each, handler in kept.items():
             if handler is not None:
-                signal.signal(number, handler)
-        for number in came[:1]:
-            signal.raise_signal(number)
+                signal.signal(each, handler)
+        for first in came[:1]:
+            signal.raise_signal(first)
 
 
 @contextmanager
@@ -250,7 +254,12 @@ def _on_jobs(
     site.check_program()
     keys = stack.enter_context(key_folder(site.shared))
     own, files = _make_keys(keys)
-    cluster = SpecCluster(scheduler=site.scheduler(own), security=own, silence_logs=False)
+    _allow_files(jobs * site.workers, tell)
+    try:
+        cluster = SpecCluster(scheduler=site.scheduler(own), security=own, silence_logs=False)
+    except (RuntimeError, ValueError, TypeError, OSError) as error:
+        said = f"interface or scheduler-options of jobqueue.{where} in {SETTINGS}: {_first_line(error)}"
+        raise InputError(f"no scheduler can be started by {said}") from error
     stack.callback(_close, cluster)
     client = stack.enter_context(Client(cluster, set_as_default=False))
     loop = client.loop.asyncio_loop
@@ -283,9 +292,9 @@ def _on_jobs(
 
 def _stop(kept: BatchJobs, keeping: Any, loop: Any, logs: Path) -> None:
     """Cancel the jobs, and wait for one that is being sent: nobody else would know its number."""
-    asyncio.run_coroutine_threadsafe(kept.stop(), loop).result()
-    with suppress(Exception):
-        keeping.result(_CLOSING)
+    for end in (asyncio.run_coroutine_threadsafe(kept.stop(), loop), keeping):
+        with suppress(Exception):  # jobs that cannot be cancelled end by themselves without their scheduler
+            end.result(2 * _CLOSING)
     _remove_empty_logs(logs, kept.sent)
 
 
@@ -296,6 +305,16 @@ def _remove_empty_logs(logs: Path, numbers: set[str]) -> None:
             if not numbers.isdisjoint(re.findall(r"\d+", log.name)) and log.stat().st_size == 0:
                 log.unlink(missing_ok=True)
         logs.rmdir()
+
+
+def _allow_files(workers: int, tell: Callable[[str], None]) -> None:
+    """Let this process hold the connections of so many workers."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = 200 + _FILES * workers
+    if soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(wanted, hard), hard))
+    if hard < wanted:
+        tell(f"this process may open {hard} files, enough for {(hard - 200) // _FILES} workers: raise `ulimit -Hn`")
 
 
 def _close(cluster: Any) -> None:
@@ -377,8 +396,9 @@ class _Site:
         from distributed import Scheduler
 
         how = {"protocol": "tls://", "security": security, "interface": self._get("interface")}
-        how |= {"dashboard": False, "dashboard_address": "127.0.0.1:0"} | (self._get("scheduler-options") or {})
-        return {"cls": Scheduler, "options": how}
+        wanted = self._get("scheduler-options") or {}
+        how |= {} if wanted.get("dashboard") else {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+        return {"cls": Scheduler, "options": how | wanted}
 
     def dashboard(self, cluster: Any) -> str | None:
         """Address of the pages, if the site wants them."""

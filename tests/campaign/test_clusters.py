@@ -1,5 +1,6 @@
 """Workers of a Dask scheduler, or of jobs of a batch system: scripts of jobs, keys, settings, and what ends badly."""
 
+import importlib.metadata
 import os
 import re
 import signal
@@ -207,6 +208,44 @@ def run_command(capfd, monkeypatch):
     return run
 
 
+class Client:
+    """A client of Dask whose worker has other versions."""
+
+    def __init__(self, distributed, jamlab_there, nthreads=1):
+        self._there, self._jamlab, self._threads = distributed, jamlab_there, nthreads
+
+    def scheduler_info(self, n_workers):
+        return {"workers": {"tcp://a:1": {"nthreads": self._threads}}}
+
+    def get_versions(self, check):
+        def known(distributed):
+            return {"packages": {"python": "3.13.0.final.0", "distributed": distributed}}
+
+        return {
+            "client": known("2026.8.0"),
+            "scheduler": known(self._there),
+            "workers": {"tcp://a:1": known("2026.8.1")},
+        }
+
+    def run(self, function, *words, on_error):
+        return {"tcp://a:1": self._jamlab}
+
+
+def test_versions_of_scheduler_and_workers_that_differ_are_named():
+    from jamlab.campaign.clusters import _check_workers
+
+    said, here = [], importlib.metadata.version("jamlab")
+    _check_workers(Client("2026.8.0", here), "tcp://s:1", said.append)
+    assert not said
+    _check_workers(Client("2025.1.0", here), "tcp://s:1", said.append)
+    assert said == ["distributed is 2026.8.0 here and 2025.1.0 at the scheduler: install the same version"]
+    for there, words in (("0.0.1", f"has jamlab 0.0.1, and here is {here}"), (ModuleNotFoundError(), "has no jamlab")):
+        with pytest.raises(InputError, match=f"the worker tcp://a:1 {words}"):
+            _check_workers(Client("2026.8.0", there), "tcp://s:1", said.append)
+    with pytest.raises(InputError, match=r"runs 4 tasks at once in threads.*--nthreads 1 --nworkers 4"):
+        _check_workers(Client("2026.8.0", here, nthreads=4), "tcp://s:1", said.append)
+
+
 # whole runs
 
 
@@ -260,3 +299,60 @@ def test_a_batch_system_that_refuses_every_job_ends_the_run_with_its_words(slow)
     note, error = said.splitlines()
     assert note.startswith("note: slurm: sbatch: error: QOSMaxSubmitJobPerUserLimit")
     assert error.startswith("error: slurm: sbatch: error: QOSMax") and "jobqueue.slurm in ~/.config" in error
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """A Dask scheduler of this machine; a function that starts a worker of so many threads; both end with the test."""
+    started = []
+
+    def begin(*words):
+        line = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]]
+        started.append(subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL))
+        return started[-1]
+
+    file = tmp_path / "scheduler.json"
+    begin("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file), "--no-dashboard")
+    wait_for(file.exists, 60)
+    yield file, lambda threads: begin("dask_worker", "--scheduler-file", str(file), "--nthreads", str(threads))
+    for process in reversed(started):
+        process.terminate()
+    for process in started:
+        process.wait(30)
+
+
+@pytest.mark.slow
+def test_campaigns_run_side_by_side_on_a_scheduler_and_leave_dask_as_it_was(scheduler, site, tmp_path, monkeypatch):
+    """A scheduler without workers is named, and waited for; workers of several threads are refused."""
+    import logging
+
+    import dask
+
+    monkeypatch.setattr("jamlab.campaign.clusters._SILENT", 1.0)
+    file, worker = scheduler
+    before, level = repr(dask.config.config), logging.getLogger("distributed").level
+    campaigns, ran, said = [], [], []
+    for name in "ab":
+        (tmp_path / f"{name}.toml").write_text(f'name = "{name}"\n{SWEEP}')
+        campaigns.append(jamlab.open_campaign(tmp_path / f"{name}.toml"))
+    with campaigns[0].cluster(str(file), tell=said.append) as first, campaigns[1].cluster(str(file)) as second:
+        runs = [each.start(cluster.executor) for each, cluster in zip(campaigns, (first, second), strict=True)]
+        wait_for(lambda: said, 30)
+        worker(1)
+        ran = [run.wait(120) for run in runs]
+    assert [(each.finished, each.failed) for each in ran] == [
+        (6, 0),
+        (6, 0),
+    ] and "has no workers: the run waits" in said[0]
+    assert (repr(dask.config.config), logging.getLogger("distributed").level) == (before, level)
+    several = worker(2)
+
+    def refused():
+        try:
+            with campaigns[0].cluster(str(file)):
+                return ""
+        except InputError as error:
+            return str(error)
+
+    wait_for(lambda: "runs 2 tasks at once in threads" in refused(), 60)
+    several.terminate()
