@@ -19,7 +19,7 @@ from jamlab.storage.system_errors import system_said
 _OWNER = "owner"  # held by flock while the run lives
 
 
-def remove_abandoned_keys(folder: Path) -> None:
+def _remove_abandoned(folder: Path) -> None:
     """Remove the keys of runs that were killed, and leave alone those of runs that live, also on other machines."""
     for keys in folder.glob("keys.*"):
         with suppress(OSError), open(keys / _OWNER, "a") as owner:  # no lock, or no file system that has any
@@ -31,7 +31,7 @@ def remove_abandoned_keys(folder: Path) -> None:
 def key_folder(folder: Path) -> Iterator[Path]:
     """Make the folder of keys of one run, in a folder that all nodes see."""
     make_folder(folder)
-    remove_abandoned_keys(folder)
+    _remove_abandoned(folder)
     try:
         made = Path(tempfile.mkdtemp(prefix=".keys.", dir=folder))  # mode 0700; the dot hides it until it is locked
         owner = open(made / _OWNER, "a")

@@ -14,7 +14,7 @@ from fake_batch import FakeBatch
 
 import jamlab
 from jamlab.campaign.batch_system import SYSTEMS
-from jamlab.campaign.cluster_keys import key_folder, remove_abandoned_keys, write_key
+from jamlab.campaign.cluster_keys import key_folder, write_key
 from jamlab.errors import InputError
 
 SWEEP = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
@@ -170,9 +170,8 @@ def test_keys_of_a_run_that_was_killed_are_removed_at_the_next_start_and_no_othe
     runs[0].kill()
     runs[0].wait()
     assert os.path.exists(killed)
-    remove_abandoned_keys(tmp_path)
-    assert not os.path.exists(killed) and os.path.exists(os.path.join(alive, "key"))
     with key_folder(tmp_path) as keys:
+        assert not os.path.exists(killed) and os.path.exists(os.path.join(alive, "key"))
         assert {str(path) for path in tmp_path.iterdir()} == {alive, str(keys)}
     runs[1].kill()
     for run in runs:
