@@ -26,7 +26,7 @@ FIELDS = [each.name for each in dataclasses.fields(Packing) if each.init]
 def same(one, other):
     """Whether two values are the same to the last bit, of the same type, inside of containers too."""
     if isinstance(one, dict):
-        return isinstance(other, dict) and [*one] == [*other] and all(same(one[key], other[key]) for key in one)
+        return isinstance(other, dict) and one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, list):
         return len(one) == len(other) and all(map(same, one, other))
     if isinstance(one, np.ndarray):
@@ -40,10 +40,11 @@ def members(packing):
     return [[packing], [other, packing], [other]]
 
 
-def kept(folder, batch, packings, tables=lambda k: {}, missing=()):
-    """Tasks with these packings in a folder."""
+def kept(folder, batch, packings, tables=lambda k: {}):
+    """Tasks with these packings in a folder; the second one lacks a state."""
     tasks = zip(batch.tasks(), packings, strict=True)
-    contents = [content_of(task, frames, tables(k), missing, k) for k, (task, frames) in enumerate(tasks)]
+    lacking = [[], [{"state": "pressure 0.1", "reason": "µ was not met"}], *([[]] * len(packings))]
+    contents = [content_of(task, frames, tables(k), lacking[k], k) for k, (task, frames) in enumerate(tasks)]
     return folder.keep(contents), contents
 
 
@@ -55,19 +56,32 @@ def in_files(tmp_path, packings, **how):
     alone.prepare()
     for content in contents:
         alone.keep([content])
-    return campaign, dataclasses.replace(campaign, folder=alone), paths
+    return campaign, dataclasses.replace(campaign, folder=alone), paths, contents
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_every_field_of_every_kind_of_packing_comes_back(tmp_path, name):
     packings = members(KINDS[name]())
-    several, alone, paths = in_files(tmp_path, packings)
+    several, alone, paths, contents = in_files(tmp_path, packings)
     assert len(paths) == 1 and len(os.listdir(alone.folder.path / "tasks")) == 3
     for task in several.finished():
         for one, other in zip(several.packings(task), alone.packings(task), strict=True):
             for field in FIELDS:
                 assert same(getattr(one, field), getattr(other, field)), field
         assert_same_task(several, alone, task)
+    for content in contents:
+        assert_holds(several, content)
+
+
+def assert_holds(campaign, content):
+    """Whether the folder holds what was put into it."""
+    name, states = content.task.name, content.states
+    file = campaign.folder.read_task(name)
+    assert (file.task, file.parameters, file.seconds) == (name, content.task.parameters, content.seconds)
+    assert (file.target_pressure.tolist(), file.converged.tolist()) == (states.target_pressures, states.converged)
+    assert file.missing == states.missing and (name in campaign.folder.gaps([name])) == bool(states.missing)
+    assert same(file.observables, content.measured) and same(file.tables, content.tables)
+    assert campaign.packings(name) == states.packings  # to the last digit
 
 
 def assert_same_task(one, other, task):
@@ -86,7 +100,7 @@ def test_the_kinds_of_packings_have_every_field():
 def test_packings_of_a_model_from_outside_come_back(tmp_path):
     with registered():
         twins = jamlab.jam(n=4, model="twin", seed=1, bond=10.0, aspect=0.5)
-        several, alone, _ = in_files(tmp_path, members(twins))
+        several, alone, *_ = in_files(tmp_path, members(twins))
         for task in several.finished():
             for one, other in zip(several.packings(task), alone.packings(task), strict=True):
                 assert all(same(getattr(one, field), getattr(other, field)) for field in FIELDS)
@@ -117,8 +131,10 @@ def uneven(k):
 
 def test_tables_of_any_length_and_type(tmp_path):
     packing = KINDS["energies eps"]()
-    several, alone, paths = in_files(tmp_path, [[packing]] * 6, tables=uneven)
+    several, alone, paths, contents = in_files(tmp_path, [[packing]] * 6, tables=uneven)
     assert len(paths) == 3  # tasks 3 and 4 have files of their own
+    for content in contents:
+        assert_holds(several, content)
     for task in several.finished():
         assert_same_task(several, alone, task)
     for name in ("voids", "spectra"):
