@@ -183,13 +183,17 @@ class CampaignFolder:
         found: dict[str, TaskFile] = {}
         for path, tasks in self.files_of(names).items():
             with suppress(StorageError):
-                found |= {task.task: task for task in _read(path, tasks, "")}
+                if is_chunk(path.stem):
+                    with opened_chunk(path) as chunk:
+                        found |= {name: chunk.task(name, "") for name in tasks}
+                else:
+                    found[tasks[0]] = read_task_file(path, "")
         return found
 
     def read_task(self, name: str) -> TaskFile:
         """Read a finished task without its packings; see `read_task_file`."""
-        (found,) = _read(self.file_of(name), [name], None)
-        return found
+        path = self.file_of(name)
+        return read_chunk(path).task(name) if is_chunk(path.stem) else read_task_file(path)
 
     def packings(self, name: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame.
@@ -354,14 +358,6 @@ class CampaignFolder:
             said = system_said(error, "check it and its permissions")
             raise InputError(f"cannot read the folder {self.path / part}: {said}") from error
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
-
-
-def _read(path: Path, names: Sequence[str], table: str | None) -> list[TaskFile]:
-    """Read some tasks of a file without their packings; `table` as in `read_task_file`."""
-    if not is_chunk(path.stem):
-        return [read_task_file(path, table)]
-    chunk = read_chunk(path)
-    return [chunk.task(name, table) for name in names]
 
 
 def _name_of(content: bytes) -> str | None:

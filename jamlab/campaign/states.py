@@ -6,6 +6,7 @@ the tables do not depend on the order in which observables were asked for.
 """
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TaskStates
 from jamlab.campaign.task_file import TaskFile
 from jamlab.campaign.tasks import Parameters
-from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
@@ -110,12 +111,17 @@ def read_stored(
 ) -> tuple[TaskFile, TaskStates] | None:
     """Read the finished task with the same packings that holds most of the tables of a task with these parameters, and
     only those, with its packings; None if no such file is whole, so that packings must be made again."""
-    files = folder.read(names)
+    files: list[TaskFile] = []
+    for name in sorted(names):
+        with suppress(StorageError):  # `run` finds a damaged file, and runs its task again
+            files.append(folder.read_task(name))
     if not files:
         return None
-    name, best = max(files.items(), key=lambda entry: len(_shared_tables(parameters, entry[1].parameters)))
-    file, shared = folder.read_task(name), _shared_tables(parameters, best.parameters)
-    states = TaskStates(folder.packings(name), file.target_pressure.tolist(), file.converged.tolist(), file.missing)
+    file = max(files, key=lambda each: len(_shared_tables(parameters, each.parameters)))
+    shared = _shared_tables(parameters, file.parameters)
+    states = TaskStates(
+        folder.packings(file.task), file.target_pressure.tolist(), file.converged.tolist(), file.missing
+    )
     whole = STATES in shared and file.observables.keys() >= {*COLUMNS}  # else an earlier jamlab measured less
     measured = file.observables if whole else {}
     tables = {name: columns for name, columns in file.tables.items() if name in shared}
