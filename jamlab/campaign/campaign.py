@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -197,7 +197,9 @@ class Campaign(Hinted):
         only = None if only is None else [*only]
         how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
         batches(self.content, how.only)
-        return Running(self.name, partial(self._run, how))
+        place = CampaignFolder(self.folder.path.absolute())
+        here = replace(self, file=self.file.absolute(), folder=place)  # whatever folder another cell goes to
+        return Running(self.name, partial(here._run, how))
 
     def _run(self, how: _How, meter: Meter) -> CampaignRun:
         """Run tasks, and let a meter follow."""

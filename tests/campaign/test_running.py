@@ -79,9 +79,11 @@ def test_a_run_does_not_block_and_says_how_far_it_is(campaign):
     assert "finished" in repr(running)  # to stop it afterwards changes nothing
 
 
-def test_a_run_that_is_stopped_resumes(campaign):
+def test_a_run_that_is_stopped_resumes(campaign, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     crew = OnDemand()
-    running = campaign.start(crew)
+    running = jamlab.open_campaign("c.toml").start(crew)
+    monkeypatch.chdir(tmp_path.parent)  # as another cell may
     crew.run(1)
     until(lambda: running.status().finished == 1)
     assert running.stop().finished == 1
