@@ -29,8 +29,8 @@ class Running:
         >>> running = jamlab.open_campaign("back.toml").start(workers=1)
         >>> running.wait().finished
         2
-        >>> running
-        campaign back, finished: 2 of 2 tasks
+        >>> running.status().tasks, running.status().failed
+        (2, 0)
     """
 
     def __init__(self, name: str, run: Callable[[Meter], CampaignRun]) -> None:

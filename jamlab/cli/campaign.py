@@ -80,9 +80,7 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     lines = campaign.plan(only)
     seconds, core_seconds, cores = total_time(lines, workers)
     left = sum(line.left for line in lines)
-    size, files = (
-        None if None in column else sum(column) for column in ([x.bytes for x in lines], [x.files for x in lines])
-    )
+    size, files = _sum(line.bytes for line in lines), _sum(line.files for line in lines)
     if as_json:
         totals = {"workers": workers or cores, "seconds": seconds, "core_seconds": core_seconds, "bytes": size}
         print_json({**totals, "files": files, "tasks": left, "sweeps": [vars(line) for line in lines]})
@@ -105,6 +103,12 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
             print_line(f"sweep {line.sweep} has work for {line.files} workers only: lower its chunk to use more")
     if stored := sum(line.stored for line in lines):
         print_line(f"{stored} of these tasks only measure states that are already stored")
+
+
+def _sum(numbers: Iterable[int | None]) -> int | None:
+    """Sum of numbers; None if one is not known."""
+    known = list(numbers)
+    return None if None in known else sum(number or 0 for number in known)
 
 
 def _texts(entry: Any, names: Iterable[str]) -> list[str]:

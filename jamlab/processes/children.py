@@ -78,7 +78,7 @@ class Children:
         except (EOFError, ConnectionError):
             connection.close()
             code = _end(process)
-            answer = "death", Death(item, describe_exit(code, self._kills), True, code)
+            answer: tuple[str, Any] = "death", Death(item, describe_exit(code, self._kills), True, code)
             del self._busy[connection]
         else:
             answer = read_answer(kind, content)
