@@ -25,6 +25,7 @@ class ChunkRules:
     shortest: float = 1.0  # s of the last chunks: so long workers may wait for each other at the end
     parts: int = 4  # a chunk is at most the work left for each worker, divided by this: times of seeds may differ
     growth: int = 16  # times as many tasks as their time is known of: the first few may be untypical
+    first: int = 64  # tasks that go alone before a time is known, or two for each worker: a cluster takes more at once
     sampled: int = 8  # finished tasks that a time given stands for; `plan` averages over so many
     bytes: int = 100_000_000  # of the packings of a chunk, which a worker holds in memory
 
@@ -63,7 +64,7 @@ class Cutter:
                 these packings are put off.
 
         Returns:
-            A batch of one or more seeds. None: no task is left, or all that are left are put off.
+            A batch of one or more seeds. None: no task is left, or all that are left are put off until others end.
         """
         for queue in self._queues:
             if seeds := queue.take(self._size(queue), busy):
@@ -108,11 +109,11 @@ class Cutter:
                 yield queue, math.nan if each is None else each
 
     def _size(self, queue: "_Queue") -> int:
-        """Number of tasks of the next chunk of a batch."""
+        """Number of tasks of the next chunk of a batch; 0 if first the time of a task should be known."""
         if is_alone(queue.batch):
             return 1
         if queue.each is None and queue.batch.chunk is None:
-            return 1
+            return int(queue.open < max(RULES.first, 2 * self._workers()))
         left = sum(len(other) * (other.each or 0.0) for other in self._queues)
         size = chunk_size(queue.batch, queue.each or 0.0, left, self._workers())
         return size if queue.batch.chunk else min(size, RULES.growth * queue.tasks)

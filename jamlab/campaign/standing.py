@@ -139,6 +139,8 @@ class Meter:
         done = left = math.nan
         if cutter is not None:
             done, left = cutter.share_done(), cutter.seconds_left()
+        if self._end < math.inf:  # stopped
+            left = math.nan
         if ended >= self.tasks:
             done, left = 1.0, 0.0
         if done != done:

@@ -75,7 +75,8 @@ def print_json(content: dict[str, Any]) -> None:
     print(json.dumps(json.loads(json.dumps(content), parse_constant=lambda _: None)))
 
 
-_LINE_INTERVAL = 30.0  # s between lines of one name where there is no terminal: a log stays short
+# s between lines of one name where there is no terminal: a log of a day has some hundred lines
+_LINE_INTERVAL, _LONGEST_INTERVAL = 30.0, 600.0
 
 
 @contextmanager
@@ -99,7 +100,8 @@ def progress_bar(name: str, *, guess: bool = True) -> "Iterator[Progress]":
             before = share if before != before else before
             at = text + (_time_left(share, before, now - began) if guess else "")
             bars.update(bar, completed=share if share == share else None, at=at)
-            if quiet and now - last > _LINE_INTERVAL:
+            interval = max(_LINE_INTERVAL, min(_LONGEST_INTERVAL, (now - began) / 20))
+            if quiet and now - last > interval:
                 last = now
                 print_line(f"{name}: {at}, {in_words(now - began)} so far", err_console)
 

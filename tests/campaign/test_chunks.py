@@ -51,7 +51,10 @@ def test_every_task_is_cut_once(tmp_path, seeds):
     wanted = {name for name in task_names(chosen) if int(name, 16) % 3}  # others are finished, or of other shares
     cutter = Cutter(chosen, wanted, lambda: 2, {chosen[0].name: 0.02})
     assert len(cutter) == len(wanted)
-    names = [name for chunk in cut(cutter) for name in chunk.names()]
+    names = []
+    for chunk in cut(cutter):
+        names += chunk.names()
+        cutter.learn(chunk, float("nan"))  # of the other batch no time is ever known
     assert len(names) == len(set(names)) and set(names) == wanted
     assert len(cutter) == 0 and cutter.next() is None
 
@@ -84,6 +87,16 @@ def test_first_tasks_go_alone_until_their_time_is_known(tmp_path):
     cutter.learn(second, 0.05 * RULES.growth)
     assert len(cutter.next().seeds) == RULES.seconds / 0.05
     assert cutter.seconds_of(chosen.name) == pytest.approx(0.05)
+
+
+def test_few_tasks_go_alone_to_a_cluster_that_takes_any_number(tmp_path):
+    chosen = batches_of(tmp_path, seeds=5_000, n=[32, 16])
+    cutter = Cutter(chosen, task_names(chosen), lambda: 3, {})
+    first = list(cut(cutter))
+    assert [chunk.name for chunk in first] == [chosen[0].name] * 64 + [chosen[1].name] * 64
+    cutter.learn(first[0], 0.1)
+    second = cutter.next()
+    assert second.name == chosen[0].name and len(second.seeds) == RULES.growth
 
 
 def test_a_first_time_that_is_too_long_is_forgotten(tmp_path):

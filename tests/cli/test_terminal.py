@@ -60,6 +60,20 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch):
     assert "s so far" in lines[0] and "left" in lines[1] and "\x1b" not in text.getvalue()
 
 
+def test_a_log_of_a_day_is_short(monkeypatch):
+    """A line every 30 s at first, every 10 min later."""
+    text, now = io.StringIO(), [0.0]
+    monkeypatch.setattr(console, "err_console", Console(file=text, width=80))
+    monkeypatch.setattr(console.time, "monotonic", lambda: now[0])
+    with progress_bar("soft particles", guess=False) as show:
+        for second in range(0, 86_400, 5):
+            now[0] = float(second)
+            show(0.5, f"at {second} s")
+    lines = text.getvalue().splitlines()
+    assert lines[0] == "soft particles: at 35 s, 35 s so far"
+    assert 150 < len(lines) < 250
+
+
 def test_a_run_that_goes_on_from_its_file_counts_only_what_it_does_itself(monkeypatch):
     """Half of the work was done before: a tenth more in 6 s leaves four tenths, 24 s."""
     text = io.StringIO()
