@@ -1,11 +1,10 @@
 """Answer a call from another process: what a function returns or raises, as bytes that can be read there."""
 
 import functools
+import os
 import pickle
-import platform
 import sys
 import threading
-import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -79,7 +78,7 @@ def _loaded(function: bytes) -> Callable[..., Any]:
 
 
 def _unreadable(what: str, error: Exception) -> EngineError:
-    said = f"{what} cannot be read on {platform.node()} ({type(error).__name__}: {error})"
+    said = f"{what} cannot be read on {os.uname().nodename} ({type(error).__name__}: {error})"
     return EngineError(f"{said}: install the same versions of Python, jamlab and your modules here and there")
 
 
@@ -89,6 +88,8 @@ def _dump_error(error: Exception) -> bytes:
         content = pickle.dumps(error)
         pickle.loads(content)
     except Exception:  # whatever a class of a stranger raises
+        import traceback  # takes milliseconds of the start of each process
+
         plain = EngineError(f"{type(error).__name__}: {error}")
         plain.add_note("".join(traceback.format_exception(error)))
         return pickle.dumps(plain)

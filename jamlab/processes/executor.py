@@ -5,7 +5,6 @@ machine that breaks, as a worker of it was killed, is replaced by processes of j
 """
 
 import os
-import platform
 import queue
 import sys
 import threading
@@ -60,7 +59,7 @@ class _Answer(NamedTuple):
 def carry(call: _Call) -> _Answer:
     """Run a call in a worker."""
     told: list[tuple[int, str, bytes]] = []
-    worker = platform.node(), os.getpid()
+    worker = os.uname().nodename, os.getpid()
     if not _ALONE.acquire(blocking=False):
         return _Answer("error", sent(EngineError(_THREADS), "an error"), told, worker)
     try:

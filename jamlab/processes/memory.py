@@ -2,11 +2,10 @@
 
 import os
 import resource
-from pathlib import Path
 
-_GROUPS = Path("/proc/self/cgroup")
-_MOUNT = Path("/sys/fs/cgroup")
-_MACHINE = Path("/proc/vmstat")
+_GROUPS = "/proc/self/cgroup"
+_MOUNT = "/sys/fs/cgroup"
+_MACHINE = "/proc/vmstat"
 
 
 class MemoryKills:
@@ -47,33 +46,36 @@ def _of_groups(unified: str, divided: str) -> list[int]:
     """A number of the control group of this process, and of those that hold it, where they have one: by its file in
     version 2 of control groups, and in version 1."""
     found = []
-    for top, name in ((_MOUNT, unified), (_MOUNT / "memory", divided)):
+    for top, name in ((_MOUNT, unified), (os.path.join(_MOUNT, "memory"), divided)):
         folder = _group(top)
-        while folder is not None and folder.is_relative_to(top):
-            found.append(_number(folder / name, "oom_kill"))
-            folder = folder.parent
+        while folder.startswith(top):
+            found.append(_number(os.path.join(folder, name), "oom_kill"))
+            folder = os.path.dirname(folder)
     return [number for number in found if number is not None]
 
 
-def _group(top: Path) -> Path | None:
-    """Folder of the control group of this process; a container may see its own group as the uppermost one."""
-    controller = "" if top == _MOUNT else top.name
-    try:
-        lines = [line.split(":", 2) for line in _GROUPS.read_text().splitlines()]
-    except OSError:
-        return None
-    for _, controllers, path in lines:
+def _group(top: str) -> str:
+    """Folder of the control group of this process; a container may see its own group as the uppermost one. "" if there
+    is none."""
+    controller = "" if top == _MOUNT else os.path.basename(top)
+    for line in _read(_GROUPS).splitlines():
+        _, controllers, path = line.split(":", 2)
         if controller in controllers.split(","):
-            folder = top / path.lstrip("/")
-            return folder if folder.is_dir() else top
-    return None
+            folder = os.path.join(top, path.strip("/")).rstrip("/")
+            return folder if os.path.isdir(folder) else top
+    return ""
 
 
-def _number(path: Path, name: str) -> int | None:
-    """The number of a file that holds one, or that which stands behind a name; None if there is none."""
+def _read(path: str) -> str:
     try:
-        words = path.read_text().split()
+        with open(path) as file:
+            return file.read()
     except OSError:
-        return None
+        return ""
+
+
+def _number(path: str, name: str) -> int | None:
+    """The number of a file that holds one, or that which stands behind a name; None if there is none."""
+    words = _read(path).split()
     text = words[words.index(name) + 1] if name in words else "".join(words)
     return int(text) if text.isdecimal() else None

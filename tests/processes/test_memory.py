@@ -26,9 +26,9 @@ def group(request, tmp_path, monkeypatch):
     (folder / how["limit"]).write_text("max\n" if how is UNIFIED else f"{2**63 - 4096}\n")
     (folder.parent / how["limit"]).write_text("3000000\n")
     (tmp_path / "vmstat").write_text("nr_free_pages 9\noom_kill 7\n")
-    monkeypatch.setattr(memory, "_GROUPS", tmp_path / "self")
-    monkeypatch.setattr(memory, "_MOUNT", tmp_path / "cgroup")
-    monkeypatch.setattr(memory, "_MACHINE", tmp_path / "vmstat")
+    monkeypatch.setattr(memory, "_GROUPS", str(tmp_path / "self"))
+    monkeypatch.setattr(memory, "_MOUNT", str(tmp_path / "cgroup"))
+    monkeypatch.setattr(memory, "_MACHINE", str(tmp_path / "vmstat"))
 
     def kill(count):
         (folder / how["kills"]).write_text(f"oom_kill_disable 0\noom 3\noom_kill {count}\n")
