@@ -1,10 +1,12 @@
 """Steady flow: averages, fits, files, plans, and flows that have no answer."""
 
+from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from executors import InThisProcess
 
 import jamlab
 from jamlab.flow import flow_curve, overdamped_session
@@ -102,6 +104,30 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
     assert part.failed["1"] in part.conclusion
     assert jamlab.read_flow(tmp_path / "c.h5").failed == part.failed
     assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
+
+
+def test_rates_are_stored_as_they_come_from_an_executor(disks, tmp_path):
+    """Its workers are lost at the second rate; a new call measures that one, and finds the bits of one process."""
+
+    class Lost(InThisProcess):
+        calls = 0
+
+        def submit(self, function, /, *arguments):
+            self.calls += 1
+            future = super().submit(function, *arguments) if self.calls == 1 else Future()
+            if self.calls > 1:
+                future.set_exception(BrokenExecutor("gone"))
+            return future
+
+    how = {"strain": 1.0, "discard": 0.2, "path": tmp_path / "c.h5"}
+    shares = []
+    with pytest.raises(jamlab.EngineError, match="Lost broke"):
+        jamlab.flow_curve(disks, [0.5, 1.0], processes=Lost(), progress=lambda share, _: shares.append(share), **how)
+    assert len(jamlab.read_flow(how["path"]).rates) == 1 and len(shares) > 10 and shares[-1] == pytest.approx(0.5)
+    found = jamlab.flow_curve(disks, [0.5, 1.0], processes=InThisProcess(), **how)
+    wanted = jamlab.flow_curve(disks, [0.5, 1.0], strain=1.0, discard=0.2)
+    assert found.rates.tolist() == [0.5, 1.0] and found.stress.tobytes() == wanted.stress.tobytes()
+    assert [p.positions.tobytes() for p in found.packings] == [p.positions.tobytes() for p in wanted.packings]
 
 
 def change_steps(monkeypatch, **numbers):
