@@ -72,7 +72,6 @@ class Children:
         connection = found[0]
         assert isinstance(connection, Connection)
         process, key, item = self._busy[connection]
-        answer: tuple[str, Any]
         try:
             kind, content = connection.recv()
         except (EOFError, ConnectionError):

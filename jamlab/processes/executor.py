@@ -255,6 +255,6 @@ class OnExecutor:
         self._ready += [(key, "death", Death(item, said, False, None)) for _, key, item in self._under_way.values()]
         self._under_way.clear()
         self._own = Children(self._function, count_known(self._executor) or available_cores())
-        for key, item in self._waiting:
-            self._own.submit(key, item)
+        while self._waiting:
+            self._own.submit(*self._waiting.popleft())
         warn(f"{name} broke ({said}): {self._own.workers} processes of jamlab go on with its calls")

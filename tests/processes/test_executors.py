@@ -154,6 +154,11 @@ def test_reports_come_while_a_call_runs(calls):
         assert time.monotonic() - told > 0.5 and told > began
 
 
+def test_a_call_may_start_processes_of_its_own(calls):
+    with pool(workers=1) as executor:
+        assert run_side_by_side(calls.act, ["nested"], executor) == [[1, 2]]
+
+
 class Broken(Executor):
     """Breaks at the first call."""
 
