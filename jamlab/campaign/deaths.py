@@ -34,7 +34,7 @@ DEATH, WALLTIME, CUT, INTERRUPTED = "death", "walltime", "cut", "interrupted"
 MOST = {DEATH: 5, WALLTIME: 1, CUT: 20}  # times that a task survives
 _CERTAIN = 30  # deaths after which a task fails, however many there are elsewhere
 _CHANCE = 1e-4  # below which so many deaths are no chance
-_JOB_ENDS = 60.0  # s before the end of a job from which on it ends its processes
+_JOB_ENDS = 60.0  # s before the end of a job, or a tenth of it, from which on it may end its processes
 _NEARLY_ALL = 0.9  # of a job: so much of it the next one cannot give much more of
 
 
@@ -42,9 +42,10 @@ def kind_of(mark: Mark, now: float) -> str:
     """Why the worker of a mark is gone; `now`: s since 1970."""
     if mark.crash:
         return DEATH
-    if mark.job_ends is not None and now > mark.job_ends - _JOB_ENDS:
-        had = min(now, mark.job_ends) - mark.began
-        return WALLTIME if had >= _NEARLY_ALL * (mark.job_ends - mark.process_began) else CUT
+    if mark.job_ends is not None:
+        length, had = mark.job_ends - mark.process_began, min(now, mark.job_ends) - mark.began
+        if mark.was_told_to_end or now > mark.job_ends - min(_JOB_ENDS, length / 10):
+            return WALLTIME if had >= _NEARLY_ALL * length else CUT
     return CUT if mark.was_told_to_end else DEATH
 
 

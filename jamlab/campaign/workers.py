@@ -96,12 +96,13 @@ def _wrong_place(folder: CampaignFolder, call: Call) -> str:
             break
         time.sleep(_PAUSE)
     else:
-        return f"{platform.node()} sees another folder as {call.folder}: give workers the file system of the driver"
+        return f"{platform.node()} sees another folder as {call.folder}, or another run in it: {_REMEDY}"
     if next(call.chunk.names()) != call.first:
         return f"{platform.node()} has another version of jamlab: install the same one as for the driver"
     return ""
 
 
+_REMEDY = "give workers the file system of the driver, and begin no other run there"
 _LOOKS, _PAUSE = 6, 0.5  # s: for so long a network file system may show what was there before
 
 

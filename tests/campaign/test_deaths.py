@@ -356,6 +356,9 @@ CRASH = f"Fatal Python error: Segmentation fault\n\n{STACK}"
         (ended(500.0, 1000.0, process_began=480.0), 999.0, WALLTIME),
         (ended(5.0, 1000.0, CRASH), 999.0, DEATH),
         (ended(math.nan, 1000.0), 999.0, CUT),
+        (ended(1.0, 20.0), 17.0, DEATH),  # short jobs, such as of a test
+        (ended(1.0, 20.0), 19.5, WALLTIME),
+        (ended(1.0, 20.0, STACK), 20.0, WALLTIME),
     ],
 )
 def test_the_end_of_a_job_is_told_from_a_death(mark, now, kind):
