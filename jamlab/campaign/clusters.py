@@ -281,7 +281,7 @@ def _on_jobs(
         fail=fail,
     )
     keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
-    stack.callback(_stop, kept, keeping, loop, site.logs)
+    stack.callback(_stop, kept, keeping, loop, site, keys)
     try:
         yield Cluster(client.get_executor(pure=False), site.dashboard(cluster))
     except JamlabError as error:
@@ -290,19 +290,22 @@ def _on_jobs(
         raise
 
 
-def _stop(kept: BatchJobs, keeping: Any, loop: Any, logs: Path) -> None:
+def _stop(kept: BatchJobs, keeping: Any, loop: Any, site: "_Site", keys: Path) -> None:
     """Cancel the jobs, and wait for one that is being sent: nobody else would know its number."""
     for end in (asyncio.run_coroutine_threadsafe(kept.stop(), loop), keeping):
         with suppress(Exception):  # jobs that cannot be cancelled end by themselves without their scheduler
             end.result(2 * _CLOSING)
-    _remove_empty_logs(logs, kept.sent)
+    alone = site.has_own_logs and not [other for other in site.shared.glob("keys.*") if other != keys]
+    _remove_empty_logs(site.logs, None if alone else kept.sent)
 
 
-def _remove_empty_logs(logs: Path, numbers: set[str]) -> None:
-    """Remove the files of what jobs of these numbers printed, if that is nothing; and the folder, if it is empty."""
+def _remove_empty_logs(logs: Path, numbers: set[str] | None) -> None:
+    """Remove the files of what jobs of these numbers printed, or all jobs if None, if that is nothing; and the folder,
+    if it is empty."""
     with suppress(OSError):
         for log in logs.iterdir():
-            if not numbers.isdisjoint(re.findall(r"\d+", log.name)) and log.stat().st_size == 0:
+            mine = numbers is None or not numbers.isdisjoint(re.findall(r"\d+", log.name))
+            if mine and log.stat().st_size == 0:
                 log.unlink(missing_ok=True)
         logs.rmdir()
 
@@ -370,6 +373,7 @@ class _Site:
             raise InputError(f"{where} needs the memory of a job: set {self._key('memory')}, such as memory: 2GB")
         check_cores(where, self._settings, self.cores)
         self._seconds = walltime_seconds(where, self._get("walltime"))
+        self.has_own_logs = not self._get("log-directory")
         self.logs = Path(self._get("log-directory") or (folder / "jobs").absolute())
         shared = self._get("shared-temp-directory")
         self.shared = Path(os.path.expanduser(os.path.expandvars(shared))) if shared else folder
@@ -411,7 +415,8 @@ class _Site:
         settings: dict[str, Any] = {"cores": self.cores, "processes": self.workers, "nanny": False, "python": python}
         settings |= {"protocol": "tls://", "security": keys}
         settings |= {"worker_command": f"jamlab.campaign.batch_worker {self.workers}"}
-        own = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--preload", "jamlab.campaign.batch_worker"]
+        own = ["--nthreads", "1", "--no-nanny", "--preload", "jamlab.campaign.batch_worker"]
+        own += ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
         settings |= {"worker_extra_args": [*(self._get("worker-extra-args") or []), *own]}
         settings |= {"job_script_prologue": [*(self._get("job-script-prologue") or []), *self._exports()]}
         settings |= {"log_directory": str(self.logs)}

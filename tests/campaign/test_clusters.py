@@ -286,7 +286,7 @@ def test_no_job_and_no_key_survives_the_end_of_the_driver(slow, number):
         else:
             assert driver.returncode == 128 + number and said.count("\n") == 1 and "0 of 6 tasks are finished" in said
             assert not list(slow.glob("slow/running/*"))
-        assert not list(slow.glob("slow/*keys.*"))
+        assert not list(slow.glob("slow/*keys.*")) and not list(slow.glob("slow/jobs"))
 
 
 @pytest.mark.slow
