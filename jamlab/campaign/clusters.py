@@ -295,7 +295,7 @@ def _stop(kept: BatchJobs, keeping: Any, loop: Any, site: "_Site", keys: Path) -
     for end in (asyncio.run_coroutine_threadsafe(kept.stop(), loop), keeping):
         with suppress(Exception):  # jobs that cannot be cancelled end by themselves without their scheduler
             end.result(2 * _CLOSING)
-    alone = site.has_own_logs and not [other for other in site.shared.glob("keys.*") if other != keys]
+    alone = site.has_own_logs and not [other for other in site.shared.glob("keys.*") if other.name != keys.name]
     _remove_empty_logs(site.logs, None if alone else kept.sent)
 
 

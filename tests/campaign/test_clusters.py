@@ -280,7 +280,7 @@ def test_no_job_and_no_key_survives_the_end_of_the_driver(slow, number):
         if number == signal.SIGKILL:
             (abandoned,) = slow.glob("slow/keys.*")
             driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2", "--only", "disks")
-            wait_for(lambda: not abandoned.exists(), 30)
+            wait_for(lambda: not abandoned.exists() and len(batch.log("started")) == 4, 60)
             driver.terminate()
             driver.communicate(timeout=30)
         else:
