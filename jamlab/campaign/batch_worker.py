@@ -17,7 +17,8 @@ from typing import Any, NoReturn
 from jamlab.processes.child import child_environment, dying_line
 
 _PATIENCE = 5.0  # s between the request to end and the end
-_SETTLED = 10.0  # s: a worker that is killed before that does not start again here
+_SETTLED = 60.0  # s after which a worker is known to work
+_MOST_STARTS = 10  # in a row of workers that are killed before that: a task may be the cause, or the machine
 _LOOK = 0.1  # s between two looks at the workers
 _DASK = {
     "DASK_LOGGING__DISTRIBUTED": "error",  # the output of a job stays empty unless something is wrong
@@ -40,7 +41,7 @@ class _Worker:
     """One worker after the other, of one name each."""
 
     def __init__(self, words: list[str], name: str) -> None:
-        self._words, self._name, self._starts = words, name, 0
+        self._words, self._name, self._starts, self._early = words, name, 0, 0
         self.start()
 
     def start(self) -> None:
@@ -53,10 +54,13 @@ class _Worker:
     def lives(self) -> bool:
         """Whether it is at work, started again if need be."""
         code = self.process.poll()
-        if code is not None and code < 0 and time.monotonic() - self._began > _SETTLED:
-            self.start()
+        if code is None:
             return True
-        return code is None
+        self._early = 0 if time.monotonic() - self._began > _SETTLED else self._early + 1
+        if code >= 0 or self._early >= _MOST_STARTS:
+            return False
+        self.start()
+        return True
 
 
 def main(count: int, words: list[str]) -> None:

@@ -120,7 +120,8 @@ def job_script(where: str, folder: Path, ranks: int = 1) -> str:
 
 def _dask(where: str) -> Any:
     """Dask, with what `where` needs."""
-    if where in SYSTEMS and threading.current_thread() is not threading.main_thread():
+    loaded = where not in SYSTEMS or "dask_jobqueue" in sys.modules
+    if not loaded and threading.current_thread() is not threading.main_thread():
         raise InputError(f"{where}: dask_jobqueue loads in the main thread only: open the cluster there")
     try:
         with _signals_later():

@@ -1,6 +1,7 @@
 """Workers of a Dask scheduler, or of jobs of a batch system: scripts of jobs, keys, settings, and what ends badly."""
 
 import importlib.metadata
+import json
 import os
 import re
 import signal
@@ -355,3 +356,22 @@ def test_campaigns_run_side_by_side_on_a_scheduler_and_leave_dask_as_it_was(sche
 
     wait_for(lambda: "runs 2 tasks at once in threads" in refused(), 60)
     several.terminate()
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_starts_again_in_its_job_which_ends_with_the_last_worker(slow):
+    with FakeBatch(slow / "batch") as batch:
+        driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "1")
+
+        def begun(*known):
+            marks = [json.loads(path.read_bytes()[:320]) for path in slow.glob("slow/running/*")]
+            return [mark["pid"] for mark in marks if mark["pid"] not in known]
+
+        wait_for(begun, 60)
+        (first,) = begun()
+        os.kill(first, signal.SIGKILL)
+        wait_for(lambda: begun(first), 60)
+        assert len(batch.log("submitted")) == 1
+        driver.kill()
+        driver.communicate()
+        wait_for(lambda: batch.log("ended"), 30)
