@@ -6,7 +6,7 @@ their mean, and the bootstrap draws whole packings.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from jamlab.campaign.task_file import TaskRows
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.laws.parameter import UNITS
-from jamlab.mechanics.negative_moduli import warn_of_negative_rows
+from jamlab.mechanics.negative_moduli import NegativeRows
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.kinds import MODELS
@@ -40,6 +40,7 @@ class Grouping:
 
 
 GROUPING = Grouping()
+TASKS_AT_A_TIME = 5_000  # of `TableParts`: a spectrum of 100 frequencies of each takes 100 MB
 
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
@@ -62,36 +63,75 @@ STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observab
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFrame:
     """Collect one table from finished tasks, sorted by model, n and seed; "states" has the columns of the user's own
     observables too, nan where a task lacks them."""
-    import pandas as pd
+    (rows,) = TableParts(folder, name, [list(names)])
+    return rows
 
-    check_choice("table", name, TABLES)
-    parts: list[pd.DataFrame] = []
-    own: dict[str, str] = {}
-    of_laws: dict[str, None] = {}  # columns of parameters of laws, of which each sweep has its own
-    for file in folder.rows(names, name):
-        counts = file.frames
-        if name == "states":
-            columns = _states(file) | _own(file, own)
-            of_laws |= dict.fromkeys(each for each in _of_named_law(file) if each not in TABLE_COLUMNS[name])
-        elif name == "onset":
-            columns, counts = _onset(file), np.ones_like(counts)
-        else:
-            columns, counts = file.tables.get(name, {}), file.rows.get(name, np.zeros_like(counts))
-            of_laws |= dict.fromkeys(each for each in columns if each not in TABLE_COLUMNS[name])
-        if columns and counts.any():
-            who: dict[str, Any] = {key: getattr(file.parameters, key) for key in _WHO[1:]}
-            who |= {
-                "task": np.repeat(np.array(file.tasks, dtype=object), counts),
-                "seed": np.repeat(file.seeds, counts),
-            }
-            parts.append(pd.DataFrame(who | columns))
-    wanted = [*TABLE_COLUMNS[name], *of_laws, *sorted(own)]
-    if not parts:
-        return pd.DataFrame({column: np.empty(0) for column in wanted})
-    rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
-    # columns that may be negative where a packing is unstable
-    warn_of_negative_rows({each: rows[each] for each in ("g", "g_x", "b", "g0") if each in wanted}, f"rows of {name!r}")
-    return rows[wanted]
+
+class TableParts:
+    """The rows of a table of some tasks at a time; all parts have the columns and types of the whole table.
+
+    Args:
+        folder: of the tasks.
+        name: of the table.
+        parts: names of tasks. Of several parts, all rows are read twice, first for the columns.
+    """
+
+    def __init__(self, folder: CampaignFolder, name: str, parts: Sequence[Sequence[str]]):
+        check_choice("table", name, TABLES)
+        self._folder, self._name, self._parts = folder, name, parts
+        self._own: dict[str, str] = {}  # columns of the user's own observables -> observable
+        self._of_laws: dict[str, None] = {}  # columns of parameters of laws, of which each sweep has its own
+
+    def __iter__(self) -> Iterator[pd.DataFrame]:
+        import pandas as pd
+
+        negative = NegativeRows()
+        if len(self._parts) == 1:
+            rows = self._rows(self._parts[0], negative)
+            negative.warn(f"rows of {self._name!r}")
+            wanted = self._wanted()
+            yield pd.DataFrame({column: np.empty(0) for column in wanted}) if rows is None else rows[wanted]
+            return
+        firsts = [rows.head(1) for part in self._parts if (rows := self._rows(part, negative)) is not None]
+        negative.warn(f"rows of {self._name!r}")
+        types = pd.concat(firsts)[self._wanted()].dtypes.to_dict() if firsts else {}
+        for part in self._parts:
+            if (rows := self._rows(part, NegativeRows())) is not None:
+                yield rows.reindex(columns=list(types)).astype(types)
+
+    def _wanted(self) -> list[str]:
+        return [*TABLE_COLUMNS[self._name], *self._of_laws, *sorted(self._own)]
+
+    def _rows(self, names: Sequence[str], negative: NegativeRows) -> pd.DataFrame | None:
+        """The rows of some tasks, with the columns that these have; None without rows."""
+        import pandas as pd
+
+        parts: list[pd.DataFrame] = []
+        for file in self._folder.rows(names, self._name):
+            columns, counts = self._columns(file)
+            if columns and counts.any():
+                who: dict[str, Any] = {key: getattr(file.parameters, key) for key in _WHO[1:]}
+                who["task"] = np.repeat(np.array(file.tasks, dtype=object), counts)
+                who["seed"] = np.repeat(file.seeds, counts)
+                parts.append(pd.DataFrame(who | columns))
+        if not parts:
+            return None
+        rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
+        # columns that may be negative where a packing is unstable
+        negative.count({each: rows[each] for each in ("g", "g_x", "b", "g0") if each in self._wanted()})
+        return rows
+
+    def _columns(self, file: TaskRows) -> tuple[dict[str, Any], Indices]:
+        """The columns of a file, but for the tasks', and the number of rows of each task."""
+        known = TABLE_COLUMNS[self._name]
+        if self._name == "onset":
+            return _onset(file), np.ones_like(file.frames)
+        if self._name == "states":
+            self._of_laws |= dict.fromkeys(each for each in _of_named_law(file) if each not in known)
+            return _states(file) | _own(file, self._own), file.frames
+        columns = file.tables.get(self._name, {})
+        self._of_laws |= dict.fromkeys(each for each in columns if each not in known)
+        return columns, file.rows.get(self._name, np.zeros_like(file.frames))
 
 
 def _onset(file: TaskRows) -> TableColumns:

@@ -31,15 +31,36 @@ def warn_of_negative(packing: Packing, moduli: Mapping[str, ArrayLike], place: s
 def warn_of_negative_rows(moduli: Mapping[str, ArrayLike], rows: str) -> None:
     """Warn, once for a table, of the negative moduli in its columns: how many rows have one, and the lowest. `rows`:
     what a row is, such as "packings"."""
-    columns = {name: np.asarray(values, dtype=np.float64) for name, values in moduli.items()}
-    counts = {name: int((values < 0).sum()) for name, values in columns.items()}
-    parts = [
-        f"{name} < 0 in {count} of {len(columns[name])} {rows} (lowest {np.nanmin(columns[name]):.6g})"
-        for name, count in counts.items()
-        if count
-    ]
-    if parts:
-        remedy = f"these are unstable to shear at their box shape. {REMEDY_OF_NEGATIVE_G}"
-        if all(name in _COMPRESSION for name, count in counts.items() if count):
-            remedy = "these are unstable to compression. Compress them further"
-        warn(f"{', '.join(parts)}: {remedy}")
+    found = NegativeRows()
+    found.count(moduli)
+    found.warn(rows)
+
+
+class NegativeRows:
+    """Counts of negative moduli in the rows of a table, which may come in parts."""
+
+    def __init__(self) -> None:
+        self._rows = 0
+        self._found: dict[str, tuple[int, float]] = {}  # column -> how many rows have one, and the lowest
+
+    def count(self, moduli: Mapping[str, ArrayLike]) -> None:
+        """Count those of some rows, by the name of the column."""
+        columns = {name: np.asarray(values, dtype=np.float64) for name, values in moduli.items()}
+        self._rows += max(map(len, columns.values()), default=0)
+        for name, values in columns.items():
+            negative = values[values < 0]
+            if len(negative):
+                count, lowest = self._found.get(name, (0, 0.0))
+                self._found[name] = count + len(negative), min(lowest, float(negative.min()))
+
+    def warn(self, rows: str) -> None:
+        """Warn of all of them once; `rows`: what a row is, such as "packings"."""
+        parts = [
+            f"{name} < 0 in {count} of {self._rows} {rows} (lowest {lowest:.6g})"
+            for name, (count, lowest) in self._found.items()
+        ]
+        if parts:
+            remedy = f"these are unstable to shear at their box shape. {REMEDY_OF_NEGATIVE_G}"
+            if all(name in _COMPRESSION for name in self._found):
+                remedy = "these are unstable to compression. Compress them further"
+            warn(f"{', '.join(parts)}: {remedy}")

@@ -39,8 +39,16 @@ def _write_csv(frame: pd.DataFrame, temporary: Path) -> None:
     frame.to_csv(temporary, index=False)
 
 
+def _append_csv(frame: pd.DataFrame, temporary: Path) -> None:
+    frame.to_csv(temporary, index=False, mode="a", header=False)
+
+
 def _write_tsv(frame: pd.DataFrame, temporary: Path) -> None:
     frame.to_csv(temporary, index=False, sep="\t")
+
+
+def _append_tsv(frame: pd.DataFrame, temporary: Path) -> None:
+    frame.to_csv(temporary, index=False, sep="\t", mode="a", header=False)
 
 
 def _write_json(frame: pd.DataFrame, temporary: Path) -> None:
@@ -76,3 +84,4 @@ TABLE_FORMATS: dict[str, Callable[[pd.DataFrame, Path], None]] = {
     "h5": _write_h5,
     "parquet": _write_parquet,
 }
+IN_PARTS = {"csv": _append_csv, "tsv": _append_tsv}  # formats whose rows may be written in parts: how to append some

@@ -16,7 +16,7 @@ from jamlab.campaign import states as making
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observables import SpectraOfStates, VoidsOfStates
 from jamlab.campaign.task_file import TaskFile
-from jamlab.errors import StorageError
+from jamlab.errors import JamlabWarning, StorageError
 from jamlab.packing.packing import Packing
 from jamlab.trajectories.convert import convert
 
@@ -99,7 +99,8 @@ def test_the_kinds_of_packings_have_every_field():
 
 def test_packings_of_a_model_from_outside_come_back(tmp_path):
     with registered():
-        twins = jamlab.jam(n=4, model="twin", seed=1, bond=10.0, aspect=0.5)
+        law, places = {"eps": 1.0, "bond": 10.0, "aspect": 0.5}, np.random.default_rng(1).random((8, 2))
+        twins = jamlab.Packing("twin", 9 * np.eye(2), 9 * places, law, diameters=np.linspace(1.0, 1.5, 4))
         several, alone, *_ = in_files(tmp_path, members(twins))
         for task in several.finished():
             for one, other in zip(several.packings(task), alone.packings(task), strict=True):
@@ -260,3 +261,23 @@ def test_packings_in_a_file_of_several_are_not_made_again(tmp_path, monkeypatch)
     assert {outcome.state for outcome in run_here(more)} == {"finished"}
     states = more.table("states").drop(columns="task")
     pd.testing.assert_frame_equal(states, before.table("states").drop(columns="task"), check_exact=True)
+
+
+def test_an_export_in_parts_is_that_of_the_whole(tmp_path, monkeypatch):
+    """Whatever types and columns the parts have; with one warning of all negative moduli."""
+    campaign, _, _, contents = in_files(tmp_path, [[KINDS["energies eps"]()]] * 6, tables=uneven)
+    for k, content in enumerate(contents):
+        content.measured["g"][:] = k - 2.0
+    campaign.folder.keep(contents)
+    for format in ("csv", "tsv"):
+        files = []
+        for size in (2, 100):
+            monkeypatch.setattr("jamlab.campaign.campaign.TASKS_AT_A_TIME", size)
+            with pytest.warns(JamlabWarning) as said:
+                paths = campaign.export(tmp_path / f"{format}{size}", ("states", "voids", "spectra"), format=format)
+            texts = [str(each.message) for each in said]
+            files.append((texts, {path.name: path.read_text() for path in paths}))
+        assert files[0] == files[1]
+        assert len(files[0][0]) == 1 and {*files[0][1]} == {
+            f"{name}.{format}" for name in ("states", "voids", "spectra")
+        }
