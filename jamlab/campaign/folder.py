@@ -129,7 +129,8 @@ class CampaignFolder:
 
     def failed(self) -> set[str]:
         """List the names of the failed tasks."""
-        return self._names("failed", ".json") - self.finished()
+        failed = self._names("failed", ".json")
+        return failed - self.finished() if failed else failed
 
     def failures(self) -> dict[str, dict[str, Any]]:
         """Read the records of the failed tasks: label, error, reason, parameters."""

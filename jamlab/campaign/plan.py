@@ -75,7 +75,7 @@ def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status
     """Count the tasks of batches; arguments and errors as in `Campaign.status`."""
     finished = folder.finished()
     counted = _count(batches, finished, folder.failed())
-    failures = {name for each in counted for name in each.failed}
+    failures = sorted({name for each in counted for name in each.failed})
     damaged, gaps = None, None
     if verify:
         names = list({each.batch.name_of(each.batch.seeds[k]): None for each in counted for k in each.finished})
@@ -87,7 +87,7 @@ def status(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status
         known,
         tasks - known - left,
         left,
-        {name: record for name, record in folder.failures().items() if name in failures},
+        {name: folder.failure(name) for name in failures},
         damaged,
         gaps,
         len(finished) - known,
