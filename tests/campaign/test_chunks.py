@@ -6,10 +6,11 @@ import pickle
 import random
 
 import pytest
-from campaigns import read_campaign_file, written
+from campaigns import assert_same, read_campaign_file, written
 
 import jamlab
 from jamlab.campaign import chunks
+from jamlab.campaign.chunk_file import names_in_chunk
 from jamlab.campaign.chunks import RULES, Cutter
 from jamlab.campaign.tasks import batches, states_name, task_names
 from jamlab.errors import InputError
@@ -226,3 +227,17 @@ def test_the_number_of_files_needs_the_time_of_a_task(tmp_path):
         assert chunks.count_chunks(chosen, 10_000, each, workers) == pytest.approx(len(handed), rel=0.1)
     (few,) = batches_of(tmp_path, seeds=999)
     assert chunks.count_chunks(few, 900, None, 8) == 900
+
+
+def test_chunks_shares_and_resumes_make_the_same_packings(tmp_path, here):
+    keys = {"compress": None, "phi": [0.7], "n": 8, "seeds": 11}
+    alone = jamlab.open_campaign(written(tmp_path / "a.toml", name="a", **keys))
+    assert alone.run(1).finished == 11
+    for chunk, share in ((3, (1, 2)), (None, (2, 3)), (100, (1, 1))):
+        parts = jamlab.open_campaign(written(tmp_path / "b.toml", name="b", chunk=chunk, **keys))
+        left = 11 - parts.status().finished
+        ran = parts.run(1, share=share)
+        assert ran.finished + ran.left == left and ran.finished
+    sizes = sorted(len(names_in_chunk(file)) for file in (parts.folder.path / "tasks").glob("chunk-*"))
+    assert sizes == [3, 3, 3] and parts.status().finished == 11  # seeds 1 3 5, 7 9 11, then 2, 8; and 4 6 10
+    assert_same(alone, parts, ("states",))

@@ -6,6 +6,9 @@ import pytest
 from campaigns import written
 from commands import call
 
+from jamlab.campaign import workers
+from jamlab.errors import ConvergenceError
+
 pytestmark = pytest.mark.usefixtures("here")
 
 
@@ -56,3 +59,27 @@ def test_a_failed_export_leaves_no_folder(tmp_path):
     for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ("--format", "csv")):
         call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
         assert not (tmp_path / "tables").exists()
+
+
+def test_a_run_prints_few_of_many_failures(tmp_path, monkeypatch):
+    def fail(*how):
+        raise ConvergenceError("never")
+
+    written(tmp_path / "c.toml", n=8, seeds=30, compress=None, onset=True)
+    monkeypatch.setattr(workers, "make_states", fail)
+    done = call(tmp_path, "campaign", "run", "c.toml", "--workers", "1")
+    assert done.exit_code == 1 and "0 tasks finished, 30 failed" in done.stdout
+    lines = [line for line in done.stderr.splitlines() if line.startswith("failed: ")]
+    assert len(lines) == 21 and lines[0].endswith("seed=1: never") and "campaign status c.toml" in lines[-1]
+    assert call(tmp_path, "campaign", "status", "c.toml").stdout.count(": never") == 30
+
+
+def test_plan_says_when_chunks_are_too_large_for_the_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr("jamlab.campaign.plan.available_cores", lambda: 8)
+    written(tmp_path / "c.toml", n=8, seeds=30, compress=None, onset=True, chunk=10)
+    done = call(tmp_path, "campaign", "plan", "c.toml")
+    assert "30 tasks left: ? on 8 free cores, ? in 3 files" in done.stdout
+    assert "sweep disks has work for 3 workers only: lower its chunk" in done.stdout
+    assert json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)["files"] == 3
+    written(tmp_path / "c.toml", n=8, seeds=30, compress=None, onset=True)
+    assert "only" not in call(tmp_path, "campaign", "plan", "c.toml").stdout
