@@ -15,7 +15,7 @@ Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overd
              read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis
-Ensembles    open_campaign -> Campaign: plan, run, table, aggregate
+Ensembles    open_campaign -> Campaign: plan, run, start, table, aggregate
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
 Settings     BoxStrains: how a box may deform; jamlab.results has the classes of results and of settings

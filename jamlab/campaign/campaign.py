@@ -26,7 +26,7 @@ from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.running import Running
-from jamlab.campaign.standing import CampaignRun, Meter
+from jamlab.campaign.standing import CampaignRun, Meter, Standing
 from jamlab.campaign.tables import TASKS_AT_A_TIME, TableParts, aggregate, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
@@ -292,10 +292,14 @@ class Campaign(Hinted):
                 gaps.append(outcome.gaps)
             meter.count(outcome)
             how.done(outcome)
-            meter.look(lambda standing: how.progress(standing.share, str(standing)))
+            meter.look(show)
+
+        def show(standing: Standing) -> None:
+            how.progress(standing.share, str(standing))
 
         if finished + failed == len(mine):
             return counts, gaps
+        meter.look(show)
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):

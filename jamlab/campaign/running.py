@@ -4,7 +4,6 @@ The driver runs in a thread of this process; tasks run in workers. What ends the
 awaits the run, ends the run as Ctrl-C does in a shell: what is finished stays, and the next run resumes.
 """
 
-import asyncio
 import atexit
 import html
 import threading
@@ -61,6 +60,8 @@ class Running:
         return self._awaited().__await__()
 
     async def _awaited(self) -> CampaignRun:
+        import asyncio  # 30 ms, for notebooks alone
+
         try:
             while not self._future.done():
                 await asyncio.sleep(_LOOK)

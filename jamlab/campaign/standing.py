@@ -62,13 +62,13 @@ class Standing:
         said = [f"{self.finished} of {self.tasks} tasks"]
         if self.failed:
             said.append(f"{self.failed} failed")
+        if self.seconds_left >= 1:
+            said.append(f"about {in_words(self.seconds_left)} left")
         if self.rate > 0:
             number, unit = next((self.rate * s, unit) for s, unit in _UNITS if self.rate * s >= 1 or unit == "day")
             said.append(f"{number:.3g} tasks/{unit}" if number < 1000 else f"{number:.0f} tasks/{unit}")
         if self.workers:
             said.append(f"{self.workers} worker{'s'[: self.workers != 1]}")
-        if self.seconds_left >= 1:
-            said.append(f"about {in_words(self.seconds_left)} left")
         return ", ".join(said)
 
 

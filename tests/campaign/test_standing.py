@@ -109,10 +109,10 @@ def test_a_run_is_interrupted_before_and_after_its_workers_are_there(tmp_path):
 @pytest.mark.parametrize(
     ("rate", "left", "line"),
     [
-        (25.0, 50.0, "5 of 9 tasks, 1 failed, 25 tasks/s, 8 workers, about 50 s left"),
-        (12345.6, 7300.0, "5 of 9 tasks, 1 failed, 12346 tasks/s, 8 workers, about 2.0 h left"),
-        (0.25, 600.0, "5 of 9 tasks, 1 failed, 15 tasks/min, 8 workers, about 10 min left"),
-        (1e-5, 9e5, "5 of 9 tasks, 1 failed, 0.864 tasks/day, 8 workers, about 250.0 h left"),
+        (25.0, 50.0, "5 of 9 tasks, 1 failed, about 50 s left, 25 tasks/s, 8 workers"),
+        (12345.6, 7300.0, "5 of 9 tasks, 1 failed, about 2.0 h left, 12346 tasks/s, 8 workers"),
+        (0.25, 600.0, "5 of 9 tasks, 1 failed, about 10 min left, 15 tasks/min, 8 workers"),
+        (1e-5, 9e5, "5 of 9 tasks, 1 failed, about 250.0 h left, 0.864 tasks/day, 8 workers"),
         (math.nan, math.nan, "5 of 9 tasks, 1 failed, 8 workers"),
     ],
 )
