@@ -4,6 +4,7 @@ import heapq
 import itertools
 import pickle
 import random
+import time
 
 import pytest
 from campaigns import assert_same, read_campaign_file, written
@@ -241,3 +242,12 @@ def test_chunks_shares_and_resumes_make_the_same_packings(tmp_path, here):
     sizes = sorted(len(names_in_chunk(file)) for file in (parts.folder.path / "tasks").glob("chunk-*"))
     assert sizes == [3, 3, 3] and parts.status().finished == 11  # seeds 1 3 5, 7 9 11, then 2, 8; and 4 6 10
     assert_same(alone, parts, ("states",))
+
+
+def test_the_start_of_lammps_is_no_part_of_the_time_of_a_task(tmp_path, here, monkeypatch):
+    """Else `plan` would take the time of a million tasks from that of one that is several times as long."""
+    monkeypatch.setattr("jamlab.campaign.workers.lammps_class", lambda: time.sleep(2.0))
+    keys = {"compress": None, "phi": [0.7], "n": 8, "seeds": 1}
+    told = []
+    jamlab.open_campaign(written(tmp_path / "c.toml", **keys)).run(1, done=told.append)
+    assert told[0].seconds < 1.9
