@@ -228,16 +228,15 @@ def running_scheduler(place):
         "    sys.stdin.read()\n"
         "    cluster.close()\n"
     )
-    script = place.root / "home" / "cluster.py"
-    script.write_text(code)
-    how = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     folder = place.root.with_name(place.root.name + "-cluster")
     folder.mkdir(exist_ok=True)
+    script = folder / "cluster.py"
+    script.write_text(code)
+    how = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     own = os.environ | {"TMPDIR": str(folder), MARK: str(place.root)}
     process = subprocess.Popen([sys.executable, str(script)], cwd=folder, env=own, **how)
     try:
         address = process.stdout.readline().strip()
-        script.unlink()
         place.apart = {process.pid, *(child.pid for child in psutil.Process(process.pid).children(recursive=True))}
         yield address
     finally:
