@@ -98,6 +98,7 @@ def test_a_table_of_1e5_packings(made, tmp_path):
     assert found.popitem()[1]["wall"] < 60
     looked(campaign.folder.path, "lambda: [campaign.folder.damages(campaign.finished())]")
     looked(campaign.folder.path, "lambda: campaign.folder.gaps(campaign.finished()) or [0]")
+    looked(campaign.folder.path, f"lambda: campaign.export({str(tmp_path / 'tables')!r}, ['states'])")
     looked(campaign.folder.path, "lambda: [campaign.packings(name) for name in campaign.finished()[:1000]]")
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import os
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,7 +18,9 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observables import SpectraOfStates, VoidsOfStates
 from jamlab.campaign.task_file import TaskFile
 from jamlab.errors import JamlabWarning, StorageError
+from jamlab.packing.hdf5 import image_of
 from jamlab.packing.packing import Packing
+from jamlab.storage.verified_file import add_names, checksum, label_and_names, label_of
 from jamlab.trajectories.convert import convert
 
 FIELDS = [each.name for each in dataclasses.fields(Packing) if each.init]
@@ -180,6 +183,16 @@ def test_every_damage_of_a_file_of_several_is_noticed_and_all_its_tasks_run_agai
     assert list(status.damaged) == [path.stem]
     folder = fresh(campaign).folder
     assert folder.move_aside(path.stem).exists() and folder.finished() == set() and not folder.damages(names)
+
+
+def test_names_that_fill_more_than_512_bytes(tmp_path):
+    names, path = [f"{k:032x}" for k in range(100)], tmp_path / "a.h5"
+    path.write_bytes(content := add_names(image_of(lambda file: None), names))
+    assert label_and_names(path) == (label_of(names), names) and checksum(path) == (label_of(names), True)
+    assert content.index(b"\x89HDF") == 4096 and h5py.File(path).userblock_size == 4096
+    for place in (0, 50, 600, 3000, 4000):  # in the line, in names, in the zeros behind them
+        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        assert label_and_names(path) == ("", [])
 
 
 def test_a_damaged_file_of_several_gives_no_rows(chunk):
