@@ -72,6 +72,8 @@ class Place:
     short: float = 0.1
     long: float = 1.5
     more: str = ""  # further lines of the sweep
+    apart: int = 0  # pid of a scheduler
+    batch: FakeBatch | None = None
 
     def __post_init__(self):
         for part in ("work", "home", "tmp"):
@@ -104,8 +106,13 @@ class Place:
         return sum(v for seed, v in again.items() if seed != self.poison), again.get(self.poison, 0)
 
     def processes(self):
-        """Pids of all that drivers here have started, and their own."""
-        return [pid for pid in map(int, filter(str.isdecimal, os.listdir("/proc"))) if self._marked(pid)]
+        """Pids of all that drivers here have started, and their own; not those of a scheduler that runs apart."""
+        found = {pid for pid in map(int, filter(str.isdecimal, os.listdir("/proc"))) if self._marked(pid)}
+        with suppress(psutil.NoSuchProcess):
+            if self.apart:
+                apart = psutil.Process(self.apart)
+                found -= {self.apart, *(child.pid for child in apart.children(recursive=True))}
+        return found
 
     def _marked(self, pid):
         with suppress(OSError):
@@ -237,16 +244,19 @@ def running_scheduler(place):
     process = subprocess.Popen([sys.executable, str(script)], cwd=folder, env=own, **how)
     try:
         address = process.stdout.readline().strip()
-        place.apart = {process.pid, *(child.pid for child in psutil.Process(process.pid).children(recursive=True))}
+        place.apart = process.pid
         yield address
     finally:
         process.stdin.close()
         with suppress(subprocess.TimeoutExpired):
             process.wait(20)
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        place.apart = 0
         for pid in place.processes():
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
-        process.wait()
 
 
 def new_root():
