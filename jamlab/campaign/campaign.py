@@ -27,7 +27,7 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.running import Running
 from jamlab.campaign.standing import CampaignRun, Meter, Standing
-from jamlab.campaign.tables import TASKS_AT_A_TIME, TableParts, aggregate, table
+from jamlab.campaign.tables import TableParts, aggregate, in_parts, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
@@ -413,7 +413,8 @@ class Campaign(Hinted):
         for name in names:
             check_choice("table", name, TABLES)
         with ExitStack() as stack:  # at whose end all files get their names
-            parts = self._parts(sweep) if format in IN_PARTS else [self.finished(sweep)]
+            chosen = batches(self.content, None if sweep is None else [sweep])
+            parts = in_parts(chosen, self.folder.finished()) if format in IN_PARTS else [self.finished(sweep)]
             for name in names or TABLES:
                 path, temporary = Path(to) / f"{name}.{format}", None
                 for frame in TableParts(self.folder, name, parts):
@@ -426,17 +427,6 @@ class Campaign(Hinted):
                     elif temporary is not None:
                         IN_PARTS[format](frame, temporary)
         return written
-
-    def _parts(self, sweep: str | None) -> list[list[str]]:
-        """Finished tasks in the order of the rows of tables, so many together as are in memory at a time."""
-        done, alike = self.folder.finished(), dict[tuple[str, int], list[Batch]]()
-        for batch in batches(self.content, None if sweep is None else [sweep]):
-            alike.setdefault((batch.parameters.model, batch.parameters.n), []).append(batch)
-        names: list[str] = []
-        for _, some in sorted(alike.items()):
-            pairs = {(seed, batch.name_of(seed)) for batch in some for seed in batch.seeds}
-            names += [name for _, name in sorted(pairs) if name in done]
-        return [names[k : k + TASKS_AT_A_TIME] for k in range(0, len(names), TASKS_AT_A_TIME)] or [[]]
 
     def _check_sizes(self, tasks: set[str]) -> None:
         """Refuse to average over tasks of one model and n whose particles have other sizes: no column tells them."""

@@ -17,6 +17,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import LAW, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.campaign.task_file import TaskRows
+from jamlab.campaign.tasks import Batch
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.laws.parameter import UNITS
@@ -65,6 +66,19 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     observables too, nan where a task lacks them."""
     (rows,) = TableParts(folder, name, [list(names)])
     return rows
+
+
+def in_parts(batches: Iterable[Batch], finished: set[str]) -> list[list[str]]:
+    """List the finished tasks of batches in the order of the rows of tables, so many together as are in memory at a
+    time."""
+    alike: dict[tuple[str, int], list[Batch]] = {}
+    for batch in batches:
+        alike.setdefault((batch.parameters.model, batch.parameters.n), []).append(batch)
+    names: list[str] = []
+    for _, some in sorted(alike.items(), key=lambda entry: entry[0]):
+        pairs = {(seed, batch.name_of(seed)) for batch in some for seed in batch.seeds}
+        names += [name for _, name in sorted(pairs) if name in finished]
+    return [names[k : k + TASKS_AT_A_TIME] for k in range(0, len(names), TASKS_AT_A_TIME)] or [[]]
 
 
 class TableParts:

@@ -285,7 +285,7 @@ def test_an_export_in_parts_is_that_of_the_whole(tmp_path, monkeypatch):
     for format in ("csv", "tsv"):
         files = []
         for size in (2, 100):
-            monkeypatch.setattr("jamlab.campaign.campaign.TASKS_AT_A_TIME", size)
+            monkeypatch.setattr("jamlab.campaign.tables.TASKS_AT_A_TIME", size)
             with pytest.warns(JamlabWarning) as said:
                 paths = campaign.export(tmp_path / f"{format}{size}", ("states", "voids", "spectra"), format=format)
             texts = [str(each.message) for each in said]
