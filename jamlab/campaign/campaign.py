@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from jamlab.arrays import ArrayLike
-from jamlab.campaign.clusters import Cluster, cluster_executor, job_script
+from jamlab.clusters.cluster import Cluster, cluster_executor, job_script
 from jamlab.campaign.driver import drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share

@@ -9,8 +9,8 @@
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
 | damaged/<...>.<k>.h5  | a file of `tasks` that was found damaged and moved aside                           |
 | running/, deaths/     | marks of the calls under way (marks.py), records of dead workers (deaths.py)       |
-| jobs/                 | what jobs of a batch system printed (clusters.py); empty files are removed         |
-| keys.<...>/           | keys of the workers of such a run, which only its user can read (cluster_keys.py)  |
+| jobs/                 | what jobs of a batch system printed (jamlab.clusters); empty files are removed    |
+| keys.<...>/           | keys of the workers of such a run, which only its user can read (jamlab.clusters)   |
 | lock.<k>-of-<n>       | held by flock while share k of n runs here; the kernel frees it when it dies; says |
 |                       | which run it is, so that workers see whether they are in the same folder           |
 """

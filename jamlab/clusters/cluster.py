@@ -9,25 +9,23 @@ import asyncio
 import importlib.metadata
 import json
 import logging
-import os
 import re
 import resource
-import shlex
-import shutil
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jamlab.campaign.batch_jobs import BatchJobs
-from jamlab.campaign.batch_system import SETTINGS, SYSTEMS, check_cores, list_command, walltime_seconds
-from jamlab.campaign.cluster_keys import key_folder, write_key
+from jamlab.clusters.batch_jobs import BatchJobs
+from jamlab.clusters.batch_system import SETTINGS, SYSTEMS, list_command
+from jamlab.clusters.keys import key_folder, write_key
+from jamlab.clusters.site import Site, first_line
 from jamlab.errors import EngineError, InputError, JamlabError, typed, warn
 
 _DASK = {
@@ -110,7 +108,7 @@ def job_script(where: str, folder: Path, ranks: int = 1) -> str:
     _dask(where)
     made = [path for path in (folder, folder / "jobs") if not path.exists()]
     try:
-        job = _Site(where, folder, ranks).job("jamlab-1", "tls://ADDRESS:PORT", _key_files(folder / "keys.XXXXXXXX"))
+        job = Site(where, folder, ranks).job("jamlab-1", "tls://ADDRESS:PORT", _key_files(folder / "keys.XXXXXXXX"))
     finally:
         for path in reversed(made):
             with suppress(OSError):
@@ -186,7 +184,7 @@ def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> 
     try:
         client = Client(address, timeout="20s", set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"no Dask scheduler answers at {address} ({_first_line(error)}): {_REMEDY}") from error
+        raise InputError(f"no Dask scheduler answers at {address} ({first_line(error)}): {_REMEDY}") from error
     stack.callback(client.close, timeout=_CLOSING)
     _check_workers(client, where, tell)
     client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
@@ -207,7 +205,7 @@ def _address(where: str) -> str:
         address = json.loads(Path(where).read_text())["address"] if Path(where).is_file() else where
         get_address_host_port(address)
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f"{where!r} is no Dask scheduler ({_first_line(error)}): {_REMEDY}") from error
+        raise InputError(f"{where!r} is no Dask scheduler ({first_line(error)}): {_REMEDY}") from error
     if address.startswith("tls:") and Security().get_connection_args("client")["ssl_context"] is None:
         said = f"{address} wants certificates: name them below distributed.comm.tls"
         raise InputError(f"{said} in ~/.config/dask/distributed.yaml, as for its workers")
@@ -251,7 +249,7 @@ def _on_jobs(
 ) -> Iterator[Cluster]:
     from distributed import Client, SpecCluster
 
-    site = _Site(where, folder, ranks)
+    site = Site(where, folder, ranks)
     site.check_program()
     keys = stack.enter_context(key_folder(site.shared))
     own, files = _make_keys(keys)
@@ -259,7 +257,7 @@ def _on_jobs(
     try:
         cluster = SpecCluster(scheduler=site.scheduler(own), security=own, silence_logs=False)
     except (RuntimeError, ValueError, TypeError, OSError) as error:
-        said = f"interface or scheduler-options of jobqueue.{where} in {SETTINGS}: {_first_line(error)}"
+        said = f"interface or scheduler-options of jobqueue.{where} in {SETTINGS}: {first_line(error)}"
         raise InputError(f"no scheduler can be started by {said}") from error
     stack.callback(_close, cluster)
     client = stack.enter_context(Client(cluster, set_as_default=False))
@@ -291,7 +289,7 @@ def _on_jobs(
         raise
 
 
-def _stop(kept: BatchJobs, keeping: Any, loop: Any, site: "_Site", keys: Path) -> None:
+def _stop(kept: BatchJobs, keeping: Any, loop: Any, site: Site, keys: Path) -> None:
     """Cancel the jobs, and wait for one that is being sent: nobody else would know its number."""
     for end in (asyncio.run_coroutine_threadsafe(kept.stop(), loop), keeping):
         with suppress(Exception):  # jobs that cannot be cancelled end by themselves without their scheduler
@@ -354,109 +352,3 @@ def _key_files(folder: Path) -> Any:
 
     at = {name: str(folder.absolute() / name) for name in ("tls_ca_file", "tls_worker_cert", "tls_worker_key")}
     return Security(require_encryption=True, **at)
-
-
-class _Site:
-    """Jobs as the site's settings want them."""
-
-    def __init__(self, where: str, folder: Path, ranks: int) -> None:
-        import dask
-
-        self.where = where
-        self._settings: Mapping[str, Any] = dask.config.get(f"jobqueue.{where}")
-        self.cores = self._get("cores") or ranks
-        if self.cores < ranks:
-            raise InputError(
-                f"{self._key('cores')} = {self.cores}: a task has ranks = {ranks}: book as many, or lower ranks"
-            )
-        self.workers = self.cores // ranks
-        if self._get("memory") is None:
-            raise InputError(f"{where} needs the memory of a job: set {self._key('memory')}, such as memory: 2GB")
-        check_cores(where, self._settings, self.cores)
-        self._seconds = walltime_seconds(where, self._get("walltime"))
-        self.has_own_logs = not self._get("log-directory")
-        self.logs = Path(self._get("log-directory") or (folder / "jobs").absolute())
-        shared = self._get("shared-temp-directory")
-        self.shared = Path(os.path.expanduser(os.path.expandvars(shared))) if shared else folder
-
-    def _get(self, key: str) -> Any:
-        return self._settings.get(key)
-
-    def _key(self, key: str) -> str:
-        return f"jobqueue.{self.where}.{key} in {SETTINGS}"
-
-    def remedy(self) -> str:
-        """What to look at when jobs fail."""
-        keys = "queue, account, walltime, memory and interface"
-        return f"{keys} are keys of jobqueue.{self.where} in {SETTINGS}; what jobs print is in {self.logs}"
-
-    def check_program(self) -> None:
-        """Refuse a machine without the commands of the batch system."""
-        program = shlex.split(_job_class(self.where).submit_command)[0]
-        if shutil.which(program) is None:
-            raise InputError(f"there is no {program} on this machine: run on one from which {self.where} takes jobs")
-
-    def scheduler(self, security: Any) -> dict[str, Any]:
-        """How Dask's scheduler is started in this process: without pages, unless the site wants them."""
-        from distributed import Scheduler
-
-        how = {"protocol": "tls://", "security": security, "interface": self._get("interface")}
-        wanted = self._get("scheduler-options") or {}
-        how |= {} if wanted.get("dashboard") else {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
-        return {"cls": Scheduler, "options": how | wanted}
-
-    def dashboard(self, cluster: Any) -> str | None:
-        """Address of the pages, if the site wants them."""
-        wanted = (self._get("scheduler-options") or {}).get("dashboard")
-        return str(cluster.dashboard_link) if wanted else None
-
-    def job(self, name: str, address: str, keys: Any) -> Any:
-        """A job to be sent."""
-        python = f"{self._get('python') or shlex.quote(sys.executable)} -P"
-        settings: dict[str, Any] = {"cores": self.cores, "processes": self.workers, "nanny": False, "python": python}
-        settings |= {"protocol": "tls://", "security": keys}
-        settings |= {"worker_command": f"jamlab.campaign.batch_worker {self.workers}"}
-        own = ["--nthreads", "1", "--no-nanny", "--preload", "jamlab.campaign.batch_worker"]
-        own += ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
-        settings |= {"worker_extra_args": [*(self._get("worker-extra-args") or []), *own]}
-        settings |= {"job_script_prologue": [*(self._get("job-script-prologue") or []), *self._exports()]}
-        settings |= {"log_directory": str(self.logs)}
-        if self._get("name") == "dask-worker":  # of Dask itself
-            settings["job_name"] = "jamlab"
-        if self._get("death-timeout") == 60:  # of Dask itself: longer than a job should outlive its driver
-            settings["death_timeout"] = 20
-        try:
-            return _job_class(self.where)(address, name=name, **settings)
-        except (TypeError, ValueError) as error:
-            said = f"jobqueue.{self.where} in {SETTINGS}: {_first_line(error)}"
-            raise InputError(f"{said}; its keys are those of dask_jobqueue.{SYSTEMS[self.where]}Cluster") from error
-
-    def _exports(self) -> list[str]:
-        """Lines of the job script: one thread, when the job ends, where jamlab is."""
-        lines = [f"export {name}=1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")]
-        if self._seconds is not None:
-            lines.append(f"export JAMLAB_JOB_ENDS=$(($(date +%s) + {self._seconds}))")
-        if not self._get("python") and (place := _place_to_add()):
-            lines.append(f"export PYTHONPATH={shlex.quote(place)}")
-        return lines
-
-
-def _job_class(where: str) -> Any:
-    import dask_jobqueue
-
-    return getattr(dask_jobqueue, f"{SYSTEMS[where]}Cluster").job_cls
-
-
-def _place_to_add() -> str | None:
-    """The folder of jamlab, if this Python does not find the same one by itself."""
-    here = str(Path(__file__).parents[1] / "__init__.py")
-    program = "import importlib.util as u; print(u.find_spec('jamlab').origin)"
-    plain = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    line = [sys.executable, "-P", "-c", program]
-    found = subprocess.run(line, env=plain, cwd="/", capture_output=True, text=True, check=False)
-    return None if found.stdout.strip() == here else str(Path(here).parents[1])
-
-
-def _first_line(error: BaseException) -> str:
-    lines = str(error).splitlines()
-    return lines[0][:200] if lines else type(error).__name__

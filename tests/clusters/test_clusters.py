@@ -14,8 +14,8 @@ import pytest
 from fake_batch import FakeBatch
 
 import jamlab
-from jamlab.campaign.batch_system import SYSTEMS
-from jamlab.campaign.cluster_keys import key_folder, write_key
+from jamlab.clusters.batch_system import SYSTEMS
+from jamlab.clusters.keys import key_folder, write_key
 from jamlab.errors import InputError
 
 SWEEP = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
@@ -34,7 +34,7 @@ def site(tmp_path, monkeypatch):
     """Set keys of jobqueue.yaml."""
     monkeypatch.setenv("DASK_CONFIG", str(tmp_path))  # before Dask is imported, which would write to HOME
     dask = pytest.importorskip("dask")
-    from jamlab.campaign.clusters import _dask
+    from jamlab.clusters.cluster import _dask
 
     _dask("slurm")
 
@@ -65,7 +65,7 @@ def test_scripts_of_jobs_book_the_cores_of_a_task_for_a_worker_of_one_thread(sys
         script = campaign.job_script(system)
     assert CORES[system] in script and re.search(r"export OMP_NUM_THREADS=1\b", script)
     (line,) = (line for line in script.splitlines() if "batch_worker" in line)
-    assert re.search(r" -P -m jamlab.campaign.batch_worker 1 tls://ADDRESS:PORT --name jamlab-1 ", line)
+    assert re.search(r" -P -m jamlab.clusters.batch_worker 1 tls://ADDRESS:PORT --name jamlab-1 ", line)
     assert re.findall(r"--nthreads (\d)", line)[-1] == "1" and "--no-nanny" in line and "keys.XXXXXXXX" in line
     assert (re.findall(r"JAMLAB_JOB_ENDS=\$\(\(\$\(date \+%s\) \+ (\d+)\)\)", script) == ["1800"]) == (
         system != "htcondor"
@@ -130,7 +130,7 @@ def test_what_dask_takes_as_it_is_imported_is_given_back():
     """SIGINT by dask_jobqueue; and neither jamlab nor its commands import it before it is asked for."""
     program = (
         "import signal, sys; before = signal.getsignal(signal.SIGINT); import jamlab, jamlab.cli.main; "
-        "jamlab.open_campaign; import jamlab.campaign.clusters as c; "
+        "jamlab.open_campaign; import jamlab.clusters.cluster as c; "
         "assert not {'dask', 'distributed', 'dask_jobqueue', 'cryptography'} & set(sys.modules); "
         "c._dask('slurm'); assert 'dask_jobqueue' in sys.modules and signal.getsignal(signal.SIGINT) is before"
     )
@@ -138,7 +138,7 @@ def test_what_dask_takes_as_it_is_imported_is_given_back():
 
 
 def test_a_signal_during_an_import_comes_after_it():
-    from jamlab.campaign.clusters import _signals_later
+    from jamlab.clusters.cluster import _signals_later
 
     done = []
     with pytest.raises(KeyboardInterrupt), _signals_later():
@@ -159,7 +159,7 @@ def test_keys_are_the_owners_alone_and_gone_at_the_end(tmp_path):
 
 def test_keys_of_a_run_that_was_killed_are_removed_at_the_next_start_and_no_others(tmp_path):
     program = (
-        "import sys, time; from pathlib import Path; from jamlab.campaign.cluster_keys import *\n"
+        "import sys, time; from pathlib import Path; from jamlab.clusters.keys import *\n"
         "with key_folder(Path(sys.argv[1])) as keys: write_key(keys / 'key', 'secret'); print(keys, flush=True); "
         "time.sleep(60)"
     )
@@ -232,7 +232,7 @@ class Client:
 
 
 def test_versions_of_scheduler_and_workers_that_differ_are_named():
-    from jamlab.campaign.clusters import _check_workers
+    from jamlab.clusters.cluster import _check_workers
 
     said, here = [], importlib.metadata.version("jamlab")
     _check_workers(Client("2026.8.0", here), "tcp://s:1", said.append)
@@ -328,7 +328,7 @@ def test_campaigns_run_side_by_side_on_a_scheduler_and_leave_dask_as_it_was(sche
 
     import dask
 
-    monkeypatch.setattr("jamlab.campaign.clusters._SILENT", 1.0)
+    monkeypatch.setattr("jamlab.clusters.cluster._SILENT", 1.0)
     file, worker = scheduler
     before, level = repr(dask.config.config), logging.getLogger("distributed").level
     campaigns, ran, said = [], [], []

@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from jamlab.campaign.batch_jobs import BatchJobs
-from jamlab.campaign.batch_system import SYSTEMS, check_cores, list_command, listed_jobs, walltime_seconds
+from jamlab.clusters.batch_jobs import BatchJobs
+from jamlab.clusters.batch_system import SYSTEMS, check_cores, list_command, listed_jobs, walltime_seconds
 from jamlab.errors import InputError
 
 REFUSAL = "Command exited with non-zero exit code.\nExit code: 1\nCommand:\nsbatch x\nstdout:\n\nstderr:\nno: limit\n\n"

@@ -19,7 +19,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from jamlab.campaign.batch_system import listed_jobs
+from jamlab.clusters.batch_system import listed_jobs
 
 _LOOK = 1.0  # s between two looks at the jobs
 _AT_ONCE = 8  # jobs sent or cancelled side by side

@@ -1,4 +1,4 @@
-"""Keep the workers of a job of a batch system: `python -m jamlab.campaign.batch_worker COUNT ADDRESS --name NAME ...`.
+"""Keep the workers of a job of a batch system: `python -m jamlab.clusters.batch_worker COUNT ADDRESS --name NAME ...`.
 
 Starts so many Dask workers of one thread each. One that is killed or crashes starts again in the same job, which has
 waited in the queue; one that ends by itself, as when its scheduler is gone, does not. On SIGTERM, such as at the end of
