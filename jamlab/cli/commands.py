@@ -17,7 +17,7 @@ from jamlab.cli.command_habits import AGAIN
 from jamlab.cli.command_habits import COMMANDS as HABITS
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
-from jamlab.cli.interruption import last_line, stopping_signal
+from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
 from jamlab.errors import InputError, JamlabError, naming_options
 from jamlab.habits import LIMITS, MODULE, SHELL
 from jamlab.hints import meant, misspelt
@@ -53,6 +53,7 @@ class Commands(Hinting):
     """All commands: print one line for every error a user can cause; `--debug` shows the traceback, and the log."""
 
     debug = False
+    ends_with_a_line = False  # on SIGINT and SIGTERM: not where another program calls the commands
 
     def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> Any:
         """Take `--debug` out of the words, wherever it stands, and run the command; `help X` is `X --help`."""
@@ -78,6 +79,8 @@ class Commands(Hinting):
     def invoke(self, ctx: Any) -> Any:
         """Run the command; exit with 1 after an error."""
         try:
+            if self.ends_with_a_line:  # not before: nothing would turn the interrupt into a line
+                interrupt_on_signals()
             return super().invoke(ctx)
         except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
             raise

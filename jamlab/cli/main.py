@@ -12,7 +12,6 @@ from jamlab.cli.decks import deck, decks, doctor
 from jamlab.cli.estimate import estimate
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
-from jamlab.cli.interruption import interrupt_on_signals
 from jamlab.cli.jam import compress, convert, demo, droplets, jam, pack, relax
 
 
@@ -102,8 +101,9 @@ app.add_typer(campaign.app, name="campaign", cls=Hinting, short_help="Run ensemb
 
 def main() -> None:
     """Run the words of the shell."""
-    interrupt_on_signals()
-    app()
+    command: Any = typer.main.get_command(app)
+    command.ends_with_a_line = True
+    command()
 
 
 if __name__ == "__main__":
