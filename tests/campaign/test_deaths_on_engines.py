@@ -34,7 +34,7 @@ def dask(**settings):
     from distributed import Client, LocalCluster
 
     with (
-        dask.config.set(settings),
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"} | settings),
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         Client(cluster) as client,
     ):

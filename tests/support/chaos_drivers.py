@@ -11,8 +11,10 @@ import jamlab
 @contextmanager
 def dask():
     """Two workers of Dask on this machine."""
+    import dask.config
     from distributed import Client, LocalCluster
 
+    dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})  # else workers that die often are not replaced
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         yield client.get_executor(pure=False)
 
