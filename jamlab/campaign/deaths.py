@@ -34,6 +34,7 @@ DEATH, WALLTIME, CUT, INTERRUPTED = "death", "walltime", "cut", "interrupted"
 MOST = {DEATH: 5, WALLTIME: 1, CUT: 20}  # times that a task survives
 _CERTAIN = 30  # deaths after which a task fails, however many there are elsewhere
 _CHANCE = 1e-4  # below which so many deaths are no chance
+_CAUSES = 3  # that a failure names, the most frequent ones
 _JOB_ENDS = 60.0  # s before the end of a job, or a tenth of it, from which on it may end its processes
 _NEARLY_ALL = 0.9  # of a job: so much of it the next one cannot give much more of
 
@@ -191,7 +192,8 @@ def _describe(kind: str, records: list[dict[str, Any]]) -> str:
     causes = Counter(str(record.get("cause") or "an unknown cause") for record in records)
     how = f"{len(records)} times, by {next(iter(causes))}"
     if len(causes) > 1:
-        how = ", ".join(f"{count} times by {cause}" for cause, count in causes.most_common())
+        each = [(f"{count} times" if count > 1 else "once", cause) for cause, count in causes.most_common(_CAUSES)]
+        how = f"{len(records)} times, of which " + ", ".join(f"{times} by {cause}" for times, cause in each)
     if kind == WALLTIME:
         jobs = [job for record in records if isinstance(job := record.get("job"), float)]
         length = f" ({max(jobs):.0f} s)" if jobs else ""

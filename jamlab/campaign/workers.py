@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jamlab.campaign.deaths import kind_of, record, why_it_fails
+from jamlab.campaign.deaths import kind_of, record, sweep, why_it_fails
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.marks import Mark, marked
 from jamlab.campaign.observable import TableColumns, load_function, measure_own
@@ -115,6 +115,7 @@ def _blame(folder: CampaignFolder, call: Call, marks: list[Mark]) -> dict[str, s
         task = names[0] if len(names) == 1 else mark.task
         if task in names:
             record(folder.path, task, kind_of(mark, time.time()), mark)
+            sweep(folder.path, mark)
             blamed[task] = why_it_fails(folder.path, task)
     return {task: reason for task, reason in blamed.items() if reason is not None}
 

@@ -230,7 +230,7 @@ def running_scheduler(place):
         "import dask, sys\n"
         "from distributed import LocalCluster\n"
         "if __name__ == '__main__':\n"
-        "    dask.config.set({'distributed.deploy.lost-worker-timeout': '1h'})\n"  # else two deaths within 15 s end a worker
+        "    dask.config.set({'distributed.deploy.lost-worker-timeout': '1h'})\n"  # else two deaths in 15 s end it
         "    cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)\n"
         "    print(cluster.scheduler_address, flush=True)\n"
         "    sys.stdin.read()\n"
