@@ -55,6 +55,7 @@ def call(packing):
     seed = packing.provenance["seed"]
     note("begin", seed)
     if seed == {poison}:
+        time.sleep(1.0)  # a nanny of Dask whose worker dies while it starts starts no other one
         os.kill(os.getpid(), 9)
     time.sleep({long} if seed % 10 == 0 else {short})
     note("end", seed)
@@ -191,10 +192,16 @@ class Killer(threading.Thread):
     def _ended(self):
         return sum(word == "end" for word, _, _ in self.place.calls())
 
+    def _settled(self, pid):
+        """Whether it has begun long enough ago for a nanny of Dask to know it, which would start no other one."""
+        with suppress(psutil.NoSuchProcess):
+            return time.time() - psutil.Process(pid).create_time() > 4.0
+        return False
+
     def run(self):
         following = self.chance.randint(1, self.between)
         while not self.stopped.wait(self.chance.uniform(0.0, 0.3)):
-            if self._ended() >= following and (workers := self.place.workers()):
+            if self._ended() >= following and (workers := [pid for pid in self.place.workers() if self._settled(pid)]):
                 with suppress(ProcessLookupError):
                     os.kill(self.chance.choice(workers), signal.SIGKILL)
                     self.kills += 1
