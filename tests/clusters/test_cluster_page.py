@@ -16,7 +16,7 @@ from campaigns import written
 from fake_batch import FakeBatch
 
 import jamlab
-from jamlab.campaign.batch_system import SYSTEMS
+from jamlab.clusters.batch_system import SYSTEMS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how_to" / "cluster.md").read_text(encoding="utf-8")
 SETTINGS = [yaml.safe_load(block) for block in re.findall(r"^ *```yaml\n(.*?)^ *```$", PAGE, re.M | re.S)]
@@ -49,7 +49,7 @@ def test_settings_of_the_page_make_a_job_of_sixteen_workers(tmp_path, settings):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))
     with dask.config.set({f"jobqueue.{where}": dask.config.get(f"jobqueue.{where}") | site}):
         script = campaign.job_script(where)
-    assert "jamlab.campaign.batch_worker 16 " in script
+    assert "jamlab.clusters.batch_worker 16 " in script
     booked = ("--cpus-per-task=16", "-A my-project", "-t 04:00:00") if "interface" in site else BOOKED[where]
     assert not [words for words in booked if words not in script], script
 
@@ -59,7 +59,7 @@ def test_jobs_in_a_container_start_the_python_of_the_image(tmp_path):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))
     with dask.config.set({"jobqueue.slurm": dask.config.get("jobqueue.slurm") | {"memory": "1GB"} | image}):
         lines = campaign.job_script("slurm").splitlines()
-    assert any(line.startswith(f"{image['python']} -P -m jamlab.campaign.batch_worker") for line in lines), lines
+    assert any(line.startswith(f"{image['python']} -P -m jamlab.clusters.batch_worker") for line in lines), lines
 
 
 @pytest.mark.slow
