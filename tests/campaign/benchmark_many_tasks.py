@@ -26,6 +26,8 @@ EMPTY, PACKINGS, PAIRS = (
 PYTHONS = {"this": sys.executable} | (
     {"other": os.environ["JAMLAB_OTHER_PYTHON"]} if os.environ.get("JAMLAB_OTHER_PYTHON") else {}
 )
+# both keep the bytecode of their modules, as they do for users
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"} | {"OMP_NUM_THREADS": "1"}
 PROGRAM = Path(__file__).parents[1] / "support" / "many_tasks.py"
 STEPS = ("plan", "run", "again", "status", "table")
 WORKERS = 2
@@ -33,9 +35,8 @@ WORKERS = 2
 
 def taken(python, *words):
     """What a step prints."""
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
     line = [python, "-P", "-W", "ignore", str(PROGRAM), *map(str, words)]
-    done = subprocess.run(line, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(line, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -103,7 +104,7 @@ def test_start_in_pairs(what, tmp_path):
 def cpu_of(line):
     """CPU time of a command and its children, s."""
     before = os.times()
-    done = subprocess.run(line, env=os.environ | {"OMP_NUM_THREADS": "1"}, capture_output=True, text=True, check=False)
+    done = subprocess.run(line, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     after = os.times()
     return after.children_user + after.children_system - before.children_user - before.children_system
