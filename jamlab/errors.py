@@ -177,5 +177,6 @@ def _package(frame: FrameType) -> str:
 # packages that call a function for somebody else: their lines are no caller's
 _LIBRARIES = sys.stdlib_module_names | {
     *("numpy", "scipy", "pandas", "MDAnalysis", "matplotlib"),
-    *("typer", "click", "pydantic", "pydantic_core", "rich", "joblib", "dask", "tqdm"),
+    *("typer", "click", "pydantic", "pydantic_core", "rich", "joblib", "tqdm"),
+    *("dask", "distributed", "dask_jobqueue", "tornado", "loky"),
 }

@@ -11,6 +11,14 @@ REMOVE = {"unlink", "remove", "rmtree", "rmdir", "removedirs", "truncate", "rena
 OF_PATHS = {"unlink", "rmdir", "touch", "symlink_to", "hardlink_to"}
 WRITE = {"write_text", "write_bytes", "to_csv"}
 OWN = {  # where a file is removed or written in place that no user made, or that is new
+    ("campaign/deaths.py", "folder / DEATHS / name.unlink"): "records of workers that died at finished tasks",
+    ("campaign/marks.py", "path.unlink"): "marks of calls that have ended",
+    ("clusters/cluster.py", "log.unlink"): "empty output of jobs that this run, or a killed one, has sent",
+    ("clusters/cluster.py", "logs.rmdir"): "the folder of that output, if nothing is in it",
+    ("clusters/cluster.py", "path.rmdir"): "empty folders that making a job script has made",
+    ("clusters/keys.py", ".open"): "the lock of a folder of keys",
+    ("clusters/keys.py", "shutil.rmtree"): "folders of keys of this run and of killed ones",
+    ("storage/scratch_folder.py", "shutil.rmtree"): "temporary folders of processes that are gone",
     ("campaign/folder.py", "os.replace"): "a damaged file of a task goes to a folder of its own",
     ("campaign/folder.py", ".open"): "locks",
     ("cli/start.py", ".open"): "streams that are closed",

@@ -67,6 +67,10 @@ def test_the_line_is_the_users_through_libraries_and_threads(unstable):
     p = unstable[0]
     assert len(said(lambda: np.apply_along_axis(jamlab.complex_modulus.__get__(p), 0, [1.0, 2.0]))) == 1
     assert len(said(functools.partial(jamlab.shear_modulus, p))) == 1
+    for library in ("dask", "distributed.client", "dask_jobqueue.core", "tornado.ioloop", "loky.process_executor"):
+        space = {"__name__": library, "call": functools.partial(errors.warn, library)}
+        exec(compile("def through(): call()", library, "exec"), space)
+        assert said(space["through"]) == [library]
     with ThreadPoolExecutor(1) as pool, warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("default")
         pool.submit(jamlab.shear_modulus, p).result()
