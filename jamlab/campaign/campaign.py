@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from jamlab.arrays import ArrayLike
-from jamlab.clusters.cluster import Cluster, cluster_executor, job_script
 from jamlab.campaign.driver import drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
@@ -31,6 +30,7 @@ from jamlab.campaign.tables import TableParts, aggregate, in_parts, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
+from jamlab.clusters.cluster import Cluster, cluster_executor, job_script
 from jamlab.errors import InputError, warn
 from jamlab.hints import Hinted
 from jamlab.packing.packing import Packing

@@ -39,7 +39,7 @@ _JOB_ENDS = 60.0  # s before the end of a job, or a tenth of it, from which on i
 _NEARLY_ALL = 0.9  # of a job: so much of it the next one cannot give much more of
 
 
-def kind_of(mark: Mark, now: float) -> str:
+def kind_of_end(mark: Mark, now: float) -> str:
     """Why the worker of a mark is gone; `now`: s since 1970."""
     if mark.crash:
         return DEATH
@@ -50,7 +50,7 @@ def kind_of(mark: Mark, now: float) -> str:
     return CUT if mark.was_told_to_end else DEATH
 
 
-def record(folder: Path, task: str, kind: str, mark: Mark, cause: str = "") -> None:
+def record_death(folder: Path, task: str, kind: str, mark: Mark, cause: str = "") -> None:
     """Record the end of the worker of a mark, once, whoever does it; `cause`: what its engine says. The mark stays."""
     target = folder / DEATHS / f"{task}.{kind}.{mark.path.name}"
     length = mark.job_ends - mark.process_began if mark.job_ends is not None else None
@@ -71,8 +71,8 @@ def end_run(folder: Path, run: str) -> None:
     nearly all of the job that ends it is recorded."""
     now = time.time()
     for mark in read_marks(folder, lambda name: name.startswith(f"{run}.")):
-        if mark.task is not None and kind_of(mark, now) == WALLTIME:
-            record(folder, mark.task, WALLTIME, mark, "the end of its job")
+        if mark.task is not None and kind_of_end(mark, now) == WALLTIME:
+            record_death(folder, mark.task, WALLTIME, mark, "the end of its job")
         remove([mark.path])
         if is_gone(mark.host, mark.process):
             sweep(folder, mark)

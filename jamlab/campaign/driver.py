@@ -22,8 +22,8 @@ from jamlab.campaign.deaths import (
     counts,
     forget_deaths,
     is_recorded,
-    kind_of,
-    record,
+    kind_of_end,
+    record_death,
     sweep,
     why_it_fails,
 )
@@ -208,8 +208,8 @@ class _Driver:
 
     def _why_it_fails(self, task: Task, mark: Mark, death: Death) -> str | None:
         """Charge a task with the death of its worker; why it fails by that, None if it may run again."""
-        kind = kind_of(mark, time.time())
-        record(self._folder.path, task.name, kind, mark, death.cause)
+        kind = kind_of_end(mark, time.time())
+        record_death(self._folder.path, task.name, kind, mark, death.cause)
         if kind == DEATH:
             self._kills.kill(task.name, mark)
         if death.code is not None and death.code >= 0 and not mark.was_told_to_end:
@@ -254,8 +254,10 @@ def _take_over(folder: CampaignFolder, run: str) -> None:
     for mark in read_marks(folder.path, is_dead):
         name = mark.task
         if name is not None and not (folder.has_ended(name) or is_recorded(folder.path, mark)):
-            long = mark.was_told_to_end and kind_of(mark, mark.changed) == WALLTIME
-            record(folder.path, name, WALLTIME if long else INTERRUPTED, mark, "the end of its job" if long else "")
+            long = mark.was_told_to_end and kind_of_end(mark, mark.changed) == WALLTIME
+            record_death(
+                folder.path, name, WALLTIME if long else INTERRUPTED, mark, "the end of its job" if long else ""
+            )
         remove([mark.path])
         if is_gone(mark.host, mark.process):
             sweep(folder.path, mark)

@@ -102,12 +102,12 @@ class TableParts:
         negative = NegativeRows()
         if len(self._parts) == 1:
             rows = self._rows(self._parts[0], negative)
-            negative.warn(f"rows of {self._name!r}")
+            negative.tell(f"rows of {self._name!r}")
             wanted = self._wanted()
             yield pd.DataFrame({column: np.empty(0) for column in wanted}) if rows is None else rows[wanted]
             return
         firsts = [rows.head(1) for part in self._parts if (rows := self._rows(part, negative)) is not None]
-        negative.warn(f"rows of {self._name!r}")
+        negative.tell(f"rows of {self._name!r}")
         types = pd.concat(firsts)[self._wanted()].dtypes.to_dict() if firsts else {}
         for part in self._parts:
             if (rows := self._rows(part, NegativeRows())) is not None:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jamlab.campaign.deaths import kind_of, record, sweep, why_it_fails
+from jamlab.campaign.deaths import kind_of_end, record_death, sweep, why_it_fails
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.marks import Mark, marked
 from jamlab.campaign.observable import TableColumns, load_function, measure_own
@@ -114,7 +114,7 @@ def _blame(folder: CampaignFolder, call: Call, marks: list[Mark]) -> dict[str, s
     for mark in marks:
         task = names[0] if len(names) == 1 else mark.task
         if task in names:
-            record(folder.path, task, kind_of(mark, time.time()), mark)
+            record_death(folder.path, task, kind_of_end(mark, time.time()), mark)
             sweep(folder.path, mark)
             blamed[task] = why_it_fails(folder.path, task)
     return {task: reason for task, reason in blamed.items() if reason is not None}

@@ -33,7 +33,7 @@ def warn_of_negative_rows(moduli: Mapping[str, ArrayLike], rows: str) -> None:
     what a row is, such as "packings"."""
     found = NegativeRows()
     found.count(moduli)
-    found.warn(rows)
+    found.tell(rows)
 
 
 class NegativeRows:
@@ -53,7 +53,7 @@ class NegativeRows:
                 count, lowest = self._found.get(name, (0, 0.0))
                 self._found[name] = count + len(negative), min(lowest, float(negative.min()))
 
-    def warn(self, rows: str) -> None:
+    def tell(self, rows: str) -> None:
         """Warn of all of them once; `rows`: what a row is, such as "packings"."""
         parts = [
             f"{name} < 0 in {count} of {self._rows} {rows} (lowest {lowest:.6g})"

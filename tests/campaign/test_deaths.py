@@ -16,7 +16,7 @@ from dying_workers import BeganAgain, CutOff, KilledAtRandom, Worker, in_a_fork
 
 import jamlab
 from jamlab.campaign import deaths, driver, marks, workers
-from jamlab.campaign.deaths import CUT, DEATH, INTERRUPTED, WALLTIME, counts, kind_of
+from jamlab.campaign.deaths import CUT, DEATH, INTERRUPTED, WALLTIME, counts, kind_of_end
 from jamlab.campaign.marks import Mark, marked, marks_of, read_marks
 from jamlab.campaign.observable import TaskStates
 from jamlab.errors import EngineError, StorageError
@@ -362,7 +362,7 @@ CRASH = f"Fatal Python error: Segmentation fault\n\n{STACK}"
     ],
 )
 def test_the_end_of_a_job_is_told_from_a_death(mark, now, kind):
-    assert kind_of(mark, now) == kind
+    assert kind_of_end(mark, now) == kind
 
 
 @pytest.mark.parametrize(("kind", "most"), [(DEATH, 5), (WALLTIME, 1), (CUT, 20), (INTERRUPTED, None)])
@@ -373,8 +373,8 @@ def test_how_often_a_task_survives(tmp_path, kind, most):
             if False
             else replace(ended(0.0, 3600.0), path=tmp_path / f"1-of-1.ab.{k}.1")
         )
-        deaths.record(tmp_path, "a" * 32, kind, mark, "signal 9 (Killed)")
-        deaths.record(tmp_path, "a" * 32, kind, mark, "signal 9 (Killed)")  # whoever else hears of it
+        deaths.record_death(tmp_path, "a" * 32, kind, mark, "signal 9 (Killed)")
+        deaths.record_death(tmp_path, "a" * 32, kind, mark, "signal 9 (Killed)")  # whoever else hears of it
         why = deaths.why_it_fails(tmp_path, "a" * 32, 0.0)
         assert (why is not None) == (most is not None and k > most)
     assert why is None or "29 times, by signal 9 (Killed)" in why
@@ -390,7 +390,7 @@ def test_deaths_that_chance_explains_are_no_fault(tmp_path):
     def why(seconds, rate, times=6, crash=""):
         for k in range(times):
             mark = replace(ended(time.time() - seconds, None, crash), path=Path(f"1-of-1.ab.{seconds}{crash[:1]}{k}.1"))
-            deaths.record(tmp_path, f"{seconds:032}{crash[:1]}", DEATH, mark)
+            deaths.record_death(tmp_path, f"{seconds:032}{crash[:1]}", DEATH, mark)
         return deaths.why_it_fails(tmp_path, f"{seconds:032}{crash[:1]}", rate)
 
     assert why(6, 0.01) and not why(600, 0.01)
