@@ -74,7 +74,7 @@ def ends(folder):
 
 @pytest.mark.parametrize(
     ("count", "chunk"),
-    [(16, 1), (16, 8), pytest.param(200, 1, marks=pytest.mark.slow), pytest.param(200, 25, marks=pytest.mark.slow)],
+    [(16, 8), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((16, 1), (200, 1), (200, 25)))],
 )
 def test_random_kills_and_one_poisonous_task(tmp_path, cheap, count, chunk):
     """All tasks but one finish to the bits of an undisturbed run, and that one fails."""
@@ -317,7 +317,7 @@ def test_nobody_is_charged_where_an_engine_breaks_as_a_whole(tmp_path, cheap, mo
     """Each call under way comes back, and nobody knows whose fault it is."""
     cheap(lambda seed: kill() if (breaks := tmp_path / "left").exists() and not breaks.unlink() else None)
     charged = []
-    monkeypatch.setattr(driver, "record", lambda *arguments: charged.append(arguments))
+    monkeypatch.setattr(driver, "record_death", lambda *arguments: charged.append(arguments))
 
     class Breaks(Worker):
         def submit(self, function, /, *arguments):

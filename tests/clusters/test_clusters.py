@@ -126,6 +126,7 @@ def test_without_dask_the_extra_is_named(campaign, monkeypatch):
         pass
 
 
+@pytest.mark.slow
 def test_what_dask_takes_as_it_is_imported_is_given_back():
     """SIGINT by dask_jobqueue; and neither jamlab nor its commands import it before it is asked for."""
     program = (
