@@ -42,6 +42,8 @@ from jamlab.storage.table_file import IN_PARTS, TABLE_FORMATS, check_table_forma
 if TYPE_CHECKING:
     import pandas as pd
 
+    from jamlab.clusters.cluster import Cluster
+
 
 class _How(NamedTuple):
     """Arguments of `Campaign.run`."""
@@ -257,6 +259,8 @@ class Campaign(Hinted):
             with campaign.cluster("slurm", jobs=20) as cluster:
                 campaign.run(cluster.executor)
         """
+        from jamlab.clusters.cluster import cluster_executor  # its asyncio would make every command slower
+
         return cluster_executor(where, jobs, self.folder.path, self._ranks(only), tell)
 
     @checked
@@ -270,6 +274,8 @@ class Campaign(Hinted):
         Raises:
             InputError: there is no Dask, no such batch system, or the settings of the site cannot be.
         """
+        from jamlab.clusters.cluster import job_script
+
         return job_script(where, self.folder.path, self._ranks(only))
 
     def _ranks(self, only: Iterable[str] | None) -> int:
