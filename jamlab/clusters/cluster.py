@@ -14,6 +14,7 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -24,9 +25,11 @@ from typing import Any
 
 from jamlab.clusters.batch_jobs import BatchJobs
 from jamlab.clusters.batch_system import SETTINGS, SYSTEMS, list_command
+from jamlab.clusters.batch_worker import SCRATCH
 from jamlab.clusters.keys import key_folder, write_key
 from jamlab.clusters.site import Site, first_line
 from jamlab.errors import EngineError, InputError, JamlabError, typed, warn
+from jamlab.storage.held_folder import held_folder
 
 _DASK = {
     "distributed.scheduler.allowed-failures": 0,  # the folder counts deaths: the driver hears of each
@@ -88,6 +91,9 @@ def cluster_executor(
                 given = f"{typed('jobs =', '--jobs')} {jobs}"
                 raise InputError(f"{given}: give the largest number of jobs of {where} at a time, 1 or more")
             stack.enter_context(dask.config.set(_JOBS_ALONE))
+            if dask.config.get("temporary-directory") is None:
+                scratch = stack.enter_context(held_folder(Path(tempfile.gettempdir()), SCRATCH))
+                stack.enter_context(dask.config.set({"temporary-directory": str(scratch)}))
             yield from _on_jobs(stack, where, jobs, folder, ranks, tell)
         else:
             if jobs is not None:

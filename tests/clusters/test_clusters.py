@@ -9,6 +9,7 @@ import stat
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from fake_batch import FakeBatch
@@ -17,6 +18,7 @@ import jamlab
 from jamlab.clusters.batch_system import SYSTEMS
 from jamlab.clusters.keys import key_folder, write_key
 from jamlab.errors import InputError
+from jamlab.storage.held_folder import remove_if_abandoned
 
 SWEEP = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
 SLOW = 'observables = ["sleeper:sleep"]\n'
@@ -172,6 +174,7 @@ def test_keys_of_a_run_that_was_killed_are_removed_at_the_next_start_and_no_othe
     runs[0].kill()
     runs[0].wait()
     assert os.path.exists(killed)
+    remove_if_abandoned(Path(alive))
     with key_folder(tmp_path) as keys:
         assert not os.path.exists(killed) and os.path.exists(os.path.join(alive, "key"))
         assert {str(path) for path in tmp_path.iterdir()} == {alive, str(keys)}
@@ -273,14 +276,15 @@ def wait_for(condition, seconds):
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_no_job_and_no_key_survives_the_end_of_the_driver(slow, number):
-    with FakeBatch(slow / "batch") as batch:
+    with FakeBatch(slow / "batch", kill_wait=10.0) as batch:
         driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2")
         wait_for(lambda: len(list(slow.glob("slow/running/*"))) == 2, 60)
         driver.send_signal(number)
         _, said = driver.communicate(timeout=30)
         wait_for(lambda: not batch.processes(), 30)
         if number == signal.SIGKILL:
-            (abandoned,) = slow.glob("slow/keys.*")
+            assert not list(slow.glob("slow/keys.*"))  # its workers have removed them
+            (abandoned,) = (batch.root / "tmp").iterdir()  # of its scheduler
             driver = start(slow, batch.environment(), "--scheduler", "slurm", "--jobs", "2", "--only", "disks")
             wait_for(lambda: not abandoned.exists() and len(batch.log("started")) == 4, 60)
             driver.terminate()
@@ -288,7 +292,9 @@ def test_no_job_and_no_key_survives_the_end_of_the_driver(slow, number):
         else:
             assert driver.returncode == 128 + number and said.count("\n") == 1 and "0 of 6 tasks are finished" in said
             assert not list(slow.glob("slow/running/*"))
+        wait_for(lambda: not batch.processes(), 30)
         assert not list(slow.glob("slow/*keys.*")) and not list(slow.glob("slow/jobs"))
+        assert not os.listdir(batch.root / "tmp")
 
 
 @pytest.mark.slow
