@@ -87,8 +87,12 @@ def main(count: int, words: list[str]) -> None:
                 time.sleep(_LOOK)
         finally:
             _end(workers)
-    if "--tls-key" in words and _is_gone(words[0]):
+    error = _connect(words[0])
+    if isinstance(error, ConnectionRefusedError):  # nobody listens there: one that is out of reach may live
         remove_if_abandoned(Path(words[words.index("--tls-key") + 1]).parent)
+    elif error is not None:
+        said = f"the scheduler at {words[0]} is out of reach ({error})"
+        print(f"{said}: does the key interface of jobqueue.yaml name the network of the nodes?", file=sys.stderr)
 
 
 def _stop(number: int, frame: Any) -> NoReturn:
@@ -108,16 +112,14 @@ def _end(workers: list[_Worker]) -> None:
         worker.process.wait()
 
 
-def _is_gone(address: str) -> bool:
-    """Whether the machine of a scheduler says that nobody listens there: one that is out of reach may live."""
+def _connect(address: str) -> OSError | None:
+    """What the system says when it connects to a scheduler; None if that works."""
     host, _, port = address.rpartition("/")[2].rpartition(":")
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE).close()
-    except ConnectionRefusedError:
-        return True
-    except OSError:
-        return False
-    return False
+    except OSError as error:
+        return error
+    return None
 
 
 if __name__ == "__main__":

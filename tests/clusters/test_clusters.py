@@ -5,6 +5,7 @@ import json
 import os
 import re
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from fake_batch import FakeBatch
 
 import jamlab
+from jamlab.clusters import batch_worker
 from jamlab.clusters.batch_system import SYSTEMS
 from jamlab.clusters.keys import key_folder, write_key
 from jamlab.errors import InputError
@@ -182,6 +184,29 @@ def test_keys_of_a_run_that_was_killed_are_removed_at_the_next_start_and_no_othe
     for run in runs:
         run.wait()
         run.stdout.close()
+
+
+def test_a_job_without_scheduler_removes_keys_only_if_nobody_listens_and_nobody_holds_them(tmp_path, capsys):
+    """A scheduler that is out of reach is named, with the key to look at."""
+
+    def end(address, keys):
+        before = [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)]
+        batch_worker.main(0, [address, "--name", "a", "--tls-key", str(keys / "key")])
+        for number, handler in zip((signal.SIGTERM, signal.SIGINT), before, strict=True):
+            signal.signal(number, handler)
+        return keys.exists()
+
+    abandoned = tmp_path / "keys.1"
+    abandoned.mkdir()
+    (abandoned / "owner").touch()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        assert end(f"tls://127.0.0.1:{port}", abandoned) and capsys.readouterr().err == ""
+    assert end("tls://no-such-host.invalid:1", abandoned)
+    assert "no-such-host.invalid:1 is out of reach" in (said := capsys.readouterr().err) and "interface" in said
+    with key_folder(tmp_path / "c") as held:
+        assert end(f"tls://127.0.0.1:{port}", held)
+    assert not end(f"tls://127.0.0.1:{port}", abandoned) and capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(
