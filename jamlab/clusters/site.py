@@ -31,6 +31,8 @@ class Site:
             raise InputError(f"{where} needs the memory of a job: set {self._key('memory')}, such as memory: 2GB")
         check_cores(where, self._settings, self.cores)
         self._seconds = walltime_seconds(where, self._get("walltime"))
+        usual = dask.config.merge(*dask.config.defaults)
+        self._is_usual = self._get("walltime") == dask.config.get(f"jobqueue.{where}.walltime", None, usual)
         self.has_own_logs = not self._get("log-directory")
         self.logs = Path(self._get("log-directory") or (folder / "jobs").absolute())
         shared = self._get("shared-temp-directory")
@@ -92,6 +94,8 @@ class Site:
         """Lines of the job script: one thread, when the job ends, where jamlab is."""
         lines = [f"export {name}=1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")]
         if self._seconds is not None:
+            if self._is_usual:
+                lines.append(f"# a job ends after {self._get('walltime')}, as Dask has it: set {self._key('walltime')}")
             lines.append(f"export JAMLAB_JOB_ENDS=$(($(date +%s) + {self._seconds}))")
         if not self._get("python") and (place := _place_to_add()):
             lines.append(f"export PYTHONPATH={shlex.quote(place)}")

@@ -77,6 +77,15 @@ def test_scripts_of_jobs_book_the_cores_of_a_task_for_a_worker_of_one_thread(sys
     assert not campaign.folder.path.exists()
 
 
+def test_a_script_says_that_its_walltime_is_the_one_of_dask(site, campaign):
+    said = "# a job ends after 00:30:00, as Dask has it: set jobqueue.slurm.walltime in ~/.config/dask/jobqueue.yaml"
+    with site("slurm", memory="1GB"):
+        assert said in campaign.job_script("slurm").splitlines()
+    with site("slurm", memory="1GB", walltime="04:00:00"):
+        script = campaign.job_script("slurm")
+    assert "+ 14400))" in script and "as Dask has it" not in script
+
+
 def test_a_job_of_a_whole_node_has_a_worker_for_every_task_that_it_holds(site, campaign):
     with site("slurm", memory="64GB", cores=32):
         script = campaign.job_script("slurm")
