@@ -13,6 +13,7 @@ All of it runs in the event loop of the scheduler.
 """
 
 import asyncio
+import math
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
@@ -63,6 +64,7 @@ class BatchJobs:
     ask: Callable[[], Awaitable[str | None]]  # lists the jobs in the queue; None: no answer
     tell: Callable[[str], None]  # a line for the user
     fail: Callable[[str], None]  # ends the run, with the reason
+    lists: str  # the command that lists the jobs
     jobs: dict[str, Job] = field(default_factory=dict)
     sent: set[str] = field(default_factory=set)  # numbers of all jobs so far
     _count: int = 0
@@ -71,7 +73,7 @@ class BatchJobs:
     _next: float = 0.0  # no job is sent before
     _barren: int = 0
     _asked: float = 0.0
-    _silent: float | None = None  # since when no job has been at work
+    _silent: float | None = None  # since when no job has been at work; inf once the user has heard of it
     _told: set[str] = field(default_factory=set)
     _stopping: bool = False
 
@@ -108,7 +110,7 @@ class BatchJobs:
         for name, job in self.jobs.items():
             self._note(job, workers.get(name, []), now)
         if workers:
-            self._barren, self._silent = 0, None
+            self._barren = 0
         await self._find_ended(now)
         wanted = min(self.most, -(-self.tasks() // self.workers))
         await self._cancel_idle(len(self.jobs) - wanted, now)
@@ -193,12 +195,15 @@ class BatchJobs:
         await asyncio.gather(*(job.handle.close() for job in jobs), return_exceptions=True)
 
     def _say_what_waits(self, fine: bool, now: float) -> None:
+        """Tell, each time that it happens, that no job has been at work for some time."""
         if fine:
             self._silent = None
             return
-        self._silent = self._silent or now
+        self._silent = now if self._silent is None else self._silent
         if self.jobs and now - self._silent > _SILENT:
-            self._tell_once("waits", f"no job has begun for {_SILENT:.0f} s: {len(self.jobs)} wait in the queue")
+            self._silent = math.inf
+            waiting = f"no worker for {_SILENT:.0f} s: {len(self.jobs)} jobs wait in the queue or have just begun"
+            self.tell(f"{waiting}; `{self.lists}` lists them, and the run goes on when one begins")
 
     def _tell_once(self, key: str, line: str) -> None:
         if key not in self._told:

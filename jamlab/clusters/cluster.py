@@ -11,6 +11,7 @@ import json
 import logging
 import re
 import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -244,7 +245,8 @@ def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None
 
 def _tell_of_no_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
     if client.status == "running" and not _workers(client):
-        tell(f"the scheduler at {where} has no workers: the run waits until one comes")
+        said = f"the scheduler at {where} has no workers: the run waits until one comes"
+        tell(f"{said}; `dask worker {client.scheduler.address} --nthreads 1` starts one")
 
 
 # jobs of a batch system
@@ -284,6 +286,7 @@ def _on_jobs(
         ask=lambda: _output(list_command(where)),
         tell=lambda line: tell(f"{where}: {line}"),
         fail=fail,
+        lists=shlex.join(list_command(where)),
     )
     keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
     stack.callback(_stop, kept, keeping, loop, site, keys)

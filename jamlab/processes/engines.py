@@ -41,6 +41,15 @@ def is_open(executor: Executor) -> bool:
     return client is None or client.status in ("running", "connecting")
 
 
+def scheduler_in_use(executor: Executor) -> str | None:
+    """Address of the scheduler of Dask to which an executor sends calls; None of other executors, and where a plain
+    `SpecCluster` looks after the workers, as jamlab's own of batch systems, which says what becomes of its jobs."""
+    client = _dask_client(executor)
+    if client is None or client.status != "running" or type(client.cluster).__name__ == "SpecCluster":
+        return None
+    return str(client.scheduler.address)
+
+
 def describe_failure(executor: Executor, error: BaseException) -> str:
     """Why an executor has no answer of a call; Dask knows of workers that it ended at their memory limit."""
     text, name = " ".join(str(error).split()), type(error).__name__

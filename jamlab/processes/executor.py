@@ -4,6 +4,7 @@ A worker runs one call at a time: neither LAMMPS nor its MPI can run several in 
 machine that breaks, as a worker of it was killed, is replaced by processes of jamlab.
 """
 
+import math
 import os
 import queue
 import sys
@@ -25,7 +26,14 @@ from jamlab.processes.child import ONE_THREAD
 from jamlab.processes.children import Children
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.death import Death, describe_exit
-from jamlab.processes.engines import check_threads, count_known, describe_failure, is_open, is_pool_of_processes
+from jamlab.processes.engines import (
+    check_threads,
+    count_known,
+    describe_failure,
+    is_open,
+    is_pool_of_processes,
+    scheduler_in_use,
+)
 from jamlab.processes.letterbox import Address, Letterbox, Sender
 from jamlab.processes.memory import MemoryKills, memory_limits
 
@@ -33,6 +41,7 @@ _LOOK = 0.1  # s between two looks for what calls tell while they run
 _END = 10.0  # s in which a pool that broke gives up its calls
 _MANY = 1000  # calls that an executor knows at a time: enough for a cluster, and few to cancel
 _NEWS = 2.0  # s between two looks for how many workers there are: to ask a scheduler takes some ms
+_SILENT = 60.0  # s without workers until the user hears of it
 _ALONE = threading.RLock()
 _THREADS = "a worker runs several calls at once in threads, which LAMMPS cannot: give each worker one thread"
 
@@ -119,6 +128,7 @@ class OnExecutor:
         self._number = 0
         self._asked = -_NEWS
         self._known: int | None = None
+        self._bare: float | None = None  # since when there are no workers; inf once the user has heard of it
         self._own: Children | None = None  # instead of a pool that broke
         self._interrupted = False
 
@@ -127,9 +137,12 @@ class OnExecutor:
         """Calls that run at a time, as far as it is known."""
         if self._own is not None:
             return self._own.workers
+        return self._count() or max(1, len(self._seen))
+
+    def _count(self) -> int | None:
         if (now := time.monotonic()) > self._asked + _NEWS:
             self._asked, self._known = now, count_known(self._executor)
-        return self._known or max(1, len(self._seen))
+        return self._known
 
     @property
     def width(self) -> int:
@@ -186,10 +199,25 @@ class OnExecutor:
             if not is_open(self._executor):
                 said = f"{type(self._executor).__name__} has lost its workers, {len(self._under_way)} calls under way"
                 raise EngineError(f"{said}: connect again, and run again") from None
+            self._say_what_waits()
             return
         self._hear(self._letterbox.take())
         self._end(future)
         self._hand_out()
+
+    def _say_what_waits(self) -> None:
+        """Warn, each time that it happens, that Dask has no workers: a run would wait for ever without a word."""
+        if self._count() is not None or (scheduler := scheduler_in_use(self._executor)) is None:
+            self._bare = None
+            return
+        now = time.monotonic()
+        self._bare = now if self._bare is None else self._bare
+        if now - self._bare > _SILENT:
+            self._bare = math.inf
+            said = (
+                f"{len(self._under_way)} calls wait: the Dask scheduler {scheduler} has no workers for {_SILENT:.0f} s"
+            )
+            warn(f"{said}: start some by `dask worker {scheduler} --nthreads 1`, or stop, and run again with others")
 
     def _hear(self, told: list[tuple[int, str, bytes]]) -> None:
         for number, kind, content in told:

@@ -5,7 +5,6 @@ folder there removes it: the kernel has freed the lock.
 """
 
 import fcntl
-import os
 import shutil
 import tempfile
 import time
@@ -45,7 +44,7 @@ def held_folder(parent: Path, name: str) -> Iterator[Path]:
 
 
 def remove_if_abandoned(folder: Path) -> None:
-    """Remove the folder of a program that was killed, and leave alone that of one that lives, also on other machines."""
+    """Remove the folder of a program that was killed; that of one that lives stays, also on other machines."""
     with suppress(OSError), open(folder / _OWNER, "r+") as owner:  # no lock, or no file system that has any
         fcntl.flock(owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
         shutil.rmtree(folder, ignore_errors=True)

@@ -18,7 +18,7 @@ class Queue:
         self.time, self.tasks, self.open, self.answers = 1000.0, tasks, True, True
         self.listed, self.workers, self.sent, self.cancelled, self.said, self.failed = {}, {}, [], [], [], []
         self.kept = BatchJobs(most, workers, self.make, lambda: self.workers, lambda: self.tasks, self.ask,
-                              self.said.append, self.failed.append)  # fmt: skip
+                              self.said.append, self.failed.append, "squeue")  # fmt: skip
 
     def make(self, name):
         queue = self
@@ -119,9 +119,15 @@ def test_jobs_wait_for_days_and_the_user_hears_of_it():
     queue = Queue()
     queue.pass_time(70)
     (line,) = queue.said
-    assert "no job has begun for 60 s: 2 wait in the queue" in line
+    assert "no worker for 60 s: 2 jobs wait in the queue" in line and "`squeue` lists them" in line
     queue.pass_time(3000)
     assert len(queue.sent) == 2 and len(queue.said) == 1 and not queue.failed
+    queue.begin("jamlab-1")
+    queue.pass_time(100)
+    assert len(queue.said) == 1
+    queue.end("jamlab-1")
+    queue.pass_time(100)
+    assert len(queue.said) == 2  # it happened again
 
 
 def test_jobs_that_end_before_they_begin_end_the_run():

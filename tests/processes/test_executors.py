@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 import numpy as np
@@ -376,3 +377,48 @@ def test_an_interruption_leaves_no_call_waiting(calls, engine):
             ends(workers, 100)
         began = time.monotonic()
     assert time.monotonic() - began < 20 and not [p for p in psutil.Process().children() if p.name() == "dask"]
+
+
+class ClientExecutor(Executor):
+    """Stands for the one of Dask, whose workers come and go: its client, and calls that never end."""
+
+    def __init__(self, cluster=None):
+        self._client, self.status, self.cluster, self.threads = self, "running", cluster, {}
+        self.scheduler, self.address = self, "tcp://s:1"
+
+    def nthreads(self):
+        return self.threads
+
+    def submit(self, function, /, *arguments):
+        return Future()
+
+
+class SpecCluster:
+    pass
+
+
+def test_each_time_that_dask_has_no_workers_the_user_hears_of_it(calls, monkeypatch):
+    for name, value in (("_SILENT", 0.05), ("_NEWS", 0.0), ("_LOOK", 0.01)):
+        monkeypatch.setattr(module, name, value)
+    executor = ClientExecutor()
+
+    def heard(workers):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            end = time.monotonic() + 0.5
+            while time.monotonic() < end:
+                workers._look()
+        return [str(each.message) for each in found]
+
+    with OnExecutor(calls.act, executor) as workers:
+        workers.submit(1, 1)
+        (line,) = heard(workers)  # once
+        assert "scheduler tcp://s:1 has had no workers for" in line and "(calls that wait: 1)" in line
+        assert "`dask worker tcp://s:1 --nthreads 1`" in line
+        executor.threads = {"tcp://a:1": 1}
+        assert heard(workers) == []
+        executor.threads = {}
+        assert len(heard(workers)) == 1  # again
+    with OnExecutor(calls.act, ClientExecutor(SpecCluster())) as workers:
+        workers.submit(1, 1)
+        assert heard(workers) == []  # who looks after the jobs says it
