@@ -214,9 +214,8 @@ class OnExecutor:
         self._bare = now if self._bare is None else self._bare
         if now - self._bare > _SILENT:
             self._bare = math.inf
-            said = (
-                f"{len(self._under_way)} calls wait: the Dask scheduler {scheduler} has no workers for {_SILENT:.0f} s"
-            )
+            said = f"the Dask scheduler {scheduler} has had no workers for {_SILENT:.0f} s"
+            said += f" (calls that wait: {len(self._under_way)})"
             warn(f"{said}: start some by `dask worker {scheduler} --nthreads 1`, or stop, and run again with others")
 
     def _hear(self, told: list[tuple[int, str, bytes]]) -> None:
