@@ -133,7 +133,8 @@ class _Driver:
             stored = {name: self._stored[state] for name, state in states.items() if state in self._stored}
             self._busy |= set(states.values()) if chunk.packings_key in self._shared else set()
         self._under_way[attempt] = chunk
-        self._workers.submit(attempt, Call(self._place, chunk, task, stored, self._modules, attempt), first=first)
+        call = Call(self._place, chunk, task, stored, self._modules, attempt, self._kills.rate)
+        self._workers.submit(attempt, call, first=first)
 
     def _end(self, chunk: Batch, outcomes: Sequence[Outcome]) -> None:
         """Tell how the tasks of a chunk ended, and let others have their packings."""

@@ -66,6 +66,7 @@ class Call(NamedTuple):
     stored: Mapping[str, Sequence[str]]  # task -> finished tasks with the same packings
     modules: Sequence[str]  # folders with modules of the user's own observables
     attempt: str  # <share>.<run>.<count>
+    rate: float  # 1/s, at which workers are killed that do other tasks, see `deaths.py`
 
 
 def run_chunk(call: Call, report: Callable[..., None]) -> list[Outcome]:
@@ -116,7 +117,7 @@ def _blame(folder: CampaignFolder, call: Call, marks: list[Mark]) -> dict[str, s
         if task in names:
             record_death(folder.path, task, kind_of_end(mark, time.time()), mark)
             sweep(folder.path, mark)
-            blamed[task] = why_it_fails(folder.path, task)
+            blamed[task] = why_it_fails(folder.path, task, call.rate)
     return {task: reason for task, reason in blamed.items() if reason is not None}
 
 

@@ -254,6 +254,7 @@ class OnExecutor:
         if error is None:
             self._take(key, item, future.result())
         else:
+            self._seen.clear()  # one is gone; the others answer again
             cause = describe_failure(self._executor, error)
             self._ready.append((key, "death", Death(item, cause, not isinstance(error, CancelledError), None)))
         del self._keys[number]

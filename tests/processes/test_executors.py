@@ -422,3 +422,28 @@ def test_each_time_that_dask_has_no_workers_the_user_hears_of_it(calls, monkeypa
     with OnExecutor(calls.act, ClientExecutor(SpecCluster())) as workers:
         workers.submit(1, 1)
         assert heard(workers) == []  # who looks after the jobs says it
+
+
+class Mortal(InThisProcess):
+    """Each call has a worker of its own; the third one dies."""
+
+    count = 0
+
+    def submit(self, function, /, *arguments):
+        self.count += 1
+        future = Future()
+        if self.count == 3:
+            future.set_exception(RuntimeError("gone"))
+        else:
+            future.set_result(super().submit(function, *arguments).result()._replace(worker=("host", self.count)))
+        return future
+
+
+def test_workers_that_died_are_not_counted(calls):
+    with OnExecutor(calls.act, Mortal()) as workers:
+        known = []
+        for item in range(4):
+            workers.submit(item, item)
+            ends(workers, 1)
+            known.append(workers.workers)
+    assert known == [1, 2, 1, 1]
