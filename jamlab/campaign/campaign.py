@@ -30,7 +30,6 @@ from jamlab.campaign.tables import TableParts, aggregate, in_parts, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
-from jamlab.clusters.cluster import Cluster, cluster_executor, job_script
 from jamlab.errors import InputError, warn
 from jamlab.hints import Hinted
 from jamlab.packing.packing import Packing
