@@ -36,6 +36,7 @@ from jamlab.campaign.chunk_file import (
     names_in_chunk,
     opened_chunk,
     read_chunk,
+    stem_of,
     write_chunk_file,
 )
 from jamlab.campaign.deaths import end_run, forget_deaths
@@ -57,6 +58,7 @@ from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.system_errors import system_said
+from jamlab.storage.verified_file import label_of
 
 COPY = "campaign.toml"
 _FEW = 20  # tasks whose files are looked for one by one, and not in a list of all
@@ -101,6 +103,10 @@ class CampaignFolder:
                 found[self.path / "tasks" / file] = here
                 left.difference_update(here)
         return {self.task_file(name): [name] for name in sorted(alone | left)} | found
+
+    def file_of_all(self, names: Sequence[str]) -> Path:
+        """Return the path of the file that holds these tasks and no other one, whether or not it exists."""
+        return self.task_file(names[0] if len(names) == 1 else stem_of(label_of(names)))
 
     def finished_of(self, names: Iterable[str]) -> set[str]:
         """Return those of some tasks that are finished."""

@@ -85,7 +85,8 @@ def run_chunk(call: Call, report: Callable[..., None]) -> list[Outcome]:
     try:
         with marked(folder.path, call.attempt) as (at, earlier):
             hopeless = _blame(folder, call, earlier)
-            return run_tasks(folder, call.chunk, call.stored, call.modules, at=at, hopeless=hopeless)
+            again = bool(earlier)
+            return run_tasks(folder, call.chunk, call.stored, call.modules, at=at, hopeless=hopeless, again=again)
     except StorageError as error:  # of the mark
         return [Outcome(FULL, str(error), math.nan)]
 
@@ -129,6 +130,7 @@ def run_tasks(
     *,
     at: Callable[[str], None] = lambda task: None,
     hopeless: Mapping[str, str] = MappingProxyType({}),
+    again: bool = True,
 ) -> list[Outcome]:
     """Run tasks unless their files exist, and write what they give when all have ended.
 
@@ -136,19 +138,21 @@ def run_tasks(
         folder, chunk, stored, modules: see `Call`.
         at: called with the name of each task as it begins.
         hopeless: task -> why it fails without being run.
+        again: whether workers may have finished some of the tasks, and not only all or none of them.
 
     Returns:
         Outcomes in the order of the tasks, up to the first one that is "full".
     """
     outcomes: dict[str, Outcome] = {}
     made: list[TaskContent] = []
-    finished = _finished(folder, list(chunk.names()))
+    finished = _finished(folder, list(chunk.names()), again)
     with cores_given(chunk.ranks):  # one core a rank, as a worker has one thread
         for task in chunk.tasks():
             if task.name in finished:
                 outcomes[task.name] = Outcome(FINISHED, task.parameters.label, 0.0)
                 continue
-            outcomes[task.name], content = _run_task(folder, task, stored.get(task.name, ()), modules, at, hopeless)
+            how = stored.get(task.name, ()), modules, at, hopeless
+            outcomes[task.name], content = _run_task(folder, task, *how, is_first=not made)
             if content is not None:
                 made.append(content)
             if outcomes[task.name].state == FULL:
@@ -157,11 +161,12 @@ def run_tasks(
     return list(outcomes.values())
 
 
-def _finished(folder: CampaignFolder, names: list[str]) -> set[str]:
+def _finished(folder: CampaignFolder, names: list[str], again: bool) -> set[str]:
     """Which tasks are finished, such as by a worker whose answer was lost."""
-    if len(names) == 1:  # to list the folder of a hundred thousand files would take longer than the task
-        return {name for name in names if folder.task_file(name).exists()}
-    return folder.finished_of(names)
+    if len(names) > 1 and again:
+        return folder.finished_of(names)
+    # to list the folder of a hundred thousand files would take longer than the tasks
+    return set(names) if folder.file_of_all(names).exists() else set()
 
 
 @cache  # what it knows of files of several tasks stays
@@ -176,6 +181,8 @@ def _run_task(
     modules: Sequence[str],
     at: Callable[[str], None],
     hopeless: Mapping[str, str],
+    *,
+    is_first: bool,
 ) -> tuple[Outcome, TaskContent | None]:
     """Run a task; returns its outcome if what is made can be kept, and what is made."""
     began, label = time.perf_counter(), task.parameters.label
@@ -183,7 +190,8 @@ def _run_task(
         at(task.name)
         if task.name in hopeless:
             raise EngineError(hopeless[task.name])
-        check_target(folder.task_file(task.name))  # before the work, not after
+        if is_first:
+            check_target(folder.task_file(task.name))  # before the work, not after
         if not stored:
             lammps_class(), versions()  # half a second, once in a worker: `plan` takes times from single tasks
             began = time.perf_counter()
