@@ -289,7 +289,8 @@ class CampaignFolder:
                     busy = []
             if busy:
                 said = f"another process runs in {self.path} and holds {busy[0].name}"
-                raise StorageError(f"{said}: wait until it ends, or run another share")
+                first = "run another share" if busy[0] == own and share != WHOLE else "stop it"
+                raise StorageError(f"{said}: {first}, or wait until it ends")
             try:
                 _hold(own, file, run)
                 yield run

@@ -240,9 +240,11 @@ def test_two_drivers_do_not_share_a_folder(tmp_path):
     with folder.lock():
         with pytest.raises(StorageError) as caught:
             campaign.run(1)
-        assert "lock.1-of-1" in str(caught.value) and str(tmp_path) in str(caught.value)
-    with folder.lock():  # free again
-        pass
+        assert "lock.1-of-1: stop it, or wait" in str(caught.value) and str(tmp_path) in str(caught.value)
+    with folder.lock((2, 3)):  # free again
+        for share, remedy in (((2, 3), "run another share, or wait"), ((1, 2), "stop it, or wait")):
+            with pytest.raises(StorageError, match=remedy):
+                campaign.run(1, share=share)
     code = "import sys, os, pathlib; from jamlab.campaign.folder import CampaignFolder\n"
     code += "CampaignFolder(pathlib.Path(sys.argv[1])).lock().__enter__(); os.kill(os.getpid(), 9)"
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
