@@ -304,7 +304,7 @@ class Campaign(Hinted):
 
         if finished + failed == len(mine):
             return counts, gaps
-        meter.look(show)
+        meter.look(lambda standing: how.progress(standing.share, f"{standing}, no worker has answered yet"))
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):

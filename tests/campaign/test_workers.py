@@ -7,6 +7,7 @@ import time
 
 import psutil
 import pytest
+from campaigns import written
 from commands import call
 
 import jamlab
@@ -50,6 +51,13 @@ def test_nobody_can_connect_to_workers_on_this_machine(campaign):
     before = listening(psutil.Process())
     assert campaign.run(1, progress=listen).finished == 4
     assert seen and heard <= before
+
+
+def test_progress_says_that_no_worker_has_answered_before_the_first_does(tmp_path):
+    said = []
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaign.run(1, progress=lambda share, text: said.append(text))
+    assert said[0] == "0 of 1 tasks, no worker has answered yet" and "answered" not in said[-1]
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
