@@ -43,7 +43,7 @@ Scheduler = Annotated[
         help="Address or file of a Dask scheduler, or slurm, pbs, sge, lsf, oar, moab or htcondor.",
     ),
 ]
-Jobs = Annotated[int | None, typer.Option(help="Largest number of jobs of the batch system at a time.")]
+Jobs = Annotated[int | None, typer.Option(help="Largest number of jobs at a time; every batch system needs it.")]
 
 
 @app.command(cls=Once, epilog="Example: jamlab campaign new campaign.toml")
@@ -69,7 +69,7 @@ def new(
 
 @app.command(cls=Once, epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
-    """Count tasks and estimate time and disk space of the remaining tasks.
+    """Estimate time and disk space of the remaining tasks.
 
     Nothing is run. Times come from finished tasks of the same sweep, model and n.
     """
@@ -94,6 +94,8 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     print_table(f"campaign {campaign.name}", [*names, *costs], cells)
     said = f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}"
     print_line(f"{said} in {_format_count(files)} files")
+    if failed := sum(line.failed for line in lines):
+        print_line(f"{failed} tasks failed and are not among these; reasons: jamlab campaign status {file}")
     if seconds is None:
         print_line(
             f"?: unknown until a task of that kind is finished; `jamlab campaign run {file} --pilot` runs one of each"
@@ -287,7 +289,9 @@ def status(
     if found.running:
         said.append(f"{found.running} tasks are under way")
     if found.foreign:
-        said.append(f"{found.foreign} further finished tasks do not belong to this campaign file")
+        said.append(
+            f"{found.foreign} further tasks, of other keys or another jamlab, are finished; tables leave them out"
+        )
     for line in said:
         print_line(line)
 

@@ -7,6 +7,8 @@ from campaigns import written
 from commands import call
 
 from jamlab.campaign import workers
+from jamlab.campaign.campaign import open_campaign
+from jamlab.campaign.tasks import batches
 from jamlab.errors import ConvergenceError
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -52,6 +54,15 @@ def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
     found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
     assert found["tasks"] == 8 and found["seconds"] is None and [line["left"] for line in found["sweeps"]] == [5, 3]
     assert json.loads(call(tmp_path, "campaign", "status", "c.toml", "--json").stdout)["tasks"] == 8
+
+
+def test_plan_counts_the_tasks_that_failed(tmp_path):
+    campaign = open_campaign(written(tmp_path / "c.toml", seeds=3))
+    campaign.folder.prepare()
+    (first, *_) = batches(campaign.content)
+    campaign.folder.record_failure(next(iter(first.tasks())), ConvergenceError("no luck"))
+    said = " ".join(call(tmp_path, "campaign", "plan", "c.toml").stdout.split())
+    assert "2 tasks left" in said and "1 tasks failed and are not among these; reasons: jamlab campaign status" in said
 
 
 def test_a_failed_export_leaves_no_folder(tmp_path):
