@@ -181,3 +181,14 @@ def test_packings_and_doctor_name_what_decides_the_last_digits():
     found = jamlab.pack(n=8, pressure=1e-2, seed=1).provenance
     assert found["cvxopt"] == metadata.version("cvxopt") and found["blas_kernels"]
     assert all(found[name] in doctor._solver() for name in ("cvxopt", "blas_kernels"))
+
+
+def test_the_kernels_named_do_not_depend_on_what_a_process_did_before():
+    """CHOLMOD brings a BLAS of its own, which a worker of a campaign loads with its first packing."""
+    look = "from jamlab.storage.verified_file import versions; print(versions()['blas_kernels'])"
+    first = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout.strip()
+    assert first == jamlab.pack(n=8, pressure=1e-2, seed=1).provenance["blas_kernels"]
+    known = subprocess.run(
+        [sys.executable, "-c", f"import jamlab\njamlab.pack(n=8, pressure=1e-2, seed=1)\n{look}"],
+        capture_output=True, text=True, check=True)  # fmt: skip
+    assert first == known.stdout.strip()

@@ -10,11 +10,8 @@ floppy: a load that does not push it has a response, the one that leaves the mod
 none. A mode that is negative beyond rounding is an instability.
 """
 
-import os
-import sys
 from collections import Counter
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -25,20 +22,7 @@ from scipy.sparse import linalg
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.laws.pair_law import PairLaw
-
-
-@cache
-def _load_cholmod() -> tuple[Any, Any, Any]:
-    """CHOLMOD with the BLAS that it was built for, and cvxopt's dense and sparse matrices. liblammps offers the symbols
-    of a plain BLAS to every library loaded after it. Bound to these, CHOLMOD factorises three times slower, and last
-    digits would depend on what a process has loaded first."""
-    flags = sys.getdlopenflags()
-    sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
-    try:
-        from cvxopt import cholmod, matrix, spmatrix
-    finally:
-        sys.setdlopenflags(flags)
-    return cholmod, matrix, spmatrix
+from jamlab.storage.blas import load_cholmod
 
 
 class PositiveSolver:
@@ -47,7 +31,7 @@ class PositiveSolver:
 
     def __init__(self, tally: Counter[str] | None = None, use: str = "") -> None:
         self._tally, self._use = Counter() if tally is None else tally, use
-        self._cholmod, self._dense, self._sparse = _load_cholmod()
+        self._cholmod, self._dense, self._sparse = load_cholmod()
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._lower = np.zeros(0, dtype=np.bool_)
         self._matrix: Any = None

