@@ -52,7 +52,7 @@ from jamlab.campaign.task_file import (
     write_task_file,
     write_whole,
 )
-from jamlab.campaign.tasks import Task
+from jamlab.campaign.tasks import Task, is_task_name
 from jamlab.errors import InputError, StorageError, warn
 from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
@@ -83,7 +83,7 @@ class CampaignFolder:
     def file_of(self, name: str) -> Path:
         """Return the path of the file that holds a finished task; where none does, that of its own file."""
         alone = self.task_file(name)
-        if alone.exists():
+        if alone.exists() or not is_task_name(name):  # a part of a name stands in every list
             return alone
         for chunks in (self._known, self._chunks()):  # what is known first: to list a folder takes long
             for file, text in chunks.items():
@@ -231,7 +231,8 @@ class CampaignFolder:
             with suppress(StorageError):
                 if is_chunk(path.stem):
                     with opened_chunk(path) as chunk:
-                        lacking = [chunk.task(name, "") for name in chunk.lacking() if name in set(tasks)]
+                        wanted = set(tasks)
+                        lacking = [chunk.task(name, "") for name in chunk.lacking() if name in wanted]
                 else:
                     lacking = [read_task_file(path, "")]
                 found |= {task.task: task.gaps for task in lacking if task.gaps}

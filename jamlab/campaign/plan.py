@@ -156,14 +156,15 @@ def _cost(counted: _Counted, stored: list[str], folder: CampaignFolder, samples:
     workers = max(1, available_cores() // batch.ranks)
     step = max(1, len(counted.finished) // samples)  # evenly, since the first ones may be untypical
     done = [batch.name_of(batch.seeds[k]) for k in counted.finished[::step][:samples]]
-    times = [file.seconds for file in folder.read(done).values()]
+    whole = folder.read(done)  # without those that are damaged
+    times = [file.seconds for file in whole.values()]
     if not times:
         return {"files": count_chunks(batch, left, None, workers)}
     spared = [file.seconds for file in folder.read(stored[:samples]).values()]
     one = float(np.mean(times))
     work = one * left - min(float(np.mean(spared or [0])), one) * len(stored)
     files = count_chunks(batch, left, work / left, workers)
-    size = float(np.mean([folder.bytes_of(name, together=not is_alone(batch)) for name in done])) * left
+    size = float(np.mean([folder.bytes_of(name, together=not is_alone(batch)) for name in whole])) * left
     size += 0 if is_alone(batch) else _FILE * (files or 0)
     return {"seconds": work * batch.ranks, "bytes": int(size), "files": files}
 

@@ -196,6 +196,11 @@ class Batch:
         return hashlib.sha256(packings), hashlib.sha256(what).hexdigest()[:_HALF]
 
 
+def is_task_name(text: str) -> bool:
+    """Whether a task may have this name."""
+    return len(text) == 2 * _HALF and set(text) <= set("0123456789abcdef")
+
+
 def states_name(task: str) -> str:
     """The part of the name of a task that tasks share which differ only in what they measure."""
     return task[:_HALF]

@@ -206,6 +206,24 @@ def test_a_damaged_file_of_several_gives_no_rows(chunk):
     assert campaign.folder.read([name]) == {} and campaign.folder.gaps([name]) == {}
 
 
+@pytest.mark.parametrize("part", [slice(1), slice(0), slice(16), slice(1, 32), slice(34)])
+def test_a_part_of_a_list_of_names_is_no_task(chunk, part):
+    """Nor are two names."""
+    campaign, _ = chunk
+    name = "\n".join(campaign.folder.finished())[part]
+    with pytest.raises(StorageError, match="cannot read"):
+        campaign.packings(name)
+
+
+def test_a_damaged_file_of_one_task_leaves_the_plan_of_chunks(chunk, tmp_path):
+    campaign, _ = chunk
+    task = [*batch_of(tmp_path / "c.toml", 4)[1].tasks()][3]
+    (alone,) = campaign.folder.keep([content_of(task, members(KINDS["energies eps"]())[0])])
+    alone.write_bytes(alone.read_bytes()[:-1])
+    (line,) = batch_of(tmp_path / "c.toml", 9, chunk=3)[0].plan()
+    assert (line.finished, line.files) == (4, 2) and line.seconds > 0 and line.bytes > 0
+
+
 def test_a_task_in_two_files_is_one(chunk, tmp_path):
     """As when a driver died and the next one cut other chunks; with one file damaged the other counts."""
     campaign, path = chunk
