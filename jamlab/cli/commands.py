@@ -17,7 +17,7 @@ from jamlab.cli.command_habits import AGAIN
 from jamlab.cli.command_habits import COMMANDS as HABITS
 from jamlab.cli.console import err_console
 from jamlab.cli.given import check_given
-from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
+from jamlab.cli.interruption import end_on_signals, interrupt_on_signals, last_line, stopping_signal
 from jamlab.errors import InputError, JamlabError, naming_options
 from jamlab.habits import LIMITS, MODULE, SHELL
 from jamlab.hints import meant, misspelt
@@ -79,7 +79,7 @@ class Commands(Hinting):
     def invoke(self, ctx: Any) -> Any:
         """Run the command; exit with 1 after an error."""
         try:
-            if self.ends_with_a_line:  # not before: nothing would turn the interrupt into a line
+            if self.ends_with_a_line:  # not before or after: nothing would turn the interrupt into a line
                 interrupt_on_signals()
             return super().invoke(ctx)
         except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
@@ -94,6 +94,9 @@ class Commands(Hinting):
             with suppress(OSError):  # it may be the error that has just been printed
                 _flush()
             raise typer.Exit(1) from None
+        finally:
+            if self.ends_with_a_line:
+                end_on_signals()
 
 
 def _flush() -> None:

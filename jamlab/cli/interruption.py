@@ -45,9 +45,14 @@ def interrupt_on_signals() -> None:
         signal.signal(number, _interrupt)
 
 
+def end_on_signals() -> None:
+    """Let a signal end the process at once."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
+
+
 def _interrupt(number: int, _: "FrameType | None") -> NoReturn:
-    for each in _SIGNALS:  # a second one ends the process
-        signal.signal(each, signal.SIG_DFL)
+    end_on_signals()  # a second one
     _came.append(number)
     raise KeyboardInterrupt
 

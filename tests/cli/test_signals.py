@@ -80,6 +80,31 @@ def check_end(folder, name, number, *, group=False):
     assert SAID.get(name, "nothing was written") in err.splitlines()[-1]
 
 
+HERE = """
+import os, sys, typer.core, jamlab.cli.commands, jamlab.cli.start
+def dying(*words, before={where}, **named):
+    os.kill(os.getpid(), {number})
+    return before(*words, **named)
+{where} = dying
+sys.argv = ["jamlab", "decks"]
+jamlab.cli.start.main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("where", "number", "code", "said"),
+    [
+        ("typer.core.TyperGroup.parse_args", signal.SIGINT, -signal.SIGINT, ""),
+        ("typer.core.TyperCommand.invoke", signal.SIGTERM, 128 + signal.SIGTERM, "interrupted: nothing was written\n"),
+        ("jamlab.cli.commands._flush", signal.SIGINT, -signal.SIGINT, ""),
+    ],
+)
+def test_a_signal_before_a_command_or_after_it_leaves_no_traceback(where, number, code, said):
+    program = HERE.format(where=where, number=int(number))
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (code, said)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 @pytest.mark.parametrize("name", COMMANDS)
