@@ -24,10 +24,10 @@ from jamlab.storage.held_folder import held_folder, remove_if_abandoned
 _PATIENCE = 2.0  # s between the request to end and the end; batch systems give 3 or more
 _SETTLED = 60.0  # s after which a worker is known to work
 _MOST_STARTS = 10  # in a row of workers that are killed before that: a task may be the cause, or the machine
-SCRATCH = "jamlab-dask"  # begin of the names of folders of temporary files of Dask
 _LOOK = 0.1  # s between two looks at the workers
 _DASK = {
     "DASK_LOGGING__DISTRIBUTED": "critical",  # losing the scheduler is no error: the output of a job stays empty
+    "DASK_DISTRIBUTED__WORKER__USE_FILE_LOCKING": "False",  # the folder of temporary files is this job's own
     "DASK_DISTRIBUTED__WORKER__MEMORY__TARGET": "False",  # results are a line each: there is nothing to move to disk,
     "DASK_DISTRIBUTED__WORKER__MEMORY__SPILL": "False",
     "DASK_DISTRIBUTED__WORKER__MEMORY__PAUSE": "False",  # and a worker that pauses would never go on
@@ -78,7 +78,7 @@ def main(count: int, words: list[str]) -> None:
     name = words[at + 1]
     words = words[:at] + words[at + 2 :]
     workers: list[_Worker] = []
-    with held_folder(Path(tempfile.gettempdir()), SCRATCH) as scratch:
+    with held_folder(Path(tempfile.gettempdir()), "jamlab-job") as scratch:
         try:
             for k in range(count):
                 workers.append(_Worker(words, f"{name}-{k}", scratch))

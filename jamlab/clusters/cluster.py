@@ -15,7 +15,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -26,11 +25,9 @@ from typing import Any
 
 from jamlab.clusters.batch_jobs import BatchJobs
 from jamlab.clusters.batch_system import SETTINGS, SYSTEMS, list_command
-from jamlab.clusters.batch_worker import SCRATCH
 from jamlab.clusters.keys import key_folder, write_key
 from jamlab.clusters.site import Site, first_line
 from jamlab.errors import EngineError, InputError, JamlabError, typed, warn
-from jamlab.storage.held_folder import held_folder
 
 _DASK = {
     "distributed.scheduler.allowed-failures": 0,  # the folder counts deaths: the driver hears of each
@@ -41,8 +38,9 @@ _DASK = {
     "distributed.admin.tick.limit": "1h",  # a busy driver is no fault
 }
 _JOBS_ALONE: dict[str, Any] = {
-    "distributed.scheduler.http.routes": []
-}  # pages that everybody who reaches the port could read
+    "distributed.scheduler.http.routes": [],  # pages that everybody who reaches the port could read
+    "distributed.worker.use-file-locking": False,  # of folders of temporary files, which are a run's own
+}
 _NAMES = ", ".join(sorted(SYSTEMS))
 _REMEDY = f"give its address, such as tcp://host:8786, its scheduler file, or one of {_NAMES}"
 _LOGGERS = ("distributed", "dask_jobqueue", "tornado", "asyncio")  # deaths are outcomes or errors of jamlab
@@ -92,9 +90,6 @@ def cluster_executor(
                 given = f"{typed('jobs =', '--jobs')} {jobs}"
                 raise InputError(f"{given}: give the largest number of jobs of {where} at a time, 1 or more")
             stack.enter_context(dask.config.set(_JOBS_ALONE))
-            if dask.config.get("temporary-directory") is None:
-                scratch = stack.enter_context(held_folder(Path(tempfile.gettempdir()), SCRATCH))
-                stack.enter_context(dask.config.set({"temporary-directory": str(scratch)}))
             yield from _on_jobs(stack, where, jobs, folder, ranks, tell)
         else:
             if jobs is not None:
@@ -255,11 +250,13 @@ def _tell_of_no_workers(client: Any, where: str, tell: Callable[[str], None]) ->
 def _on_jobs(
     stack: ExitStack, where: str, jobs: int, folder: Path, ranks: int, tell: Callable[[str], None]
 ) -> Iterator[Cluster]:
+    import dask
     from distributed import Client, SpecCluster
 
     site = Site(where, folder, ranks)
     site.check_program()
     keys = stack.enter_context(key_folder(site.shared))
+    stack.enter_context(dask.config.set({"temporary-directory": str(keys)}))  # so that nothing else is left behind
     own, files = _make_keys(keys)
     _allow_files(jobs * site.workers, tell)
     try:
