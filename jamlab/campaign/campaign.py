@@ -148,8 +148,8 @@ class Campaign(Hinted):
             retry_failed: run tasks again that failed before.
             pilot: run one task of each sweep, model and n of which none is finished, so that `plan` knows its time.
             verify: first read the finished files; damaged ones are moved aside and their tasks run again.
-            progress: called as tasks end, at most five times a second, with the share of the work that is done, and a
-                line: the number of tasks finished and failed, the rate, and the time left.
+            progress: called as tasks end, at most five times a second, and every few seconds meanwhile, with the share
+                of the work that is done, and a line: the number of tasks finished and failed, the rate, and the time left.
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
@@ -300,11 +300,12 @@ class Campaign(Hinted):
             meter.look(show)
 
         def show(standing: Standing) -> None:
-            how.progress(standing.share, str(standing))
+            silent = "" if counts.total() else ", no worker has answered yet"
+            how.progress(standing.share, f"{standing}{silent}")
 
         if finished + failed == len(mine):
             return counts, gaps
-        meter.look(lambda standing: how.progress(standing.share, f"{standing}, no worker has answered yet"))
+        meter.look(show)
         place = self.file.parent.resolve()
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
         for function in sorted({name for batch in chosen for name in batch.parameters.own}):
@@ -313,7 +314,8 @@ class Campaign(Hinted):
         if not isinstance(where, Executor):
             where = count_workers(where, max(batch.ranks for batch in chosen))
         try:
-            drive(self.folder, chosen, mine - self._ended(), where, modules, run, tell, meter.follow)
+            left = mine - self._ended()
+            drive(self.folder, chosen, left, where, modules, run, tell, meter.follow, lambda: meter.look(show))
         except KeyboardInterrupt:
             if not meter.interrupted:  # but by Ctrl-C
                 raise

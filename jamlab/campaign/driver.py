@@ -41,6 +41,7 @@ _MOST_UNBEGUN = 12  # calls lost in a row, for each worker, that nobody had begu
 _FEW_WORKERS = 8  # of which it takes account
 _MOST_BROKEN = 3  # the same where their engine ended them, for each call that it may have at a time
 _MANY_DEATHS = 3  # of workers at a task, from which on it waits for all others: they show how often workers are killed
+_PATIENCE = 2.0  # s without news of any task, after which who looks on hears how far the run is
 _MANY_RUNS = 3  # that ended at a task, from which on a warning says so
 
 
@@ -64,6 +65,7 @@ def drive(
         modules: folders with modules of the user's own observables.
         tell: called in this process with each outcome.
         follow: called once, with what knows the times of tasks, and the workers.
+        idle: called every few seconds in which no task ends.
 
     Raises:
         StorageError: the folder cannot be written, or a worker sees another one.
@@ -72,7 +74,7 @@ def drive(
     _take_over(folder, run)
     names = names - _settle(folder, chosen, names, tell)
     with crew(run_chunk, where) as workers:
-        driver = _Driver(folder, workers, chosen, names, modules, run, tell)
+        driver = _Driver(folder, workers, chosen, names, modules, run, tell, idle)
         follow(driver.cutter, workers)
         driver.drive()
     if found := counts(folder.path):
@@ -91,8 +93,10 @@ class _Driver:
         modules: Sequence[str],
         run: str,
         tell: Callable[[Outcome], None],
+        idle: Callable[[], None],
     ) -> None:
-        self._folder, self._workers, self._modules, self._run, self._tell = folder, workers, modules, run, tell
+        self._folder, self._workers, self._modules, self._run = folder, workers, modules, run
+        self._tell, self._idle = tell, idle
         self._place = str(folder.path.resolve())
         self.cutter = Cutter(chosen, names, lambda: workers.workers, seconds_each(chosen, folder))
         self._under_way: dict[str, Batch] = {}  # by attempt
@@ -109,7 +113,9 @@ class _Driver:
         """Hand out and hear of chunks."""
         self._fill()
         while self._under_way:
-            attempt, kind, content = self._workers.wait()
+            attempt, kind, content = self._workers.wait(_PATIENCE)
+            if kind == "nothing":
+                self._idle()
             if kind == "error":
                 raise EngineError(f"workers cannot run a task: {content}") from content
             if kind == "death":

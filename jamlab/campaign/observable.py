@@ -6,9 +6,12 @@ are functions `module:function` that take a packing and return numbers.
 """
 
 import importlib
+import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.machinery import PathFinder
+from types import ModuleType
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -246,6 +249,31 @@ Function = Callable[[Packing], Any]
 DECLARED: Registry[Function] = Registry("jamlab.observables", "observable")  # of other packages, by name
 
 
+_State = tuple[str | None, int, int]  # where a module is found, and when and how long its file was written
+_sources: dict[str, _State] = {}  # of modules of observables, as they were imported
+
+
+def _import_as_it_is(name: str) -> ModuleType:
+    """Import a module, and once more if its file, or the place where it is found, is another one than before: a worker
+    of a cluster may be older than the file, and serve several campaigns."""
+    if name in _sources and _state_of(name) != _sources[name]:
+        top = name.partition(".")[0]
+        for each in [each for each in sys.modules if each == top or each.startswith(f"{top}.")]:
+            del sys.modules[each]
+    module = importlib.import_module(name)
+    _sources[name] = _state_of(name)
+    return module
+
+
+def _state_of(name: str) -> _State:
+    found = PathFinder.find_spec(name.partition(".")[0])
+    place = getattr(sys.modules.get(name), "__file__", None)
+    if place is None or not os.path.exists(place):
+        return (found.origin if found else None), 0, 0
+    file = os.stat(place)
+    return (found.origin if found else None), file.st_mtime_ns, file.st_size
+
+
 def load_function(observable: str, folders: Sequence[str]) -> Function:
     """Import the function of an observable `module:function`, from the folders first, or of an entry point's name."""
     if ":" not in observable:
@@ -255,7 +283,7 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
     sys.path[:0] = folders
     importlib.invalidate_caches()
     try:
-        found = importlib.import_module(module)
+        found = _import_as_it_is(module)
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # the module is the user's: whatever it raises is reported with its name

@@ -58,15 +58,16 @@ class Children:
         self._waiting.insert(0 if first else len(self._waiting), (key, item))
         self._hand_out()
 
-    def wait(self) -> tuple[Any, str, Any]:
-        """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported;
-        "result": what is returned; "error": what is raised; "death": a `Death`."""
-        while (found := self._receive())[1] == "warning":
+    def wait(self, patience: float | None = None) -> tuple[Any, str, Any]:
+        """Wait for what comes next, see `Crew.wait`."""
+        while (found := self._receive(patience))[1] == "warning":
             warn(*found[2])
         return found
 
-    def _receive(self) -> tuple[Any, str, Any]:
-        found = wait([self._alarm, *self._busy])
+    def _receive(self, patience: float | None) -> tuple[Any, str, Any]:
+        found = wait([self._alarm, *self._busy], patience)
+        if not found:
+            return None, "nothing", None
         if self._alarm in found:
             raise KeyboardInterrupt
         connection = found[0]

@@ -170,15 +170,18 @@ class OnExecutor:
         self._waiting.insert(0 if first else len(self._waiting), (key, item))
         self._hand_out()
 
-    def wait(self) -> tuple[Any, str, Any]:
+    def wait(self, patience: float | None = None) -> tuple[Any, str, Any]:
         """Wait for what comes next, see `Crew.wait`."""
+        end = math.inf if patience is None else time.monotonic() + patience
         while True:
             while not self._ready:
                 if self._interrupted:
                     raise KeyboardInterrupt
                 if self._own is not None:
-                    return self._own.wait()
+                    return self._own.wait(patience)
                 self._look()
+                if not self._ready and time.monotonic() > end:
+                    return None, "nothing", None
             key, kind, content = self._ready.popleft()
             if kind != "warning":
                 return key, kind, content

@@ -31,9 +31,10 @@ class Crew(Protocol):
     def submit(self, key: Any, item: Any, *, first: bool = False) -> None:
         """Have the function called for an item, before the others that wait if it is the first."""
 
-    def wait(self) -> tuple[Any, str, Any]:
+    def wait(self, patience: float | None = None) -> tuple[Any, str, Any]:
         """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported, a
-        tuple; "result": what is returned; "error": what is raised; "death": a `Death`."""
+        tuple; "result": what is returned; "error": what is raised; "death": a `Death`; "nothing": none of these has come
+        within `patience`, s, by default without limit."""
 
     def interrupt(self) -> None:
         """Have `wait` raise KeyboardInterrupt, as Ctrl-C does; from any thread."""
