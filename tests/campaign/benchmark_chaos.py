@@ -4,11 +4,13 @@
 
 JAMLAB_CHAOS_SEED sets the random moments (printed; default: the clock), JAMLAB_CHAOS_MOMENTS how many drivers each
 signal ends (20), JAMLAB_CHAOS_TASKS how many tasks run while workers are killed (200). Two cores suffice; a row takes
-a minute or two. With JAMLAB_RESULTS, each row is appended there to `workers.jsonl` or `drivers.jsonl`.
+a minute or two. With JAMLAB_RESULTS, each row is appended there to `workers.jsonl` or `drivers.jsonl`, and the serial
+run to which all are compared is kept there.
 """
 
 import json
 import os
+import pickle
 import random
 import shutil
 import signal
@@ -36,9 +38,12 @@ ENDS = {signal.SIGKILL: (-9,), signal.SIGTERM: (143, -15), signal.SIGINT: (130, 
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory):
-    """The serial run."""
-    return serial(tmp_path_factory.mktemp("serial"), TASKS)
+def reference(tmp_path_factory, kept_folder):
+    """The serial run, which is kept."""
+    kept = kept_folder / f"serial-{TASKS}.pickle"
+    if not kept.exists():
+        kept.write_bytes(pickle.dumps(serial(tmp_path_factory.mktemp("serial"), TASKS)))
+    return pickle.loads(kept.read_bytes())
 
 
 @pytest.fixture
