@@ -17,7 +17,7 @@ import signal
 import time
 
 import pytest
-from chaos import Killer, Place, content_of, engine, gone, new_root, serial, start, unequal
+from chaos import Killer, Place, content_of, engine, gone, serial, short_root, start, unequal
 
 pytestmark = pytest.mark.benchmark
 SEED = int(os.environ.get("JAMLAB_CHAOS_SEED") or time.time())
@@ -48,10 +48,9 @@ def reference(tmp_path_factory, kept_folder):
 
 @pytest.fixture
 def root():
-    """A folder with a short name, removed afterwards unless the test fails."""
-    path = new_root()
-    yield path
-    shutil.rmtree(path.parent)
+    """A folder with a short name."""
+    with short_root() as path:
+        yield path
 
 
 def tell(kept_folder, name, row):

@@ -1,9 +1,7 @@
 """A campaign on jobs that are shorter than it, on a batch system of this machine."""
 
-import shutil
-
 import pytest
-from chaos import Place, content_of, engine, gone, new_root, serial, start, unequal
+from chaos import Place, content_of, engine, gone, serial, short_root, start, unequal
 
 COUNT = 10
 
@@ -11,9 +9,8 @@ COUNT = 10
 @pytest.fixture
 def place():
     """Ten tasks of three seconds."""
-    root = new_root()
-    yield Place(root, COUNT, poison=-1, short=3.0, long=3.0)
-    shutil.rmtree(root.parent)
+    with short_root() as root:
+        yield Place(root, COUNT, poison=-1, short=3.0, long=3.0)
 
 
 @pytest.mark.slow

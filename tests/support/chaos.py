@@ -8,6 +8,7 @@ import hashlib
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -108,17 +109,12 @@ class Place:
 
     def processes(self):
         """Pids of all that drivers here have started, and their own; not those of a scheduler that runs apart."""
-        found = {pid for pid in map(int, filter(str.isdecimal, os.listdir("/proc"))) if self._marked(pid)}
+        found = marked_processes(self.root)
         with suppress(psutil.NoSuchProcess):
             if self.apart:
                 apart = psutil.Process(self.apart)
                 found -= {self.apart, *(child.pid for child in apart.children(recursive=True))}
         return found
-
-    def _marked(self, pid):
-        with suppress(OSError):
-            return f"{MARK}={self.root}".encode() in Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
-        return False
 
     def workers(self):
         """Pids of living workers: those that marks name or that have called the observable."""
@@ -126,7 +122,7 @@ class Place:
         for mark in (self.file.parent / "c" / "running").glob("*"):
             with suppress(OSError, ValueError, KeyError, IndexError, TypeError):
                 known.add(json.loads(mark.read_text(errors="replace").splitlines()[0])["pid"])
-        return sorted(pid for pid in known if self._marked(pid))
+        return sorted(known & marked_processes(self.root))
 
     def strangers(self):
         """Files that are neither the user's own, nor finished tasks, marks, locks and copies of the campaign file."""
@@ -267,9 +263,28 @@ def running_scheduler(place):
                 os.kill(pid, signal.SIGKILL)
 
 
-def new_root():
-    """A folder with a short name: sockets stand in folders of temporary files."""
-    return Path(tempfile.mkdtemp(prefix="chaos-", dir="/tmp")) / "p"
+@contextmanager
+def short_root():
+    """A folder with a short name, since sockets stand in folders of temporary files; nothing there outlives the
+    block."""
+    path = Path(tempfile.mkdtemp(prefix="chaos-", dir="/tmp")) / "p"
+    try:
+        yield path
+    finally:
+        for pid in marked_processes(path):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        shutil.rmtree(path.parent, ignore_errors=True)
+
+
+def marked_processes(root):
+    """Pids of all that drivers with a place there have started, and their own."""
+    mark, found = f"{MARK}={root}".encode(), set()
+    for entry in filter(str.isdecimal, os.listdir("/proc")):
+        with suppress(OSError):
+            if mark in Path(f"/proc/{entry}/environ").read_bytes().split(b"\0"):
+                found.add(int(entry))
+    return found
 
 
 def start(words, environment, place):
