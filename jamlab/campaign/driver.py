@@ -54,6 +54,7 @@ def drive(
     run: str,
     tell: Callable[[Outcome], None],
     follow: Callable[[Cutter, Crew], None],
+    idle: Callable[[], None],
 ) -> None:
     """Run tasks in so many workers, or in those of an executor, and tell each outcome.
 
