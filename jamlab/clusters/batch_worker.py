@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from jamlab.processes.child import child_environment, dying_line
+from jamlab.storage.atomic_file import remove_own_temporaries
 from jamlab.storage.held_folder import held_folder, remove_if_abandoned
 
 _PATIENCE = 2.0  # s between the request to end and the end; batch systems give 3 or more
@@ -38,7 +39,12 @@ _DASK = {
 
 def dask_teardown(worker: Any) -> None:
     """End the process of a worker that closes, also within a call that takes hours; Dask calls this."""
-    timer = threading.Timer(_PATIENCE, os._exit, (1,))
+
+    def end() -> None:
+        remove_own_temporaries()
+        os._exit(1)
+
+    timer = threading.Timer(_PATIENCE / 2, end)
     timer.daemon = True
     timer.start()
 

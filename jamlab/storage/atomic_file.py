@@ -3,6 +3,7 @@
 Readers see the old file or the whole new one, never a part of it.
 """
 
+import atexit
 import os
 import re
 import stat
@@ -15,6 +16,7 @@ from jamlab.errors import StorageError
 from jamlab.storage.system_errors import system_said
 
 _MODE = 0o666  # of new files, but for the umask
+_under_way: set[Path] = set()  # temporary files of this process
 _looked_after: set[Path] = set()  # folders in which this process has removed what others left behind
 
 
@@ -37,6 +39,15 @@ def _remove_abandoned(folder: Path) -> None:
             # s since its last change after which a temporary file has no writer
             if time.time() - file.stat().st_mtime > 86_400.0:
                 file.unlink(missing_ok=True)
+
+
+@atexit.register
+def remove_own_temporaries() -> None:
+    """Remove what this process is writing, as it ends: a thread in which a library calls may end in the middle."""
+    own = f".jamlab-{_node()}-{os.getpid()}-"  # a fork knows those of its parent
+    for temporary in [each for each in _under_way if each.name.startswith(own)]:
+        with suppress(OSError):
+            temporary.unlink()
 
 
 def remove_temporaries(folder: Path, node: str, process: int) -> None:
@@ -72,6 +83,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         _looked_after.add(target.parent)
         _remove_abandoned(target.parent)
     temporary = target.with_name(f".jamlab-{_node()}-{os.getpid()}-{os.urandom(8).hex()}.tmp")
+    _under_way.add(temporary)
     try:
         try:
             mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
@@ -91,6 +103,8 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     except OSError as error:
         said = system_said(error, f"check permissions and free space of {target.parent}")
         raise StorageError(f"cannot write {path}: {said}") from error
+    finally:
+        _under_way.discard(temporary)
     with suppress(OSError):  # the file is in place; some file systems cannot flush a folder
         _flush(target.parent)
 

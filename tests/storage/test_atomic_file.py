@@ -166,3 +166,24 @@ def test_what_is_write_protected_is_named_before_the_work(tmp_path, monkeypatch,
     with pytest.raises(StorageError) as caught:
         check_target(tmp_path / "a.h5")
     assert f"the {protected}" in str(caught.value) and "write-protected" in str(caught.value)
+
+
+def test_a_thread_that_is_writing_as_its_process_ends_leaves_no_file(tmp_path):
+    """As a worker of Dask that closes; a fork of the process leaves the file of its parent alone."""
+    program = (
+        "import os, sys, threading, time\n"
+        "from jamlab.storage.atomic_file import atomic_file\n"
+        "begun = threading.Event()\n"
+        "def write():\n"
+        "    with atomic_file(sys.argv[1]):\n"
+        "        begun.set()\n"
+        "        time.sleep(60)\n"
+        "threading.Thread(target=write, daemon=True).start()\n"
+        "begun.wait()\n"
+        "if os.fork() == 0: sys.exit()\n"
+        "os.wait()\n"
+        "print(len(os.listdir(os.path.dirname(sys.argv[1]))))\n"
+    )
+    line = [sys.executable, "-c", program, str(tmp_path / "file")]
+    ended = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert ended.stdout == "1\n" and list(tmp_path.iterdir()) == []
