@@ -149,7 +149,7 @@ class Campaign(Hinted):
             pilot: run one task of each sweep, model and n of which none is finished, so that `plan` knows its time.
             verify: first read the finished files; damaged ones are moved aside and their tasks run again.
             progress: called as tasks end, at most five times a second, and every few seconds meanwhile, with the share
-                of the work that is done, and a line: the number of tasks finished and failed, the rate, and the time left.
+                of the work that is done, and a line: the tasks finished and failed, the rate, and the time left.
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:

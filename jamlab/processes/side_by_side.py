@@ -33,7 +33,7 @@ class Crew(Protocol):
 
     def wait(self, patience: float | None = None) -> tuple[Any, str, Any]:
         """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported, a
-        tuple; "result": what is returned; "error": what is raised; "death": a `Death`; "nothing": none of these has come
+        tuple; "result": what is returned; "error": what is raised; "death": a `Death`; "nothing": none of these came
         within `patience`, s, by default without limit."""
 
     def interrupt(self) -> None:

@@ -1,4 +1,4 @@
-"""Spack package of the plugin and the decks, built from the sdist for the LAMMPS of Spack: docs/how_to/another_lammps.md."""
+"""Spack package of the plugin and the decks, built from the sdist for Spack's LAMMPS: docs/how_to/another_lammps.md."""
 
 from pathlib import Path
 
