@@ -15,9 +15,12 @@ import random
 import shutil
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from chaos import Killer, Place, content_of, engine, gone, serial, short_root, start, unequal
+
+import jamlab
 
 pytestmark = pytest.mark.benchmark
 SEED = int(os.environ.get("JAMLAB_CHAOS_SEED") or time.time())
@@ -39,8 +42,9 @@ ENDS = {signal.SIGKILL: (-9,), signal.SIGTERM: (143, -15), signal.SIGINT: (130, 
 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory, kept_folder):
-    """The serial run, which is kept."""
-    kept = kept_folder / f"serial-{TASKS}.pickle"
+    """The serial run, which is kept for this state of the code."""
+    changed = max(path.stat().st_mtime_ns for path in Path(jamlab.__file__).parent.rglob("*.py"))
+    kept = kept_folder / f"serial-{TASKS}-{changed}.pickle"
     if not kept.exists():
         kept.write_bytes(pickle.dumps(serial(tmp_path_factory.mktemp("serial"), TASKS)))
     return pickle.loads(kept.read_bytes())
