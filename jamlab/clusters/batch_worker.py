@@ -22,6 +22,7 @@ from jamlab.processes.child import child_environment, dying_line
 from jamlab.storage.atomic_file import remove_own_temporaries
 from jamlab.storage.held_folder import held_folder, remove_if_abandoned
 
+_ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR2)  # the last one at a walltime of LSF
 _PATIENCE = 2.0  # s between the request to end and the end; batch systems give 3 or more
 _SETTLED = 60.0  # s after which a worker is known to work
 _MOST_STARTS = 10  # in a row of workers that are killed before that: a task may be the cause, or the machine
@@ -78,7 +79,7 @@ class _Worker:
 
 def main(count: int, words: list[str]) -> None:
     """Keep so many workers until all have ended."""
-    for each in (signal.SIGTERM, signal.SIGINT):
+    for each in _ENDS:
         signal.signal(each, _stop)
     at = words.index("--name")
     name = words[at + 1]
@@ -102,7 +103,7 @@ def main(count: int, words: list[str]) -> None:
 
 
 def _stop(number: int, frame: Any) -> NoReturn:
-    for each in (signal.SIGTERM, signal.SIGINT):
+    for each in _ENDS:
         signal.signal(each, signal.SIG_IGN)
     sys.exit(128 + number)
 
