@@ -1,5 +1,7 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
+from __future__ import annotations
+
 import itertools
 import pickle
 import time
