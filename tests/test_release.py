@@ -183,6 +183,7 @@ def test_packings_and_doctor_name_what_decides_the_last_digits():
     assert all(found[name] in doctor._solver() for name in ("cvxopt", "blas_kernels"))
 
 
+@pytest.mark.slow
 def test_the_kernels_named_do_not_depend_on_what_a_process_did_before():
     """CHOLMOD brings a BLAS of its own, which a worker of a campaign loads with its first packing."""
     look = "from jamlab.storage.verified_file import versions; print(versions()['blas_kernels'])"

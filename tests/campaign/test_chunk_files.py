@@ -294,6 +294,7 @@ def test_packings_in_a_file_of_several_are_not_made_again(tmp_path, monkeypatch)
     pd.testing.assert_frame_equal(states, before.table("states").drop(columns="task"), check_exact=True)
 
 
+@pytest.mark.slow
 def test_an_export_in_parts_is_that_of_the_whole(tmp_path, monkeypatch):
     """Whatever types and columns the parts have; with one warning of all negative moduli."""
     campaign, _, _, contents = in_files(tmp_path, [[KINDS["energies eps"]()]] * 6, tables=uneven)

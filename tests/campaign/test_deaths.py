@@ -74,7 +74,7 @@ def ends(folder):
 
 @pytest.mark.parametrize(
     ("count", "chunk"),
-    [(16, 8), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((16, 1), (200, 1), (200, 25)))],
+    [(8, 4), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((16, 1), (16, 8), (200, 1), (200, 25)))],
 )
 def test_random_kills_and_one_poisonous_task(tmp_path, cheap, count, chunk):
     """All tasks but one finish to the bits of an undisturbed run, and that one fails."""
@@ -128,8 +128,9 @@ def test_a_task_whose_worker_dies_more_than_five_times_fails(tmp_path, cheap, ti
     assert ends(campaign.folder) == (0, {} if times == 5 else {DEATH: 6})
     if times == 6:
         (record,) = campaign.status().failures.values()
-        assert "6 times, by OSError: its process ended with -11, Segmentation fault, File " in record["reason"]
-        assert "in kill" in record["reason"]  # the line of Python
+        assert record["reason"].startswith("its worker died 6 times, ")
+        assert "its process ended with -11, Segmentation fault, File " in record["reason"]  # where Python has a line
+        assert "in kill" in record["reason"]
         assert campaign.run(Worker(), retry_failed=True).finished == 1 and ends(campaign.folder) == (0, {})
 
 

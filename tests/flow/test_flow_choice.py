@@ -74,6 +74,7 @@ def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
     assert options(choice)["static modulus"] > 0.05 and not choice.outside
 
 
+@pytest.mark.slow
 def test_where_nothing_was_measured_the_answer_is_a_run(packing):
     """Strains beyond the table, films slower than it, particles, pressures, beta and droplets unlike its own."""
     small, loose = jamlab.pack(n=32, pressure=5e-3, seed=1), jamlab.pack(n=64, pressure=1e-3, seed=1)

@@ -324,6 +324,7 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     assert found.velocity_profile.velocity[0] < found.velocity_profile.velocity[-1]
 
 
+@pytest.mark.slow
 def test_droplets_with_fixed_ones_answer_in_time_as_in_linear_response(dp_dense):
     walled, small = jamlab.with_walls(dp_dense, 1.2), 1e-6
     relaxing = jamlab.relax_stress(walled, small, 1e5)

@@ -163,6 +163,7 @@ def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     _assert_stable(state)
 
 
+@pytest.mark.slow
 def test_droplets_that_rattlers_stop_are_relaxed_compressed_and_sheared():
     """One of 64 droplets is stopped, its Hessian gives way: sweeps ended at such states."""
     packing = jamlab.read(ON_RATTLER)
