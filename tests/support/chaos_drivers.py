@@ -4,6 +4,7 @@ import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from tempfile import TemporaryDirectory
 
 import jamlab
 
@@ -15,7 +16,12 @@ def dask():
     from distributed import Client, LocalCluster
 
     dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})  # else workers that die often are not replaced
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    how = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with (
+        TemporaryDirectory() as folder,
+        LocalCluster(**how, local_directory=folder) as cluster,
+        Client(cluster) as client,
+    ):
         yield client.get_executor(pure=False)
 
 
@@ -40,3 +46,4 @@ if __name__ == "__main__":
     with ENGINES[sys.argv[1]]() as executor:
         ran = jamlab.open_campaign(sys.argv[2]).run(executor)
     print(json.dumps(vars(ran)))
+    sys.exit(1 if ran.failed else 0)  # as the command does
