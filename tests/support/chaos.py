@@ -125,12 +125,14 @@ class Place:
         return sorted(known & marked_processes(self.root))
 
     def strangers(self):
-        """Files that are neither the user's own, nor finished tasks, marks, locks and copies of the campaign file."""
+        """Files that are neither the user's own, nor finished tasks, marks, records of runs that were killed, locks and
+        copies of the campaign file."""
         usual = ("work/c.toml", "work/wild.py", "work/calls", "work/__pycache__/", "work/c/campaign.toml")
         usual += ("work/c/tasks/", "work/c/failed/", "work/c/running/", "work/c/lock.", "work/c/jobs/", "batch/")
         usual += ("home/.cache/matplotlib", "home/.config/dask")
         found = [str(path.relative_to(self.root)) for path in self.root.rglob("*") if not path.is_dir()]
         usual += tuple(f"work/c/deaths/{name}." for name in self.campaign.folder.failed())
+        found = [name for name in found if not (name.startswith("work/c/deaths/") and ".interrupted." in name)]
         odd = [name for name in found if not name.startswith(usual) or "/." in name.removeprefix("home/.c")]
         return sorted(name for name in odd if not name.startswith("batch/") or name.startswith("batch/tmp/"))
 
