@@ -7,6 +7,7 @@ a task that ends its workers again and again is found and no other one fails.
 
 import itertools
 import math
+import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
@@ -35,12 +36,13 @@ from jamlab.campaign.workers import FAILED, FINISHED, FULL, Call, Outcome, run_c
 from jamlab.errors import EngineError, StorageError, warn
 from jamlab.processes.death import Death
 from jamlab.processes.side_by_side import Crew, crew
-from jamlab.storage.atomic_file import is_gone
+from jamlab.storage.atomic_file import is_gone, is_here
 
 _MOST_UNBEGUN = 12  # calls lost in a row, for each worker, that nobody had begun: workers cannot start at all
 _FEW_WORKERS = 8  # of which it takes account
 _MOST_BROKEN = 3  # the same where their engine ended them, for each call that it may have at a time
 _MANY_DEATHS = 3  # of workers at a task, from which on it waits for all others: they show how often workers are killed
+_DYING, _LOOK = 2.0, 0.05  # s that workers of this machine have to follow their driver, which they look for
 _PATIENCE = 2.0  # s without news of any task, after which who looks on hears how far the run is
 _MANY_RUNS = 3  # that ended at a task, from which on a warning says so
 
@@ -259,6 +261,7 @@ def _take_over(folder: CampaignFolder, run: str) -> None:
         other = name.partition(".")[0]  # shares of another number cannot run at the same time
         return other == share or other.rpartition("-")[2] != share.rpartition("-")[2]
 
+    patience = time.monotonic() + _DYING
     for mark in read_marks(folder.path, is_dead):
         name = mark.task
         if name is not None and not (folder.has_ended(name) or is_recorded(folder.path, mark)):
@@ -267,8 +270,18 @@ def _take_over(folder: CampaignFolder, run: str) -> None:
                 folder.path, name, WALLTIME if long else INTERRUPTED, mark, "the end of its job" if long else ""
             )
         remove([mark.path])
-        if is_gone(mark.host, mark.process):
+        if _is_gone(mark, patience):
             sweep(folder.path, mark)
+
+
+def _is_gone(mark: Mark, patience: float) -> bool:
+    """Whether the worker of a mark has ended, which one of this machine does soon after its driver; `patience`: time of
+    the clock until which that is waited for."""
+    while not (gone := is_gone(mark.host, mark.process)) and time.monotonic() < patience:
+        if not is_here(mark.host) or mark.process == os.getpid():
+            break
+        time.sleep(_LOOK)
+    return gone
 
 
 def _settle(folder: CampaignFolder, chosen: list[Batch], names: set[str], tell: Callable[[Outcome], None]) -> set[str]:

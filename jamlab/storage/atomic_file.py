@@ -59,7 +59,12 @@ def remove_temporaries(folder: Path, node: str, process: int) -> None:
 
 def is_gone(node: str, process: int) -> bool:
     """Whether it is known that a process of a machine has ended."""
-    return _as_word(node) == _node() and not _runs(process)
+    return is_here(node) and not _runs(process)
+
+
+def is_here(node: str) -> bool:
+    """Whether a machine of this name is this one."""
+    return _as_word(node) == _node()
 
 
 def _runs(process: int) -> bool:

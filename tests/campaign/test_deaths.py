@@ -1,9 +1,13 @@
 """Deaths of workers: only a task that began is charged, the one to blame fails, and all others finish to equal bits."""
 
 import errno
+import json
 import math
 import os
+import re
 import signal
+import subprocess
+import threading
 import time
 from collections import Counter
 from dataclasses import replace
@@ -145,6 +149,21 @@ def test_kills_of_the_driver_fail_no_task(tmp_path, cheap):
     with pytest.warns(jamlab.JamlabWarning, match="sp n=8 seed=2: 7 runs were killed while it was under way"):
         assert (campaign.run(InProcess()).finished, campaign.status().failed) == (1, 0)
     assert ends(campaign.folder) == (0, {}) and campaign.status().finished == 2
+
+
+def test_workers_that_outlive_their_driver_for_a_moment_leave_nothing(tmp_path, cheap):
+    """The next run waits for those of this machine, and removes what they were writing."""
+    cheap(lambda seed: None)
+    campaign = campaign_of(tmp_path, 1)
+    campaign.folder.prepare()
+    worker = subprocess.Popen(["sleep", "30"])
+    said = {"task": "a" * 32, "began": time.time(), "host": os.uname().nodename, "pid": worker.pid}
+    (campaign.folder.path / "running" / "1-of-1.ab.1.1").write_text(json.dumps(said))
+    node = re.sub(r"\W", "_", os.uname().nodename)[:100]
+    (campaign.folder.path / "tasks" / f".jamlab-{node}-{worker.pid}-0123456789abcdef.tmp").write_text("half")
+    threading.Timer(0.4, lambda: (worker.kill(), worker.wait())).start()
+    assert campaign.run(InProcess()).finished == 1
+    assert not list(campaign.folder.path.rglob(".jamlab-*")) and not read_marks(campaign.folder.path)
 
 
 class InProcess(Worker):
