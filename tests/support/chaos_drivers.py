@@ -19,6 +19,7 @@ def dask():
     how = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with (
         TemporaryDirectory() as folder,
+        dask.config.set({"temporary-directory": folder}),
         LocalCluster(**how, local_directory=folder) as cluster,
         Client(cluster) as client,
     ):
