@@ -25,9 +25,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from jamlab.campaign.marks import Mark, read_marks, remove, writing
+from jamlab.campaign.marks import Mark, read_marks, remove
 from jamlab.storage.atomic_file import is_gone, make_folder, remove_temporaries
 from jamlab.storage.scratch_folder import remove_scratch_folders
+from jamlab.storage.system_errors import using
 
 DEATHS = "deaths"
 DEATH, WALLTIME, CUT, INTERRUPTED = "death", "walltime", "cut", "interrupted"
@@ -57,7 +58,7 @@ def record_death(folder: Path, task: str, kind: str, mark: Mark, cause: str = ""
     said = {"cause": ", ".join(filter(None, (cause, mark.crash))), "job": length, "seconds": lasted(mark)}
     said |= {"crashed": bool(mark.crash), "trace": mark.trace}
     make_folder(target.parent)
-    with writing(target), suppress(FileExistsError), open(target, "x", encoding="utf-8") as file:
+    with using(target), suppress(FileExistsError), open(target, "x", encoding="utf-8") as file:
         json.dump(said, file)
 
 
@@ -161,12 +162,12 @@ def forget_deaths(folder: Path, tasks: Iterable[str]) -> None:
     wanted = set(tasks)
     for name in _names(folder) if wanted else ():
         if _parse(name)[0] in wanted:
-            with writing(folder / DEATHS / name):
+            with using(folder / DEATHS / name):
                 (folder / DEATHS / name).unlink(missing_ok=True)
 
 
 def _names(folder: Path) -> list[str]:
-    with writing(folder / DEATHS):
+    with using(folder / DEATHS):
         try:
             return sorted(name for name in os.listdir(folder / DEATHS) if name.count(".") > 1)
         except FileNotFoundError:

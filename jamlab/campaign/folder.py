@@ -57,7 +57,7 @@ from jamlab.errors import InputError, StorageError, warn
 from jamlab.packing.hdf5 import read_all_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
-from jamlab.storage.system_errors import system_said
+from jamlab.storage.system_errors import system_said, using
 from jamlab.storage.verified_file import label_of
 
 COPY = "campaign.toml"
@@ -92,7 +92,7 @@ class CampaignFolder:
         return alone
 
     def files_of(self, names: Iterable[str]) -> dict[Path, list[str]]:
-        """Find the files that hold finished tasks: path -> those of the tasks that are read from there. A task that
+        """Find the files that hold finished tasks: path -> the tasks that are read from it. A task that
         none holds has the path of its own file."""
         wanted = set(names)
         few = len(wanted) <= _FEW
@@ -166,7 +166,7 @@ class CampaignFolder:
         """Delete the records of failed tasks and of workers that died at them, so that they are run again."""
         names = list(names)
         forget_deaths(self.path, names)
-        with _changing(self.path / "failed"):
+        with using(self.path / "failed"):
             for name in names:
                 self.failure_file(name).unlink(missing_ok=True)
 
@@ -249,7 +249,7 @@ class CampaignFolder:
     def move_aside(self, name: str) -> Path:
         """Move a damaged file, as `damages` names it, to `damaged/`, so that its tasks are run again."""
         place = self.path / "damaged"
-        with _changing(place):
+        with using(place):
             place.mkdir(exist_ok=True)
             k = 1
             while (target := place / f"{name}.{k}.h5").exists():
@@ -271,7 +271,7 @@ class CampaignFolder:
         words = "{}-of-{}".format(*share)
         own, run = self.path / f"lock.{words}", f"{words}.{os.urandom(8).hex()}"
         with ExitStack() as stack:
-            with _changing(own):
+            with using(own):
                 file = stack.enter_context(open(own, "a+"))
                 others = [p for p in self.path.glob("lock.*-of-*") if p.suffix.rpartition("-")[2] != str(share[1])]
                 try:
@@ -322,7 +322,7 @@ class CampaignFolder:
         copy = self.path / COPY
         check_target(copy)
         content = text.encode()
-        with _changing(copy):
+        with using(copy):
             known = copy.read_bytes() if copy.exists() else content
             earlier = list(self.path.glob(f"{copy.stem}.*{copy.suffix}"))
             kept = {path.read_bytes() for path in earlier if path.is_file()}
@@ -378,18 +378,9 @@ def _name_of(content: bytes) -> str | None:
     return name if isinstance(name, str) else None
 
 
-@contextmanager
-def _changing(path: Path) -> Iterator[None]:
-    """Turn errors of the file system into StorageError."""
-    try:
-        yield
-    except OSError as error:
-        raise StorageError(f"cannot change {path}: {system_said(error, 'check its permissions')}") from error
-
-
 def _hold(path: Path, file: TextIO, run: str) -> None:
     """Let a lock say which run it is, also to other machines."""
-    with _changing(path):
+    with using(path):
         file.truncate(0)
         file.write(run)
         file.flush()

@@ -31,8 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jamlab.errors import StorageError
-from jamlab.storage.system_errors import system_said
+from jamlab.storage.system_errors import using
 
 RUNNING = "running"
 _WIDTH = 320  # bytes: a name, five numbers and 64 letters of a host
@@ -82,15 +81,15 @@ def marked(folder: Path, attempt: str) -> Iterator[tuple[Callable[[str], None], 
     Raises:
         StorageError: the folder is full or cannot be written.
     """
-    with writing(folder / RUNNING):
+    with using(folder / RUNNING):
         descriptor, path, earlier = _make(folder / RUNNING / attempt)
 
     def at(task: str) -> None:
-        with writing(path):
+        with using(path):
             os.pwrite(descriptor, _line(task), 0)
 
     try:
-        with writing(path):
+        with using(path):
             os.pwrite(descriptor, b" " * (_WIDTH - 1) + b"\n", 0)
             os.lseek(descriptor, _WIDTH, os.SEEK_SET)  # where `faulthandler` writes
         with _last_words(descriptor):
@@ -121,7 +120,7 @@ def read_marks(folder: Path, belongs: Callable[[str], bool] = lambda name: True)
 def remove(paths: Iterable[Path]) -> None:
     """Remove marks."""
     for path in paths:
-        with writing(path):
+        with using(path):
             path.unlink(missing_ok=True)
 
 
@@ -136,7 +135,7 @@ def count_marks(folder: Path, runs: Container[str]) -> int:
 
 
 def _names(folder: Path) -> list[str]:
-    with writing(folder / RUNNING):
+    with using(folder / RUNNING):
         try:
             return sorted(filter(_NAME.fullmatch, os.listdir(folder / RUNNING)))
         except FileNotFoundError:
@@ -144,7 +143,7 @@ def _names(folder: Path) -> list[str]:
 
 
 def _read_if_there(path: Path) -> Mark | None:
-    with writing(path):
+    with using(path):
         try:
             content, changed = path.read_bytes(), path.stat().st_mtime
         except FileNotFoundError:  # its call ended
@@ -215,12 +214,3 @@ def _last_words(descriptor: int) -> Iterator[None]:
         faulthandler.disable()
         if usual:
             faulthandler.enable(2)  # where a library or PYTHONFAULTHANDLER has it
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn errors of the file system into StorageError."""
-    try:
-        yield
-    except OSError as error:
-        raise StorageError(f"cannot use {path}: {system_said(error, 'check its permissions')}") from error

@@ -36,7 +36,7 @@ class Running:
         self.name = name
         self._meter = Meter()
         self._future: Future[CampaignRun] = Future()
-        self._future.set_running_or_notify_cancel()  # who no longer awaits it does not take its result from others
+        self._future.set_running_or_notify_cancel()  # a caller that is cancelled leaves the result to others
         # a daemon: a process that ends does not wait for the run, but ends it
         self._thread = threading.Thread(target=self._run, args=(run,), name=f"campaign {name}", daemon=True)
         atexit.register(self._end)

@@ -343,7 +343,7 @@ async def _output(words: list[str]) -> str | None:
 
 
 def _make_keys(folder: Path) -> tuple[Any, Any]:
-    """Keys of this run: those of the scheduler and the client in memory, and those of the workers in files."""
+    """Keys of this run: in memory for the scheduler and the client, and in files for the workers."""
     from distributed.security import Security
 
     own = Security.temporary()

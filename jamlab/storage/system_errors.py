@@ -3,6 +3,11 @@
 import errno
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from jamlab.errors import StorageError
 
 
 def system_error(error: BaseException) -> int | None:
@@ -26,3 +31,12 @@ def system_said(error: BaseException, remedy: str) -> str:
         errno.EDQUOT: "your quota is used up: remove files, or ask for more",
     }
     return f"{reason}; {remedies.get(number or 0, remedy)}"
+
+
+@contextmanager
+def using(path: Path) -> Iterator[None]:
+    """Turn errors of the file system in a block that uses a path into StorageError."""
+    try:
+        yield
+    except OSError as error:
+        raise StorageError(f"cannot use {path}: {system_said(error, 'check its permissions')}") from error

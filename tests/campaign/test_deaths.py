@@ -220,7 +220,7 @@ def test_a_mark_of_a_live_worker_may_go_and_it_ends_all_the_same(tmp_path):
 
 
 def test_what_a_dead_worker_was_writing_is_removed(tmp_path, cheap, monkeypatch):
-    """Half of a file, and a folder of LAMMPS; not those of the living."""
+    """Half of a file, and a folder of LAMMPS; the files of living workers stay."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
 
