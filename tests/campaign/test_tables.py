@@ -57,6 +57,7 @@ def test_a_campaign_of_sticky_disks_holds_pressures_of_either_sign(tmp_path):
     run_here(campaign := jamlab.open_campaign(file))
     rows = campaign.table("states")
     assert rows["pressure"].to_numpy() == pytest.approx(pressures, rel=1e-6) and rows["converged"].all()
+    assert rows["target_pressure"].tolist() == pressures
     packing = campaign.packings(campaign.finished()[0])[0]
     assert (packing.params["stickiness"] == rows["stickiness"]).all() and rows["z"][0] == jamlab.contacts(packing).z
 
