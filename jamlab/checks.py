@@ -26,6 +26,8 @@ class _Kind(NamedTuple):
     holds: Callable[[Any], bool]  # whether a value is that
     text: str  # the same for a message
     classes: tuple[str, ...] = ()  # names of the classes among it
+    choices: tuple[str, ...] = ()  # texts that are that, where not every text is
+    besides: str = ""  # what it may be besides those texts
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
@@ -95,6 +97,12 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
+    if kind.choices and isinstance(value, str):
+        return _no_choice(
+            name,
+            value,
+            kind.choices,
+        )
     given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
     where = _name(function)
     remedy = "; fill masked entries, or leave them out" if np.ma.is_masked(value) else ""
@@ -144,6 +152,8 @@ def _kind(hint: Any) -> _Kind:
         return _array(marker) if marker else _kind(hint.__origin__)
     if typing.get_origin(hint) is not None:
         return _of_parts(typing.get_origin(hint), typing.get_args(hint))
+    if isinstance(hint, typing.NewType):
+        return _kind(hint.__supertype__)
     if not isinstance(hint, type) or hint is Any:
         return _ANYTHING
     return _PLAIN.get(hint) or _class(hint)
@@ -162,6 +172,8 @@ def _of_parts(origin: Any, parts: tuple[Any, ...]) -> _Kind:
     """How to check an annotation that others are parts of."""
     if origin in (types.UnionType, typing.Union):
         return _union(parts)
+    if origin is typing.Literal:
+        return _choice(parts)
     if not isinstance(origin, type):
         return _ANYTHING
     if issubclass(origin, Callable):  # type: ignore[arg-type]  # an abstract class all the same
@@ -181,14 +193,25 @@ def _of_parts(origin: Any, parts: tuple[Any, ...]) -> _Kind:
     return _ANYTHING
 
 
+def _choice(choices: tuple[str, ...]) -> _Kind:
+    """One text of several."""
+    return _Kind(
+        lambda value: isinstance(value, str) and value in choices, " or ".join(map(repr, choices)), choices=choices
+    )
+
+
 def _union(parts: tuple[Any, ...]) -> _Kind:
     kinds = {part: _kind(part) for part in parts}
     if _ANYTHING in kinds.values():
         return _ANYTHING
+    if _PLAIN[str] in kinds.values():  # any text, as the name of what a package registers
+        parts = tuple(part for part in parts if not kinds[part].choices)
     inner = sorted(parts, key=lambda part: (part is type(None), not hasattr(part, "__metadata__"), kinds[part].text))
     text = " or ".join(kinds[part].text for part in inner)
     classes = tuple(name for kind in kinds.values() for name in kind.classes)
-    return _Kind(lambda value: any(kind.holds(value) for kind in kinds.values()), text, classes)
+    choices = tuple(name for part in parts for name in kinds[part].choices)
+    besides = " or ".join(kinds[part].text for part in inner if not kinds[part].choices and part is not type(None))
+    return _Kind(lambda value: any(kind.holds(value) for kind in kinds.values()), text, classes, choices, besides)
 
 
 def _items(origin: type, item: _Kind) -> _Kind:
@@ -255,9 +278,13 @@ def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
     """Refuse a name that is not among the choices."""
     known = tuple(choices)
     if not isinstance(value, str) or value not in known:
-        use = meant(value, [name], known, argument=True) if isinstance(value, str) else ""
-        told = f"use {use}, or another of" if use else "use one of"
-        raise InputError(f"unknown {name} {value!r}: {told} {', '.join(known)}")
+        raise _no_choice(name, value, known)
+
+
+def _no_choice(name: str, value: object, known: tuple[str, ...], besides: str = "") -> InputError:
+    use = meant(value, [name], known, argument=True) if isinstance(value, str) else ""
+    told = f"use {use}, or another of" if use else "use one of"
+    return InputError(f"unknown {name} {value!r}: {told} {', '.join(known)}{f', or {besides}' if besides else ''}")
 
 
 def check_number(name: str, value: Any, highest: float, least: float = 0.0) -> None:

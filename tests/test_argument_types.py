@@ -14,6 +14,7 @@ from numpy import typing as npt
 
 import jamlab
 from jamlab import arrays, checks
+from jamlab.arguments import choices
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
@@ -67,7 +68,8 @@ def unread(hint):
     kind = checks._kind(hint)
     if kind is checks._ANYTHING and hint not in (typing.Any, Ellipsis):
         yield hint
-    if not hasattr(hint, "__metadata__") and kind.text != "a function":  # of neither do the parts count
+    of_parts = typing.get_origin(hint) is not typing.Literal and kind.text != "a function"
+    if not hasattr(hint, "__metadata__") and of_parts:  # of none of them do the parts count
         for part in typing.get_args(hint):
             yield from unread(part)
 
@@ -111,6 +113,10 @@ def test_an_annotation_that_is_not_read_is_not_checked_and_no_error(hint):
         (arrays.Complex, [1j, 1.0, [1, 2j]], ["1j", True]),
         (Annotated[int, "of somebody else"], [1, np.int64(2)], [2.5, "1"]),
         (str | arrays.ArrayLike | arrays.Mask, ["a", 1.0, [True]], [b"a", None, ["a"]]),
+        (choices.Ensemble, ["fixed-box"], ["fixed", "", None, 1, ["fixed-box"]]),
+        (choices.Direction | None, ["pure", 0.3, np.float32(1), None], ["affine", True, [0.3]]),
+        (choices.Model, ["sp", "dimers"], [None, 2, ["sp"]]),  # a package may register dimers
+        (choices.Law, ["hertz", {"k": 1.0, "law": "power"}], [2.5, {"k": None}, {1: 2.0}]),
     ],
 )
 def test_types_of_arrays_carry_their_check(hint, good, bad):
@@ -122,8 +128,19 @@ def test_types_of_arrays_carry_their_check(hint, good, bad):
     for value in good:
         assert call(value) is value or call(value) == checks.as_plain(value)
     for value in bad:
-        with pytest.raises(jamlab.InputError, match="function: argument = "):
+        with pytest.raises(jamlab.InputError, match=r"function: argument = |unknown argument "):
             call(value)
+
+
+def test_a_wrong_name_is_answered_with_those_that_there_are():
+    @checks.checked
+    def made(ensemble: choices.Ensemble, direction: choices.Direction | None = None) -> None:
+        """Take two choices."""
+
+    with pytest.raises(jamlab.InputError, match=r"^unknown ensemble 'box': use one of fixed-box, shear-stabilized$"):
+        made("box")
+    with pytest.raises(jamlab.InputError, match=r"^unknown direction 'x': use one of simple, pure, or a number$"):
+        made("fixed-box", "x")
 
 
 def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):

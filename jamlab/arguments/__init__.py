@@ -1,0 +1,1 @@
+"""Arguments of functions, options, campaign files and decks: what each is, once."""

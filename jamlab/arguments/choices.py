@@ -1,0 +1,45 @@
+"""The closed choices among arguments, as types: a type checker refuses a misspelt name, and `checked` does it at run
+time from the same list.
+
+Models and laws are open: a package registers more of them. A name of its own is `Registered("dimers")` for a type
+checker; at run time it is that text.
+"""
+
+from collections.abc import Mapping
+from typing import Literal, NewType, TypeAlias
+
+Registered = NewType("Registered", str)
+
+# making a packing
+Model: TypeAlias = Literal["sp", "dp"] | Registered
+ModelOrAuto: TypeAlias = Literal["auto"] | Model
+LawName: TypeAlias = Literal["harmonic", "hertz", "power", "sticky"] | Registered
+Law: TypeAlias = LawName | Mapping[str, float | str]  # a mapping holds parameters, and "law" for a registered law
+Units: TypeAlias = Literal["eps", "k"]
+Ensemble: TypeAlias = Literal["fixed-box", "shear-stabilized"]
+Search: TypeAlias = Literal["bisection", "incremental"]
+Start: TypeAlias = Literal["from-disks", "direct"]
+By: TypeAlias = Literal["rho", "phi"]
+MinimizerStyle: TypeAlias = Literal["cg", "fire"]
+
+# analysis
+ShearName: TypeAlias = Literal["simple", "pure"]
+Direction: TypeAlias = ShearName | float
+ModulusMethod: TypeAlias = Literal["linear-response", "finite-strain", "affine"]
+SpectrumMethod: TypeAlias = Literal["auto", "dense", "direct", "reduced"]
+FractionMethod: TypeAlias = Literal["exact", "pairs", "nominal"] | Registered
+LeverArms: TypeAlias = Literal["radius", "contact"]
+
+# flow
+HeldPressure: TypeAlias = Literal["constant"] | float  # "constant": that of the packing
+Against: TypeAlias = Literal["strain", "rate"]
+
+# micrographs
+Contrast: TypeAlias = Literal["auto", "dark", "bright"]
+Channel: TypeAlias = Literal["grey", "red", "green", "blue"]
+
+# files
+AtomStyle: TypeAlias = Literal[
+    "atomic", "bond", "angle", "molecular", "charge", "full", "sphere", "bpm/sphere", "dipole"
+]
+TableFormat: TypeAlias = Literal["csv", "tsv", "json", "h5", "parquet"]
