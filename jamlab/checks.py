@@ -98,11 +98,7 @@ def _name(function: Callable[..., Any]) -> str:
 
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
     if kind.choices and isinstance(value, str):
-        return _no_choice(
-            name,
-            value,
-            kind.choices,
-        )
+        return _no_choice(name, value, kind.choices, kind.besides)
     given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
     where = _name(function)
     remedy = "; fill masked entries, or leave them out" if np.ma.is_masked(value) else ""
