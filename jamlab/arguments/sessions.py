@@ -1,0 +1,21 @@
+"""Arguments of `Session` and `BoxStrains`, which take commands of LAMMPS."""
+
+from jamlab.arguments.argument import Argument
+
+SESSIONS = (
+    Argument("line", "A command of LAMMPS.", "text"),
+    Argument("settings", "Variables of LAMMPS, by name."),
+    Argument("anew", "Build the particles anew.", "flag", default=False),
+    Argument("steps", "Iterations of a minimiser at most.", "integer", least=1),
+    Argument(
+        "stretch", "Iterations before a minimiser starts anew.", "integer", least=1, default=None, unset="all of steps"
+    ),
+    Argument("pace", "Step of the minimiser over the usual one.", "number", default=1.0),
+    Argument("fire", "Numbers of FIRE for each particle.", "array", default=None, unset="those of jamlab"),
+    Argument("numbers", "Numbers of a minimiser.", "array"),
+    Argument("box_strains", "Strains of the box that are minimised too.", default=None, unset="the box is fixed"),
+    Argument("columns", "Number of columns.", "integer", least=1),
+    Argument("size", "Length of a vector.", "integer", least=1),
+    Argument("displacement", "Displacements, (n, 2).", "array"),
+    Argument("area", "Area of the box.", "number"),
+)
