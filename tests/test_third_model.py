@@ -57,7 +57,7 @@ def test_forces_are_the_slope_of_the_energy(dense):
 def test_jam_makes_what_is_asked_for(onset):
     """Both disks of a twin are where their spring holds them, and nothing is loose; by its word, too."""
     assert onset.model == "twin" and onset.n == 16 and len(onset.positions) == 32
-    assert onset.converged and onset.onset == onset.phi and 0.8 < onset.phi < 0.92
+    assert onset.converged and onset.phi_J == onset.phi and 0.8 < onset.phi < 0.92
     assert 0 < jamlab.evaluate(onset).contact_energy < 32 * numbers("onset")["u_jammed"]
     lengths = np.hypot(*np.diff(onset.positions.reshape(-1, 2, 2), axis=1)[:, 0].T)
     assert np.allclose(lengths, 0.5 * onset.diameters, rtol=1e-5)

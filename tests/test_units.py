@@ -18,14 +18,14 @@ from jamlab.packing.natural_units import Scales, natural_scales
 def test_natural_units_and_back_lose_no_digit(model, length, stiffness):
     """Of a packing in any units; in natural ones, sizes and stiffnesses lie within sqrt(2) of 1."""
     packing = scaled(packings()[model], 10.0**length, 10.0**stiffness)
-    packing = packing.with_state(max_force=0.1, converged=True, rounding=0.3, tolerance=0.2)
+    packing = packing.with_state(max_force=0.1, converged=True, rounding=0.3, force_tolerance=0.2)
     scales = natural_scales(packing)
     natural = scales.to_natural(packing)
     assert natural_scales(natural) == Scales()
     sizes = np.sqrt(natural.params["a0"]) if model == "dp" else natural.diameters
     assert 0.7 < sizes.mean() < 1.42 and 0.7 < natural.params["k" if model == "sp" else "eps"] < 1.42
     assert natural.rounding == 0.3 / scales.length
-    assert (natural.tolerance, natural.max_force) == (0.2 / scales.force, 0.1 / scales.force)
+    assert (natural.force_tolerance, natural.max_force) == (0.2 / scales.force, 0.1 / scales.force)
     back = scales.from_natural(natural)
     assert packing.difference(back) is None and back.known == packing.known
     assert np.array_equal(back.positions, packing.positions) and np.array_equal(back.box, packing.box)
@@ -56,7 +56,7 @@ def test_droplets_jam_alike_at_any_energy(eps):
     one, other = onset(1.0), onset(eps)
     assert other.converged and np.array_equal(other.positions, one.positions) and other.params["gamma"] == 0.4 * eps
     assert other.max_force == pytest.approx(eps * one.max_force, rel=1e-12)
-    assert other.tolerance == pytest.approx(1e-10 * eps, rel=1e-12)
+    assert other.force_tolerance == pytest.approx(1e-10 * eps, rel=1e-12)
 
 
 def test_droplets_whose_own_forces_drown_those_of_contacts_are_refused():

@@ -147,7 +147,7 @@ def print_packings(
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         words = {name: MEASURED[name].words for name in measured}
-        facts = {"out": out and str(out), "onset": packings[-1].onset, "converged": marks, "labels": words}
+        facts = {"out": out and str(out), "phi_J": packings[-1].phi_J, "converged": marks, "labels": words}
         print_json({**facts, **columns})
         return
     filled = [name for name in measured if MEASURED[name].shown and any(value == value for value in measured[name])]

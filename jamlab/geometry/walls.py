@@ -68,7 +68,7 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
             f"thickness = {thickness:g}: {freed} particles that are fixed lie between the walls; give a larger "
             "thickness, or free them before with packing.with_state(fixed=None, walls=False), and relax"
         )
-    minimum = {name: getattr(packing, name) for name in ("max_force", "converged", "tolerance", "on_rattlers")}
+    minimum = {name: getattr(packing, name) for name in ("max_force", "converged", "force_tolerance", "on_rattlers")}
     return packing.with_state(fixed=low | high, walls=True, ensemble="fixed-box", **minimum)
 
 
@@ -102,7 +102,7 @@ def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
         offsets=None if packing.offsets is None else np.append(packing.offsets, packing.offsets[-1] + [1, 2]),
         fixed=np.arange(packing.n + 2) >= packing.n,
         walls=True,
-        onset=None,
+        phi_J=None,
         ensemble="fixed-box",
     )
 

@@ -57,16 +57,17 @@ FACTS = (
     Fact("diameters", "particle", ("`/parameters`", "types, `d_diameter`", "`radius`", "`radius`", "`radii`")),
     Fact("offsets", "particle", ("`/parameters`", "bonds, molecules", "`mol`", "`mol`", "bonds, residues")),
     Fact("fixed", "particle", ("`/parameters/state`", "comment", "`fixed`", "`fixed`", "`fixed_flags`")),
-    Fact("onset", "frame", ("`/parameters/onset`", *_WORDS)),
+    Fact("phi_J", "frame", ("`/parameters/phi_J`", *_WORDS)),
     *map(_state, (name for name in KNOWN if name != "fixed")),
     Fact("provenance", "frame", ("`/parameters/provenance`", "comment", LOST, *_WORDS[2:])),
     Fact("frames", "file", ("of one sweep", REFUSED, "of equal number of sites", "any", "of one sweep")),
     Fact("observables", "file", ("`/observables`", REFUSED, REFUSED, REFUSED, REFUSED)),
     Fact("record of a flow", "file", ("`/flow`, by the flow", LOST, LOST, LOST, LOST)),
 )
-STATE: dict[str, Any] = {"onset": None, **{name: usual for name, usual in KNOWN.items() if name != "fixed"}}
-OF_DIGITS = ("max_force", "converged", "tolerance")  # of a minimum, which a rounded packing is not at
+STATE: dict[str, Any] = {"phi_J": None, **{name: usual for name, usual in KNOWN.items() if name != "fixed"}}
+OF_DIGITS = ("max_force", "converged", "force_tolerance")  # of a minimum, which a rounded packing is not at
 _LAW_COLUMN = "law_"
+_EARLIER = {"onset", "tolerance"}  # words of earlier layouts, which have `rounding` as well
 
 
 def lost_names(kind: str) -> tuple[str, ...]:
@@ -131,10 +132,18 @@ def facts_of_words(found: Mapping[str, str]) -> dict[str, Any]:
     """Values of facts from their words, by name.
 
     Raises:
-        InputError: one should be a number, and is none, or the force law is unknown.
+        InputError: one should be a number, and is none, or the force law is unknown, or an earlier jamlab wrote them.
     """
+    refuse_earlier(found)
     chosen = _choices(found.get("law"))
     return {name: _fact_of_word(name, text, chosen) for name, text in found.items()}
+
+
+def refuse_earlier(names: Iterable[str]) -> None:
+    """Refuse what an earlier jamlab wrote, by the names of its words or columns."""
+    there = set(names)
+    if "rounding" in there and (found := sorted(there & _EARLIER)):
+        raise InputError(f"an earlier jamlab wrote it, with {' and '.join(found)}: make its packings again")
 
 
 def _fact_of_word(name: str, text: str, chosen: Mapping[str, tuple[str, ...]]) -> Any:
@@ -176,9 +185,10 @@ def facts_of_columns(names: Iterable[str], number: Callable[[str], float]) -> di
         number: the value of a column that is the same for all atoms.
 
     Raises:
-        InputError: the force law is unknown.
+        InputError: the force law is unknown, or an earlier jamlab wrote them.
     """
     there = set(names)
+    refuse_earlier(there)
     laws = sorted(name.removeprefix(_LAW_COLUMN) for name in there if name.startswith(_LAW_COLUMN))
     law = laws[0] if laws else None
     chosen, known = _choices(law), (*shared_parameters(law), *STATE)

@@ -1,8 +1,8 @@
 """Packings of one sweep in one HDF5 file, float64, laid out after H5MD 1.1 (https://www.nongnu.org/h5md/h5md.html).
 
-The layout, schema "jamlab", version 1, stands in docs/reference/files.md. Later versions only add names; a file of a
-newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that has
-changed since it was written is refused.
+The layout, schema "jamlab", version 2, stands in docs/reference/files.md; a file of another version is refused. HDF5
+skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that has changed since it was written is
+refused.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def record_of(packings: Iterable[Packing], observables: Mapping[str, ArrayLike] 
         **{name: getattr(first, name) for name in _OF_SWEEP},
         **{name: value for name in _SIZES if (value := getattr(first, name)) is not None},
         **{f"{_LAW}{name}": value for name, value in first.params.items()},
-        "onset": np.array([np.nan if packing.onset is None else float(packing.onset) for packing in frames]),
+        "phi_J": np.array([np.nan if packing.phi_J is None else float(packing.phi_J) for packing in frames]),
         "provenance": [history_text(p.provenance, f"provenance of frame {k}") for k, p in enumerate(frames)],
         "state": [history_text(p.known, f"state of frame {k}") for k, p in enumerate(frames)],
     }
@@ -242,7 +242,7 @@ def _record(file: Any) -> dict[str, Any]:
     positions = _positions(file)
     frames = len(positions)
     parameters = file["parameters"]
-    record: dict[str, Any] = {"onset": dataset(parameters, "onset", "f", (frames,))[()]}
+    record: dict[str, Any] = {"phi_J": dataset(parameters, "phi_J", "f", (frames,))[()]}
     for name in ("provenance", "state"):
         record[name] = dataset(parameters, name, "T", (frames,)).asstr()[()]
     for name, kind in _SIZES.items():
@@ -262,7 +262,7 @@ def frames_of(where: str, record: Mapping[str, Any]) -> list[Packing]:
 
 def _packing(where: str, record: Mapping[str, Any], frame: int) -> Packing:
     parts = {place.removeprefix(_PARAMETERS): value for place, value in record.items() if place.startswith(_PARAMETERS)}
-    positions, box, onset = record[_POSITIONS], record[_EDGES], float(parts["onset"][frame])
+    positions, box, phi_J = record[_POSITIONS], record[_EDGES], float(parts["phi_J"][frame])
     history = _read_history(where, parts["provenance"][frame], frame)
     known = _read_known(where, parts["state"][frame])
     sizes = {name: parts.get(name) for name in _SIZES}
@@ -273,7 +273,7 @@ def _packing(where: str, record: Mapping[str, Any], frame: int) -> Packing:
         "positions": positions[frame, :, :2],
         "params": {name: value.item() if isinstance(value, np.generic) else value for name, value in law.items()},
         **sizes,
-        "onset": None if np.isnan(onset) else onset,
+        "phi_J": None if np.isnan(phi_J) else phi_J,
         **known,
         "provenance": history,
     }

@@ -167,7 +167,7 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
         return value if power.choices else value * scales.unit((power.energy, power.length))
 
     units = dict.fromkeys(("box", "positions", "diameters", "rounding"), scales.length)
-    units |= dict.fromkeys(("max_force", "tolerance"), scales.force)
+    units |= dict.fromkeys(("max_force", "force_tolerance"), scales.force)
     return packing._trusted(
         params={name: convert(name, value) for name, value in packing.params.items()},
         **{name: value * unit for name, unit in units.items() if (value := getattr(packing, name)) is not None},

@@ -31,7 +31,7 @@ from jamlab.packing.quantities import MEASURED
 from jamlab.plotting.drawable import CELL, drawn
 
 # what is known of a minimum, and its values for a state that nobody minimised
-MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "tolerance": None}
+MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "force_tolerance": None}
 MINIMUM |= {"on_rattlers": False, "on_target": True}
 KNOWN: dict[str, Any] = {**MINIMUM, "ensemble": "fixed-box", "rounding": 0.0, "fixed": None, "walls": False}
 # what files keep beside the state
@@ -58,12 +58,12 @@ class Packing(Hinted):
             two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
         diameters: SP (n,) float64, else None.
         offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
-        onset: phi_J (= rho_J) of the packing that this one was compressed from, or None.
+        phi_J: phi at onset, equal to rho there, of the packing that this one was compressed from, or None.
         ensemble: "fixed-box", or "shear-stabilized": the box is sheared until no shear stress is left.
         max_force: largest residual force of the minimisation that ended in this state; None without minimisation.
-        converged: whether that minimisation met its tolerance. `with_state` resets `max_force` to None and `converged`
-            to False if particles, box or force law change.
-        tolerance: force tolerance of that minimisation, or None.
+        converged: whether that minimisation met `force_tolerance`. `with_state` resets `max_force` to None and
+            `converged` to False if particles, box or force law change.
+        force_tolerance: largest residual force that was asked of that minimisation, or None.
         on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian neglects this.
         on_target: whether the sweep that made this state reached the requested packing fraction.
         fixed: (n,) bool, particles that move only with strains of the box, see `jamlab.packing.frame`. None: all
@@ -96,12 +96,12 @@ class Packing(Hinted):
     units: str = "eps"
     diameters: Array | None = None
     offsets: Indices | None = None
-    onset: float | None = None
+    phi_J: float | None = None
     ensemble: str = "fixed-box"
     max_force: float | None = None
     converged: bool = False
     provenance: dict[str, Any] = field(default_factory=dict)
-    tolerance: float | None = None
+    force_tolerance: float | None = None
     on_rattlers: bool = False
     on_target: bool = True
     rounding: float = 0.0
@@ -118,8 +118,8 @@ class Packing(Hinted):
         self._set("positions", finite_array("positions", self.positions, (None, 2)))
         if not len(self.positions):
             raise InputError("a packing needs at least one particle")
-        if self.onset is not None and not (is_number(self.onset) and self.onset > 0):
-            raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
+        if self.phi_J is not None and not (is_number(self.phi_J) and self.phi_J > 0):
+            raise InputError(f"phi_J is {self.phi_J!r}: must be a packing fraction or None")
         self._check_minimum()
         check_box(self.box)
         check_params(self.model, self.units, self.parameters, self.params)
@@ -160,7 +160,7 @@ class Packing(Hinted):
         except InputError:  # line tension so strong that there is no free droplet
             phi = "phi=undefined"
         facts = [f"{self.model!r}", f"n={self.n}", phi, f"units={self.units!r}", f"ensemble={self.ensemble!r}"]
-        facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
+        facts += [] if self.phi_J is None else [f"phi_J={self.phi_J:.6g}"]
         facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
         return f"Packing({', '.join(facts)}, converged={self.converged})"
 
@@ -256,7 +256,7 @@ class Packing(Hinted):
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
         A copy with other particles, another box or another force law is at no known minimum: `max_force`, `converged`,
-        `tolerance`, `on_rattlers` and `on_target` are cleared, unless they are among the changes.
+        `force_tolerance`, `on_rattlers` and `on_target` are cleared, unless they are among the changes.
         """
         copy = replace(self, **self._changed(changes), provenance={**self.provenance, **(provenance or {})})
         if _DEFINING.isdisjoint(changes):
@@ -277,7 +277,7 @@ class Packing(Hinted):
 
     @checked
     def select(self, particles: Mask) -> Packing:
-        """Keep some of the particles. Fewer have another phi, so their packing has no onset.
+        """Keep some of the particles. Fewer have another phi, so their packing has no `phi_J`.
 
         Args:
             particles: (n,) bool, at least one of them True.
@@ -289,7 +289,7 @@ class Packing(Hinted):
         if particles.shape != (self.n,) or not particles.any():
             raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
         changes = {"positions": self.positions[particles[self.particle]], **self.kind.selected(self, particles)}
-        changes["onset"] = self.onset if particles.all() else None
+        changes["phi_J"] = self.phi_J if particles.all() else None
         fixed = self.frame.fixed[particles]
         changes |= {"fixed": fixed if fixed.any() else None, "walls": self.walls and bool(fixed.any())}
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}

@@ -91,7 +91,7 @@ def jam(
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
-        >>> onset.n, onset.converged, onset.phi == onset.onset
+        >>> onset.n, onset.converged, onset.phi == onset.phi_J
         (16, True, True)
         >>> c = jamlab.contacts(onset)
         >>> c.n_contacts - c.isostatic  # contacts beyond what statics asks for
@@ -150,7 +150,7 @@ def _onset_above(
             onset, method = searched.by_paper(loose, first_step), making.descent.name(session)
         else:
             onset, method = making.find_onset(searched, loose, first_step)
-    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
+    packing = onset.packing.with_state(phi_J=onset.phi, ensemble=ensemble)
     return record(session, packing, onset.found, minimizer=method)
 
 

@@ -128,7 +128,7 @@ def record(session: Session, packing: Packing, found: Relaxed, **entries: Any) -
         entries: further entries of the provenance.
 
     Returns:
-        The packing with `max_force`, `converged`, `tolerance` and `on_rattlers` set.
+        The packing with `max_force`, `converged`, `force_tolerance` and `on_rattlers` set.
     """
     converged = found.converged
     if converged and not found.off_saddles:
@@ -137,7 +137,7 @@ def record(session: Session, packing: Packing, found: Relaxed, **entries: Any) -
     ended = packing.with_state(
         max_force=found.evaluation.max_force,
         converged=converged,
-        tolerance=found.tolerance,
+        force_tolerance=found.tolerance,
         on_rattlers=found.on_rattlers,
         provenance=entries,
     )

@@ -226,7 +226,7 @@ def _come_down(
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
     entries |= {"from_pressure": start, "wall_time": time.perf_counter() - began, **versions()}
-    return found._trusted(provenance=entries, onset=None)  # earlier provenance is void
+    return found._trusted(provenance=entries, phi_J=None)  # earlier provenance is void
 
 
 @in_natural_units(STRESS, pressure=STRESS)

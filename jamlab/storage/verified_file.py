@@ -28,7 +28,7 @@ from jamlab.storage.system_errors import system_error, system_said
 FilePath = str | os.PathLike[str]
 
 SCHEMA = "jamlab"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 REMEDY = "copy it again, or run the task that wrote it again"
 NUMBERS = "biuf"  # truth values, integers, unsigned integers, floating point
 PACKINGS, CHUNK = "packings", "chunk"
@@ -212,3 +212,6 @@ def _check_schema(path: FilePath, file: Any) -> None:
     if version > SCHEMA_VERSION:
         needed = file["h5md/creator"].attrs["version"]
         raise StorageError(f"{path} has schema {version}, this jamlab reads {SCHEMA_VERSION}: install jamlab {needed}")
+    if version < SCHEMA_VERSION:
+        said = f"{path} has schema {version} of an earlier jamlab, this one reads {SCHEMA_VERSION}"
+        raise StorageError(f"{said}: make its packings again")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.errors import InputError, warn
-from jamlab.packing.facts import STATE, facts_of_words, rounding_of, shared_parameters
+from jamlab.packing.facts import STATE, facts_of_words, refuse_earlier, rounding_of, shared_parameters
 from jamlab.packing.kinds import MODELS
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import (
@@ -227,6 +227,7 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
     for name, width in widths.items():
         places |= {"xyz"[k]: at + k for k in range(width)} if name == "pos" else {name: at}
         at += width
+    refuse_earlier(keys)
     known = {"units", "law", *shared_parameters(keys.get("law")), *(("model", "provenance", *STATE) if own else ())}
     entries = facts_of_words({name: keys[name] for name in known & keys.keys()})
     error = 0.0 if box is None else rounding(lattice, box, chosen=True, stated=own)

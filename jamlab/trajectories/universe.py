@@ -255,7 +255,7 @@ class UniverseFrames:
 
     def _facts(self, frame: int) -> tuple[dict[str, Any], list[str]]:
         """Facts of a frame and, where frames were left out or added, names of those that are no longer known. Of a part
-        of the particles there is no onset, and lengths over their mean size are over that of the part."""
+        of the particles there is no `phi_J`, and lengths over their mean size are over that of the part."""
         if len(self._lines) == len(self.trajectory):
             entries, lost = dict(self._lines[frame]), []
         else:
@@ -267,7 +267,7 @@ class UniverseFrames:
         particles, mean_size = entries.pop("particles", None), entries.pop("mean_size", None)
         if particles in (None, self.group.n_residues):
             return entries, lost
-        entries.pop("onset", None)
+        entries.pop("phi_J", None)
         entries["walls"] = bool(entries.get("walls")) and self._fixed is not None and bool(np.any(self._fixed))
         if self._own_radius is not None:
             sizes = 2 * self._own_radius[self._own_radius > 0]

@@ -110,8 +110,8 @@ def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
 
 def test_the_onset_of_a_packing_is_not_that_of_its_backbone(random_disks):
     """phi of fewer particles is lower, so that phi - phi_J would be too."""
-    p = random_disks(n=3).with_state(onset=0.84)
-    assert p.select([True, False, True]).onset is None and p.select([True] * 3).onset == 0.84
+    p = random_disks(n=3).with_state(phi_J=0.84)
+    assert p.select([True, False, True]).phi_J is None and p.select([True] * 3).phi_J == 0.84
 
 
 @given(packings())

@@ -72,7 +72,7 @@ def test_entries_of_a_provenance_may_have_any_name(tmp_path):
 
 
 def test_numbers_that_others_shortened_make_a_rounded_packing(tmp_path):
-    packing = disks(max_force=1e-15, converged=True, tolerance=1e-12, on_target=False)
+    packing = disks(max_force=1e-15, converged=True, force_tolerance=1e-12, on_target=False)
     for part in ("particles/all/position/value", "particles/all/box/edges/value", "parameters/diameters"):
         write(tmp_path / "run.h5", [packing, packing])
         with edited(tmp_path / "run.h5") as file:
@@ -82,7 +82,7 @@ def test_numbers_that_others_shortened_make_a_rounded_packing(tmp_path):
         for back in read_all_hdf5(tmp_path / "run.h5"):
             error = np.abs(values - values.astype("f4")).max()
             assert error < back.rounding < 1e-6
-            assert (back.converged, back.max_force, back.tolerance, back.on_target) == (False, None, None, False)
+            assert (back.converged, back.max_force, back.force_tolerance, back.on_target) == (False, None, None, False)
 
 
 def test_observables_scalar_and_vector(tmp_path):
@@ -97,7 +97,7 @@ def test_observables_scalar_and_vector(tmp_path):
 def test_layout_is_h5md(tmp_path):
     write(tmp_path / "run.h5", sweep(polygons), {"g": [1, 2, 3]})
     with h5py.File(tmp_path / "run.h5") as file:
-        assert (file.attrs["schema"], file.attrs["schema_version"]) == ("jamlab", 1)
+        assert (file.attrs["schema"], file.attrs["schema_version"]) == ("jamlab", 2)
         assert file["h5md"].attrs["version"].tolist() == [1, 1]
         assert file["h5md/author"].attrs["name"] and file["h5md/creator"].attrs["version"]
         box = file["particles/all/box"]
@@ -186,7 +186,16 @@ def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
     with edited(tmp_path / "run.h5") as file:
         file.attrs["schema_version"] = SCHEMA_VERSION + 1
         file["h5md/creator"].attrs["version"] = "7.8.9"
-    with pytest.raises(StorageError):
+    with pytest.raises(StorageError, match=r"install jamlab 7\.8\.9"):
+        read_hdf5(tmp_path / "run.h5")
+
+
+def test_a_file_of_an_earlier_layout_is_refused(tmp_path):
+    write(tmp_path / "run.h5", [disks()])
+    with edited(tmp_path / "run.h5") as file:
+        file.attrs["schema_version"] = SCHEMA_VERSION - 1
+        file["parameters"].move("phi_J", "onset")
+    with pytest.raises(StorageError, match=f"schema {SCHEMA_VERSION - 1} of an earlier jamlab"):
         read_hdf5(tmp_path / "run.h5")
 
 

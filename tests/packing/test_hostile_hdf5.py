@@ -63,7 +63,7 @@ def as_type(name, kind):
 
 
 def no_frames(file):
-    for name in (POSITIONS, BOX, "parameters/onset"):
+    for name in (POSITIONS, BOX, "parameters/phi_J"):
         replace(name, file[name][()][:0])(file)
     for name in (HISTORY, STATE):
         replace(name, np.array([], dtype=object), dtype=h5py.string_dtype())(file)
@@ -85,7 +85,7 @@ HOSTILE = {
     "model of numbers": attribute("parameters", "model", [1, 2]),
     "1e12 positions": declare(POSITIONS, 1, 10**12, 3),
     "1e12 frames": declare(POSITIONS, 10**12, 5, 3),
-    "1e12 onsets": declare("parameters/onset", 10**12),
+    "1e12 onsets": declare("parameters/phi_J", 10**12),
     "1e12 parameters": declare("parameters/force_law/eps", 10**12),
     "bool positions": as_type(POSITIONS, bool),
     "complex positions": as_type(POSITIONS, complex),
@@ -118,13 +118,13 @@ def test_what_no_packing_can_be_is_named_with_file_and_thing(path, name):
 
 def test_a_dataset_that_stores_a_little_of_what_it_declares_is_not_read(path):
     with edited(path) as file:
-        del file["parameters/onset"]
-        made = file.create_dataset("parameters/onset", shape=(200_000,), dtype="f8", chunks=(100,))
+        del file["parameters/phi_J"]
+        made = file.create_dataset("parameters/phi_J", shape=(200_000,), dtype="f8", chunks=(100,))
         made[:100] = 1.0  # the others are zeros that HDF5 makes up
     with pytest.raises(StorageError, match="shape"):
         read_hdf5(path)
     with h5py.File(path) as file, pytest.raises(StorageError, match="declared"):
-        dataset(file, "parameters/onset", "f")
+        dataset(file, "parameters/phi_J", "f")
 
 
 @pytest.mark.parametrize(

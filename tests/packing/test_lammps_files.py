@@ -133,7 +133,7 @@ def test_dump_frames_have_one_size(tmp_path):
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_the_comment_of_a_data_file_holds_the_force_law(tmp_path, make):
     packing = make(1, 0.37)
-    packing = replace(packing, onset=1 / 3, ensemble="shear-stabilized", max_force=1e-13 / 3, converged=True)
+    packing = replace(packing, phi_J=1 / 3, ensemble="shear-stabilized", max_force=1e-13 / 3, converged=True)
     write_data(tmp_path / "p.data", packing)
     lines = (tmp_path / "p.data").read_text().splitlines()
     assert lines[0] == title_of(packing)

@@ -133,13 +133,13 @@ def test_particle_and_successor_close_every_outline():
 def test_with_state_merges_provenance_and_clears_what_was_known_of_another_state(tmp_path):
     """Later entries win, earlier ones stay; the original is untouched; files keep what is known."""
     p = disks(provenance={"seed": 1, "step": 2})
-    q = p.with_state(provenance={"step": 3}, onset=0.84)
-    assert (q.provenance, p.provenance, p.onset) == ({"seed": 1, "step": 3}, {"seed": 1, "step": 2}, None)
-    known = {"max_force": 1e-13, "converged": True, "tolerance": 1e-12, "on_target": False, "on_rattlers": True}
+    q = p.with_state(provenance={"step": 3}, phi_J=0.84)
+    assert (q.provenance, p.provenance, p.phi_J) == ({"seed": 1, "step": 3}, {"seed": 1, "step": 2}, None)
+    known = {"max_force": 1e-13, "converged": True, "force_tolerance": 1e-12, "on_target": False, "on_rattlers": True}
     known |= {"ensemble": "shear-stabilized", "rounding": 1e-9}
     q = q._trusted(params={"eps": 2.0}, **known)
     jamlab.write(tmp_path / "q.h5", q)
-    for same in (q, jamlab.read(tmp_path / "q.h5"), q.with_state(onset=0.8), pickle.loads(pickle.dumps(q))):
+    for same in (q, jamlab.read(tmp_path / "q.h5"), q.with_state(phi_J=0.8), pickle.loads(pickle.dumps(q))):
         assert same.known == known and same.provenance == q.provenance
     assert q.with_state(params={"eps": 3.0}).known == {"ensemble": "shear-stabilized", "rounding": 1e-9}
 
@@ -180,7 +180,7 @@ def test_params_and_provenance_do_not_change_and_are_not_shared():
     p = Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], params, "k", [1.0], provenance=history)
     params["k"], history["seed"], history["handover"]["z"] = 2.0, 2, 5.0
     assert p.params == {"k": 1.0} and p.provenance == {"seed": 1, "handover": {"z": 4.0}}
-    for entries in (p.params, p.provenance, p.provenance["handover"], p.with_state(onset=0.8).params):
+    for entries in (p.params, p.provenance, p.provenance["handover"], p.with_state(phi_J=0.8).params):
         for change in (
             lambda e: e.__setitem__("k", 2.0),
             lambda e: e.update(k=2.0),

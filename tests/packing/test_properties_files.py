@@ -28,10 +28,10 @@ def sweeps(draw):
     frames = []
     for _ in range(draw(st.integers(1, 3))):
         shift = draw(st.tuples(st.floats(-5, 5), st.floats(-5, 5)))
-        onset = draw(st.none() | st.floats(0.1, 1.0))
+        phi_J = draw(st.none() | st.floats(0.1, 1.0))
         box = first.box * draw(st.floats(0.9, 1.1))
         place = {"box": box, "positions": first.positions + shift}
-        frames.append(first.with_state(**place, onset=onset, provenance=draw(histories)))
+        frames.append(first.with_state(**place, phi_J=phi_J, provenance=draw(histories)))
     return frames
 
 
@@ -39,7 +39,7 @@ def assert_same(got, wanted):
     for name in ("box", "positions", "diameters", "offsets"):
         a, b = getattr(got, name), getattr(wanted, name)
         assert (a is None) == (b is None) and (a is None or (a.dtype == b.dtype and a.tobytes() == b.tobytes())), name
-    for name in ("model", "units", "onset", "provenance"):
+    for name in ("model", "units", "phi_J", "provenance"):
         assert getattr(got, name) == getattr(wanted, name), name
     assert got.params.keys() == wanted.params.keys()
     assert all(np.array_equal(got.params[name], value) for name, value in wanted.params.items())

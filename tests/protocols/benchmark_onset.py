@@ -26,7 +26,7 @@ def onset(model, n, seed, option, value):
     began = time.process_time()
     try:
         packing = jamlab.jam(n, model, seed, **how)
-        row = {"rho": packing.onset, "phi": packing.phi}
+        row = {"rho": packing.phi_J, "phi": packing.phi}
     except jamlab.ConvergenceError as error:
         row = {"error": str(error)}
     return row | {"t": time.process_time() - began}

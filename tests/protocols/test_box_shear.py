@@ -103,7 +103,7 @@ def test_two_shears_of_the_box_make_two_contacts_more(onsets):
     assert jamlab.shear_modulus(stabilized, angle=ANGLES).min() > 1e-4  # far above a pressure of 1e-7
     e = jamlab.evaluate(stabilized)
     assert 1e-16 <= e.contact_energy / stabilized.n <= 1e-13 and e.max_force <= 1e-12
-    assert stabilized.ensemble == "shear-stabilized" and stabilized.onset == stabilized.phi
+    assert stabilized.ensemble == "shear-stabilized" and stabilized.phi_J == stabilized.phi
 
 
 def test_droplets_on_corners_shear_loose():

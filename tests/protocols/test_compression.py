@@ -47,22 +47,22 @@ def test_compression_of_disks_hits_its_targets(by):
     assert np.all(np.diff(pressure) > 0)
     for p in states:
         assert p.converged is True and jamlab.evaluate(p).max_force <= 1e-12
-        assert p.onset == start.onset and np.array_equal(p.diameters, start.diameters)
+        assert p.phi_J == start.phi_J and np.array_equal(p.diameters, start.diameters)
 
 
 def test_states_near_onset_are_log_spaced():
     """U ~ (phi - phi_J)^2 and p ~ phi - phi_J hold over the decades that the grid visits."""
     onset = jamlab.jam(16, "sp", seed=3)
-    states = list(jamlab.compress(onset, to=onset.onset + 1e-3, step=1e-3, by="phi", first_step=1e-5))
+    states = list(jamlab.compress(onset, to=onset.phi_J + 1e-3, step=1e-3, by="phi", first_step=1e-5))
     wanted = [*(1e-5 * 10 ** (0.2 * np.arange(10))), 1e-3]
-    above = np.array([p.phi - onset.onset for p in states])
+    above = np.array([p.phi - onset.phi_J for p in states])
     assert above == pytest.approx(wanted, rel=0.02)
-    assert states[-1].phi == pytest.approx(onset.onset + 1e-3, abs=1e-6)
+    assert states[-1].phi == pytest.approx(onset.phi_J + 1e-3, abs=1e-6)
     e = [jamlab.evaluate(p) for p in states]
     assert np.polyfit(np.log(above[:6]), np.log([x.pressure for x in e[:6]]), 1)[0] == pytest.approx(1, abs=0.05)
     assert np.polyfit(np.log(above[:6]), np.log([x.energy for x in e[:6]]), 1)[0] == pytest.approx(2, abs=0.1)
     assert all(p.converged and p.on_target for p in states)
-    assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.onset, wanted), abs=1e-9)
+    assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.phi_J, wanted), abs=1e-9)
 
 
 @pytest.mark.parametrize("by", ["phi", "rho"])

@@ -49,7 +49,7 @@ def test_handover_is_continuous(disks, droplets):
     shared = {tuple(p) for p in before.pairs.tolist()} & {tuple(p) for p in after.pairs.tolist()}
     assert note["contacts_kept"] >= 0.75 and note["continuous"] is True
     assert len(shared) >= 0.75 * max(len(before.pairs), len(after.pairs))
-    assert droplets.onset == disks.onset and droplets.units == "eps"
+    assert droplets.phi_J == disks.phi_J and droplets.units == "eps"
 
 
 def test_loose_disks_are_no_continuous_handover():

@@ -125,7 +125,7 @@ def _made(onset, kind, tolerance):
 def test_the_tolerance_asked_for_is_met_and_recorded(onset, kind):
     for tolerance in (LOOSE, TIGHT):
         p = _made(onset, kind, tolerance)
-        assert p.converged and p.tolerance == tolerance
+        assert p.converged and p.force_tolerance == tolerance
         assert p.max_force <= tolerance
         assert jamlab.evaluate(p).max_force == pytest.approx(p.max_force, abs=1e-14)
 
@@ -137,7 +137,7 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
         assert not q.converged and q.max_force is None
         assert "converged" not in q.provenance and "max_force" not in q.provenance
         assert q.provenance["seed"] == 1 and q.ensemble == p.ensemble
-    assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
+    assert p.with_state(phi_J=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
 
 
 def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense, monkeypatch):

@@ -73,7 +73,7 @@ def test_what_a_compression_says_of_itself_is_gone():
     """Its target, whether it was met, and the onset that it began at."""
     *_, start = jamlab.compress(jamlab.jam(n=16, seed=1), to=0.9, step=0.05)
     found = decompress(start.with_state(on_target=False), 1e-4)
-    assert found.on_target and found.onset is None and found.units == "eps"
+    assert found.on_target and found.phi_J is None and found.units == "eps"
     assert not {"by", "target", "search", "start", "step", "minimizer"} & set(found.provenance)
 
 

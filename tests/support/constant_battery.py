@@ -79,7 +79,7 @@ def _collect_packing(p: Any, name: str, rows: dict[str, Any]) -> None:
     rows[f"{name}/bits"] = crc32(p.positions.tobytes() + p.box.tobytes())
     rows[f"{name}/converged"] = bool(p.converged)
     rows[f"{name}/state"] = [p.phi, jamlab.packing_fraction(p), jamlab.contacts(p).z]
-    rows[f"{name}/onset"] = [] if p.onset is None else [float(p.onset)]
+    rows[f"{name}/onset"] = [] if p.phi_J is None else [float(p.phi_J)]
     with contextlib.suppress(jamlab.JamlabError):
         measured = jamlab.measure(p, ("energy", "pressure"))
         rows[f"{name}/energy and pressure"] = [float(each) for each in measured.values()]

@@ -5,13 +5,13 @@ from wandering_packings import disks, polygons
 
 import jamlab
 
-KNOWN = {"max_force": 1e-13 / 3, "converged": True, "tolerance": 1e-12 / 7, "on_rattlers": True, "on_target": False}
+KNOWN = {"max_force": 1e-13 / 3, "converged": True, "force_tolerance": 1e-12 / 7, "on_rattlers": True, "on_target": False}
 HISTORY = {"seed": 7, "protocol": "a b=c%d", "nested": {"x": [1, 2.5, None]}, "source": "photo.png", "_known": {"u": 1}}
 
 
 def known(packing, **more):
     """With all that may be known of a state."""
-    return packing.with_state(**KNOWN, onset=0.8 + 1 / 30, provenance=HISTORY, **more)
+    return packing.with_state(**KNOWN, phi_J=0.8 + 1 / 30, provenance=HISTORY, **more)
 
 
 def law(packing, **params):

@@ -11,7 +11,7 @@ def disks(seed, tilt, units="eps", n=12):
     box = np.array([[10 / 3, 0.0], [tilt, 29 / 9.9]])
     positions = rng.uniform(-2, 3, (n, 2)) @ box
     sizes = rng.choice([0.7, 1.0, 1.4], n) / 3
-    law, more = {units: rng.uniform(0.1, 2)}, {"onset": 0.8 + rng.random() / 9, "max_force": 1 / 3e9}
+    law, more = {units: rng.uniform(0.1, 2)}, {"phi_J": 0.8 + rng.random() / 9, "max_force": 1 / 3e9}
     return Packing("sp", box, positions, law, units, sizes, **more)
 
 
@@ -35,7 +35,7 @@ def polygons(seed, tilt):
 def assert_same(read, written, digits):
     """Same particles and law, same place to so many digits of the largest coordinate."""
     assert read.difference(written) is None
-    for name in ("onset", "ensemble"):
+    for name in ("phi_J", "ensemble"):
         assert getattr(read, name) == getattr(written, name)
     near = 10.0**-digits * max(np.abs(written.positions).max(), np.abs(written.box).sum())
     np.testing.assert_allclose(read.positions, written.positions, rtol=0, atol=near)

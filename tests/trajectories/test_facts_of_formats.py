@@ -84,9 +84,9 @@ def test_every_fact_comes_back_or_is_said_to_be_lost(tmp_path, name, kind):
 @given(packing=packings(), data=st.data())
 def test_any_packing_with_anything_known(tmp_path, packing, data):
     state = {
-        "onset": data.draw(st.none() | st.floats(0.1, 2.0)),
+        "phi_J": data.draw(st.none() | st.floats(0.1, 2.0)),
         "max_force": data.draw(st.none() | st.floats(0, 1)),
-        "tolerance": data.draw(st.none() | st.floats(1e-15, 1)),
+        "force_tolerance": data.draw(st.none() | st.floats(1e-15, 1)),
         "ensemble": data.draw(st.sampled_from(["fixed-box", "shear-stabilized"])),
         "provenance": {"seed": data.draw(st.integers(0, 9))},
     }
@@ -106,9 +106,9 @@ def test_any_packing_with_anything_known(tmp_path, packing, data):
 def test_every_frame_keeps_its_own_facts(tmp_path, kind, make):
     first = make(1, 1 / 3)
     states = [
-        {"ensemble": "fixed-box", "onset": None, "on_target": False, "rounding": 0.0},
-        {"ensemble": "shear-stabilized", "onset": 0.81, "on_target": True, "rounding": 1e-2},
-        {"ensemble": "fixed-box", "onset": 0.82, "on_target": True, "rounding": 1e-3},
+        {"ensemble": "fixed-box", "phi_J": None, "on_target": False, "rounding": 0.0},
+        {"ensemble": "shear-stabilized", "phi_J": 0.81, "on_target": True, "rounding": 1e-2},
+        {"ensemble": "fixed-box", "phi_J": 0.82, "on_target": True, "rounding": 1e-3},
     ]
     frames = [first.with_state(**state) for state in states]
     if kind == "universe":
@@ -117,13 +117,25 @@ def test_every_frame_keeps_its_own_facts(tmp_path, kind, make):
         u.load_new(u.trajectory.coordinate_array[::2], order="fac", dimensions=u.trajectory.dimensions_array[::2])
         part = jamlab.from_universe(u)  # facts that differ are then unknown, which is said
         assert [p.rounding for p in part] == [1e-2, 1e-2]
-        assert part[0].provenance["lost"] == ["ensemble", "on_target", "onset", "rounding"]
+        assert part[0].provenance["lost"] == ["ensemble", "on_target", "phi_J", "rounding"]
     else:
         jamlab.write(tmp_path / f"p.{ENDINGS[kind]}", frames)
         read = jamlab.read_all(tmp_path / f"p.{ENDINGS[kind]}")
     for got, state in zip(read, states, strict=True):
         assert got.rounding >= state.pop("rounding") and got.rounding < 2e-2
         assert {name: getattr(got, name) for name in state} == state
+
+
+@pytest.mark.parametrize("kind", ["data", "dump", "xyz"])
+def test_text_of_an_earlier_layout_is_refused(tmp_path, kind):
+    path = tmp_path / f"p.{ENDINGS[kind]}"
+    jamlab.write(path, disks(1, 0.0).with_state(phi_J=0.8, force_tolerance=1e-9))
+    text = path.read_text()
+    assert text.count("phi_J") == text.count("force_tolerance") == 1
+    for word, earlier in (("phi_J", "onset"), ("force_tolerance", "tolerance")):
+        path.write_text(text.replace(word, earlier))
+        with pytest.raises(jamlab.errors.InputError, match=f"an earlier jamlab wrote it, with {earlier}"):
+            jamlab.read(path)
 
 
 def test_rounding_is_the_larger_of_source_and_format(tmp_path):
@@ -154,7 +166,7 @@ def test_files_that_others_made_of_ours_with_fewer_digits_do_not_pass_as_exact(t
 
 
 def test_a_part_of_a_universe_has_the_facts_of_its_own_particles():
-    packing = law(disks(3, 0.0), stickiness=0.1).with_state(onset=0.8, fixed=np.arange(12) < 3)
+    packing = law(disks(3, 0.0), stickiness=0.1).with_state(phi_J=0.8, fixed=np.arange(12) < 3)
     u = jamlab.universe(packing)
     for order in (np.arange(8, 12), np.arange(12)[::-1], np.array([1, 5, 7]), np.array([5, 0, 11])):
         (got,) = jamlab.from_universe(u.atoms[order])
@@ -162,7 +174,7 @@ def test_a_part_of_a_universe_has_the_facts_of_its_own_particles():
         kept[order] = True
         part = packing.select(kept)
         assert got.frame.fixed.tolist() == packing.frame.fixed[order].tolist()
-        assert got.onset == part.onset and np.array_equal(got.diameters, packing.diameters[order])
+        assert got.phi_J == part.phi_J and np.array_equal(got.diameters, packing.diameters[order])
         assert got.params["stickiness"] == pytest.approx(part.params["stickiness"], rel=1e-15)
     droplets = polygons(5, 0.0)
     droplets = droplets.with_state(fixed=np.arange(5) > 2)
