@@ -18,7 +18,7 @@ ARGUMENTS = (
     Concept("step snapshot index i", "step frame strain"),
     Concept("freq_max frequency_max max_freq", "omega_max"),
     Concept("freq_min frequency_min min_freq omega", "omega_min"),
-    Concept("steps n_steps num_steps nsteps", "step n_rows rows"),
+    Concept("steps n_steps num_steps nsteps n_rows", "step rows"),
     Concept("time t total_time simulation_time length run_length", "duration"),
     Concept("columns quantities names keys properties", "quantities"),
     Concept("cutoff r_cut rc distance tolerance", "threshold"),

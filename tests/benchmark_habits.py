@@ -51,7 +51,7 @@ def space(tmp_path_factory):
     labels = np.kron(np.arange(1, 17).reshape(4, 4), np.pad(np.ones((36, 36), int), 2)).astype(int)
     m = jamlab.micrograph(labels=labels)
     s = jamlab.complex_modulus(p, [1e-3, 1.0])
-    run = jamlab.shear(p, rate=1e-2, strain=0.02, n_rows=5)
+    run = jamlab.shear(p, rate=1e-2, strain=0.02, rows=5)
     fc = jamlab.flow_curve(p, [3e-2, 6e-2, 0.12, 0.24], strain=1.0)
     pressures = [1e-2, 3e-3, 1e-3]
     spectra = [

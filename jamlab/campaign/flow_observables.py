@@ -156,7 +156,7 @@ class SteadyFlow(_Run):
             background = how.background if law.at_contacts else None  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
             run: ShearRun = shear(
-                packing, rate, strain, law, n_rows=rows, tolerance=how.tolerance, background_drag=background
+                packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background_drag=background
             )
         else:
             run = quasistatic_shear(packing, strain, how.step)

@@ -246,7 +246,7 @@ def shear(
     else:
         if rate > 0:
             job.say_seconds([rate], strain, within, twice=trajectory_error)
-        how = {"n_rows": rows, "snapshot_every": frames, "trajectory_error": trajectory_error}
+        how = {"rows": rows, "snapshot_every": frames, "trajectory_error": trajectory_error}
         found = job.drive(flow, "shear", rate, strain, **how)
     note = f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"
     job.give(found, _SHEAR, note)

@@ -361,7 +361,7 @@ def stop_flow(
 ) -> StoppedFlow:
     """Stop a flow at its present strain, and follow how its stress relaxes.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, n_rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
     >>> s = jamlab.stop_flow(r, duration=100.0)
     >>> bool(abs(s.stress[-1]) < abs(s.stress[0]))
     True

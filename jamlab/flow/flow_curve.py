@@ -255,7 +255,7 @@ def _measure(item: _Item, report: Callable[..., None]) -> None:
     it found no end."""
     packing, rate, law, discard, strain, tolerance, background = item
     how: dict[str, Any] = {"tolerance": tolerance, "background_drag": background}
-    how |= {"n_rows": int(np.ceil(ROWS * (discard + strain))), "progress": lambda share, _: report(share)}
+    how |= {"rows": int(np.ceil(ROWS * (discard + strain))), "progress": lambda share, _: report(share)}
     try:
         run = shear(packing, rate, discard + strain, law, **how)
     except ConvergenceError as error:

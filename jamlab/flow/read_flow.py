@@ -18,7 +18,7 @@ StoredFlow = ShearRun | FlowCurve | Oscillation | CreepRun | StoppedFlow
 def read_flow(path: FilePath) -> StoredFlow:
     """Read a result of `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress`; `jamlab.read` reads its packings.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5, path="run.h5")
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5, path="run.h5")
     >>> bool(np.all(jamlab.read_flow("run.h5").stress == r.stress))
     True
 

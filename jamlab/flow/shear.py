@@ -148,7 +148,7 @@ class ShearRun(FlowRun):
         if kept.sum() <= 2 * AVERAGES.blocks:
             raise InputError(
                 f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * AVERAGES.blocks + 1} are "
-                f"needed: shear to more than {self.path[-1]:g}, or use a larger n_rows"
+                f"needed: shear to more than {self.path[-1]:g}, or ask for more rows"
             )
         values = getattr(self, name, None)
         if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
@@ -228,7 +228,7 @@ def shear(
     strain: float | None = None,
     damping: DragLaw | None = None,
     *,
-    n_rows: int = ROWS,
+    rows: int = ROWS,
     snapshot_every: float | None = None,
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
@@ -242,10 +242,10 @@ def shear(
     Solves B u = F - rate b for the non-affine velocities u, with B and b of `dynamical_matrices`; see Durian, Phys.
     Rev. E 55, 1739 (1997), with the drag of Baumgarten & Tighe.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
     >>> r.strain.round(6), r.packing.converged
     (array([0.  , 0.01, 0.02, 0.03, 0.04, 0.05]), False)
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), [(1.0, 0.04), (-1.0, 0.02)], n_rows=6)  # reversal
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), [(1.0, 0.04), (-1.0, 0.02)], rows=6)  # reversal
     >>> r.strain.round(6)
     array([0.  , 0.01, 0.02, 0.03, 0.04, 0.03, 0.02])
 
@@ -255,7 +255,7 @@ def shear(
             array (p, 2), with positive strains.
         strain: total strain, default 1; not with a protocol.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
-        n_rows: number of rows of the result, at equal strain intervals; more if `snapshot_every` requires it.
+        rows: number of rows of the result, at equal strain intervals; more if `snapshot_every` requires it.
         snapshot_every: strain between stored packings; must divide `strain`. Default: only the first and the last.
         tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-2. It does not bound the error of
             stresses: errors change the order in which contacts open and close, and thus the trajectory. Near onset the
@@ -283,9 +283,9 @@ def shear(
     packing = walled(packing, walls)
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
-    check_number("n_rows", n_rows, SHEAR_LIMITS.most_rows)
+    check_number("rows", rows, SHEAR_LIMITS.most_rows)
     whole = float(parts[:, 1].sum())
-    counts = [_rows_of_part(length, snapshot_every, n_rows * length / whole) for length in parts[:, 1]]
+    counts = [_rows_of_part(length, snapshot_every, rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1
     task = {"rate": parts.tolist() if several else float(parts[0, 0])}
     slowest = float(np.abs(parts[:, 0]).min())
@@ -310,7 +310,7 @@ def shear(
             begin += by
         if trajectory_error:
             how: dict[str, Any] = {
-                "n_rows": n_rows,
+                "rows": rows,
                 "snapshot_every": snapshot_every,
                 "background_drag": background_drag,
             }

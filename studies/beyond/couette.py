@@ -28,7 +28,7 @@ def measure_profile(rate: float, seed: int) -> list[dict[str, Any]]:
     """Shear a slab: velocity at some places across it, stress on either wall, and localisation, beyond strain 0.1."""
     walled = with_walls(pack(PARTICLES, PRESSURE, seed))
     if rate:
-        run: Any = shear(walled, rate, STRAIN, n_rows=40, snapshot_every=KEPT)
+        run: Any = shear(walled, rate, STRAIN, rows=40, snapshot_every=KEPT)
     else:
         run = quasistatic_shear(walled, STRAIN, STEP, every=KEPT)
     between, height = slab(walled), walled.box[1, 1]

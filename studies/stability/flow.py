@@ -65,7 +65,7 @@ def _as(verdict: str, trial: Trial, note: str) -> Trial:
 
 def _start_up(packing: Packing, rate: float, tolerance: float, background: float | None, alpha: float) -> ShearRun:
     law = ContactDamping(alpha=alpha)
-    return shear(packing, rate, _STRAIN, law, n_rows=5, tolerance=tolerance, background_drag=background)
+    return shear(packing, rate, _STRAIN, law, rows=5, tolerance=tolerance, background_drag=background)
 
 
 def energy_trial(run: ShearRun) -> Trial:

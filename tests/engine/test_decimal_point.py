@@ -29,7 +29,7 @@ def comma(tmp_path, monkeypatch):
 
 def all_kinds():
     disks, droplets = jamlab.pack(n=8, pressure=2e-2, seed=1), jamlab.jam(6, "dp", 1)
-    run = jamlab.shear(disks, 0.1, strain=0.01, n_rows=3)
+    run = jamlab.shear(disks, 0.1, strain=0.01, rows=3)
     with jamlab.Session(disks) as session:
         session.command("variable x index 1.5")
         pressure = session.evaluate().pressure

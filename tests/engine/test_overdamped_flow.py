@@ -152,7 +152,7 @@ def test_disks_that_touch_nothing_stay_with_the_affine_flow(packing):
     touching = jamlab.contacts(packing)
     apart = np.setdiff1d(np.arange(packing.n), touching.pairs)
     assert len(apart)
-    r = jamlab.shear(packing, 1.0, 0.01, n_rows=1, background_drag=0.0)
+    r = jamlab.shear(packing, 1.0, 0.01, rows=1, background_drag=0.0)
     moved = packing.positions[apart] + 0.01 * packing.positions[apart, 1:] * [1.0, 0.0]
     off = (r.packing.positions[apart] - moved) @ np.linalg.inv(r.packing.box)
     assert np.abs(off - off.round()).max() < 1e-9

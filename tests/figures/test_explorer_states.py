@@ -163,7 +163,7 @@ def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
 def test_strain_of_a_flow_goes_on_where_its_box_flips(tmp_path, apart):
     """Frames may be farther apart than the box leans at most, since each knows its strain."""
     start = jamlab.read(STATES / "disks.h5")
-    run = jamlab.shear(start, 1.0, 8 * apart, snapshot_every=apart, n_rows=8)
+    run = jamlab.shear(start, 1.0, 8 * apart, snapshot_every=apart, rows=8)
     jamlab.write_page(tmp_path / "page.html", run.frames)
     content = head((tmp_path / "page.html").read_text())
     assert content["along"]["name"] == "strain"

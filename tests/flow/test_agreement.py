@@ -52,7 +52,7 @@ def anew():
 
 
 def start(packing, law, **how):
-    return jamlab.shear(packing, 1e-2, 1e-5, law, n_rows=2, **how)
+    return jamlab.shear(packing, 1e-2, 1e-5, law, rows=2, **how)
 
 
 def larger(value):
@@ -114,7 +114,7 @@ def test_no_other_law_passes(states, monkeypatch, state, law, name, change):
 
     monkeypatch.setattr(Session, "set_variables", changed)
     with pytest.raises(jamlab.JamlabError, match=r"the plugin has .*, the analysis "):
-        jamlab.shear(states[state], 1e-2, 1e-3, law, n_rows=5)
+        jamlab.shear(states[state], 1e-2, 1e-3, law, rows=5)
     assert any(seen)
 
 
@@ -172,19 +172,19 @@ def test_once_for_the_same_words(states, monkeypatch):
         start(states["springs"], law)
     assert seen == [True, True]
     seen.clear()
-    jamlab.shear(states["springs"], 1e-2, 1e-3, STOKES, n_rows=5)  # no disk leaves the flow of a packing at rest
+    jamlab.shear(states["springs"], 1e-2, 1e-3, STOKES, rows=5)  # no disk leaves the flow of a packing at rest
     assert seen == [False, True]
 
 
 def test_a_flow_that_begins_without_contacts_is_compared_where_it_has_some(monkeypatch):
     loose = jamlab.pack(16, phi=0.75, seed=1)
-    jamlab.shear(loose, 0.1, 0.6, n_rows=30)
+    jamlab.shear(loose, 0.1, 0.6, rows=30)
     assert agreement._agreed
     agreement.forget_flows()
     kept = Session.set_variables
     monkeypatch.setattr(Session, "set_variables", lambda self, given: kept(self, {**given, "beta": 0.5}))
     with pytest.raises(jamlab.EngineError, match="dissipated power"):
-        jamlab.shear(loose, 0.1, 1.5, n_rows=75)
+        jamlab.shear(loose, 0.1, 1.5, rows=75)
 
 
 def test_bubbles_flow_by_the_plugin_and_respond_as_their_matrix_says():
@@ -204,7 +204,7 @@ def test_disks_flow_by_the_forces_of_any_pair_style(states):
     packing = states["wca"]
     run = start(packing, CONTACT)
     assert run.energy_error < 1e-4 and run.packing.provenance["flow_forces"] == "pair_style lj/cut 1.0"
-    stopped = jamlab.shear(packing, 1e-2, 0.02, STOKES, n_rows=3)
+    stopped = jamlab.shear(packing, 1e-2, 0.02, STOKES, rows=3)
     assert stopped.pressure[-1] == pytest.approx(pressure(stopped.packing), rel=1e-9)  # this drag has no pressure
     linear = jamlab.complex_modulus(packing, 1.0, CONTACT)
     small = jamlab.oscillate(packing, 1.0, 1e-7, CONTACT, tolerance=1e-5)
@@ -231,7 +231,7 @@ def test_springs_of_a_pair_style_flow_as_those_of_the_plugin():
     """harmonic/cut beside the drag alone: its stiffness, a difference of forces, is that of the law to 1e-9."""
     packing = jamlab.pack(16, 1e-2, 1)
     p = packing.with_state(params={"k": 1.0, "law": SpringsOfLammps.name})
-    own, beside = (jamlab.shear(each, 1e-2, 0.1, CONTACT, n_rows=5) for each in (packing, p))
+    own, beside = (jamlab.shear(each, 1e-2, 0.1, CONTACT, rows=5) for each in (packing, p))
     assert "flow_forces" not in own.packing.provenance
     assert beside.packing.provenance["flow_forces"] == "pair_style harmonic/cut"
     for name in ("stress", "pressure", "energy", "dissipated"):

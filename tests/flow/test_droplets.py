@@ -44,12 +44,12 @@ def test_outlines_that_cross_do_not_flow(droplets):
     placed = droplets.positions.copy()
     placed[a:b] += placed[b:c].mean(axis=0) - placed[a:b].mean(axis=0) + [0.5, 0.0]
     with pytest.raises(jamlab.InputError):
-        jamlab.shear(droplets.with_state(positions=placed), 0.1, 0.01, jamlab.StokesDrag(), n_rows=1)
+        jamlab.shear(droplets.with_state(positions=placed), 0.1, 0.01, jamlab.StokesDrag(), rows=1)
 
 
 def test_a_row_has_the_stress_of_its_packing(droplets):
     """Forces of the step's prediction are those of a moment before."""
-    run = jamlab.shear(droplets, 0.1, 0.02, jamlab.StokesDrag(), n_rows=4, snapshot_every=0.005)
+    run = jamlab.shear(droplets, 0.1, 0.02, jamlab.StokesDrag(), rows=4, snapshot_every=0.005)
     assert run.stress == pytest.approx(run.elastic_stress + run.viscous_stress, rel=1e-12)
     states = [jamlab.evaluate(packing) for packing in run.frames]
     assert run.elastic_stress == pytest.approx([-state.stress[0, 1] for state in states], abs=1e-9)
@@ -62,7 +62,7 @@ def test_a_row_has_the_stress_of_its_packing(droplets):
 )
 def test_flow_over_a_flip_gives_a_packing(droplets, law, rate, tmp_path):
     """Work is stored or lost; the last state is whole, with the energy and the stress that the run says."""
-    found = jamlab.shear(droplets, rate, strain=0.6, damping=law, n_rows=6, path=tmp_path / "run.h5")
+    found = jamlab.shear(droplets, rate, strain=0.6, damping=law, rows=6, path=tmp_path / "run.h5")
     state = jamlab.read(tmp_path / "run.h5")
     assert state.box[1, 0] < 0.5 * state.box[0, 0] and not state.converged
     network, native = jamlab.contacts(state), jamlab.evaluate(state)
@@ -81,7 +81,7 @@ def test_quasistatic_shear_of_droplets(droplets):
 
 def test_without_background_droplets_that_slip_are_refused(droplets):
     with pytest.raises(jamlab.ConvergenceError):
-        jamlab.shear(droplets, rate=0.1, strain=0.6, background_drag=0.0, n_rows=2)
+        jamlab.shear(droplets, rate=0.1, strain=0.6, background_drag=0.0, rows=2)
 
 
 @pytest.mark.parametrize("model", ["sp", "dp"])
@@ -89,7 +89,7 @@ def test_a_flow_goes_on_where_image_flags_would_end(model, disks, droplets):
     """LAMMPS counts 511 boxes; half way there whole particles move back, when neighbors are found."""
     packing = disks if model == "sp" else droplets
     far = packing.with_state(positions=packing.positions + 505 * packing.box[0] - 300 * packing.box[1])
-    near, moved = (jamlab.shear(p, 1.0, 0.1, n_rows=2, tolerance=0.05) for p in (packing, far))
+    near, moved = (jamlab.shear(p, 1.0, 0.1, rows=2, tolerance=0.05) for p in (packing, far))
     assert moved.stress == pytest.approx(near.stress, rel=1e-4)
     boxes = (moved.packing.positions - near.packing.positions) @ np.linalg.inv(near.packing.box)
     assert boxes == pytest.approx(np.round(boxes), abs=1e-4) and np.abs(boxes).max() < 3
@@ -99,7 +99,7 @@ def test_drag_on_fixed_droplets_does_the_work_of_a_compression_that_keeps_their_
     """The viscous part of the pressure: power of the drag over the rate of the area, by a plain sum over contacts, in
     which vertices of fixed droplets move beside the flow."""
     fixed = droplets.with_state(fixed=np.arange(8) % 3 == 1, converged=True, max_force=droplets.max_force)
-    run = jamlab.shear(fixed, 0.3, 4e-3, jamlab.ContactDamping(beta=0.3), n_rows=4, snapshot_every=1e-3)
+    run = jamlab.shear(fixed, 0.3, 4e-3, jamlab.ContactDamping(beta=0.3), rows=4, snapshot_every=1e-3)
     (before, after), dt = run.frames[-2:], np.diff(run.time)[-1]
     place = 0.5 * (before.positions + after.positions)
     moved = after.positions - before.positions

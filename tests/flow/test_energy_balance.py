@@ -11,7 +11,7 @@ import jamlab
 from jamlab.flow.flow_run import energy_imbalance
 
 RUNS = {
-    "shear": lambda p: jamlab.shear(p, 0.1, 0.1, n_rows=10),
+    "shear": lambda p: jamlab.shear(p, 0.1, 0.1, rows=10),
     "quasi-static": lambda p: jamlab.quasistatic_shear(p, 2e-3, step=1e-3),
     "oscillate": lambda p: jamlab.oscillate(p, 1.0, 1e-3, cycles=2),
     "creep": lambda p: jamlab.creep(p, 1e-4, 5.0),
@@ -75,7 +75,7 @@ def test_droplets_that_slip_balance_energy_to_the_tolerance(rate, tolerance, str
     So is one that loses little, where all steps so far have lost what the tolerance allows.
     """
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
-    run = jamlab.shear(droplets, rate, strain, law, n_rows=50, tolerance=tolerance)
+    run = jamlab.shear(droplets, rate, strain, law, rows=50, tolerance=tolerance)
     assert run.energy_error < tolerance / 3 and run.balanced
 
 
@@ -90,6 +90,6 @@ def test_what_energy_rounds_off_is_no_imbalance():
     """A row of disks that nothing pushes aside takes no work, but holds an energy."""
     row = np.column_stack([np.arange(40.0), np.full(40, 0.6)])
     strip = jamlab.Packing("sp", [[40.0, 0], [0, 1.2]], row, {"k": 1.0}, "k", np.full(40, 1.01))
-    run = jamlab.shear(strip, 1.0, 0.02, n_rows=2)
+    run = jamlab.shear(strip, 1.0, 0.02, rows=2)
     assert run.energy[0] > 1e-5 and run.energy_error == 0
     assert energy_imbalance(np.zeros(2), np.ones(2), np.ones(2)) == 0

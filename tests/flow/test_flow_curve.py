@@ -47,7 +47,7 @@ def test_flow_curve(curve, disks):
 
 def test_plastic_events_are_counted_per_strain_of_the_average(disks):
     """Three falls of the elastic stress, one of them in start-up: two in a strain of 0.1."""
-    run = jamlab.shear(disks, 1.0, 0.2, n_rows=40)
+    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
     stress = np.arange(41) - 5.0 * np.sum(np.arange(41)[:, None] >= [11, 26, 36], axis=1)
     found = steady_point(replace(run, elastic_stress=stress), discard=0.1)
     assert found["plastic_events"] == pytest.approx(2 / 0.1)
@@ -163,7 +163,7 @@ def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
         (0.1, "background_drag = 1 "),
     ):
         with pytest.raises(jamlab.ConvergenceError) as refusal:
-            jamlab.shear(disks, 0.1, n_rows=1, background_drag=given)
+            jamlab.shear(disks, 0.1, rows=1, background_drag=given)
         assert more in str(refusal.value)
 
 
@@ -182,9 +182,9 @@ def test_steps_that_remain_are_counted_in_every_cycle(disks, monkeypatch):
 def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):
     """Those that rows or a fine tolerance make short; and power laws make few that are long."""
     change_steps(monkeypatch, look=100)
-    assert jamlab.shear(disks, 1.0, 1e-4, n_rows=300).steps == 300
-    assert jamlab.shear(disks, 0.01, 0.01, n_rows=2, tolerance=1e-9).steps > 1000
-    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), n_rows=2).balanced
+    assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300
+    assert jamlab.shear(disks, 0.01, 0.01, rows=2, tolerance=1e-9).steps > 1000
+    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced
 
 
 def test_a_solver_that_fails_says_where(disks):

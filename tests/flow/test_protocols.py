@@ -16,7 +16,7 @@ def packing():
 
 @pytest.fixture(scope="module")
 def flowing(packing):
-    return jamlab.shear(packing, 0.05, 0.1, n_rows=5).packing
+    return jamlab.shear(packing, 0.05, 0.1, rows=5).packing
 
 
 def mirrored(packing):
@@ -27,8 +27,8 @@ def mirrored(packing):
 
 
 def test_a_negative_rate_is_the_mirror_image(packing):
-    one = jamlab.shear(packing, 0.1, 0.1, n_rows=10, tolerance=1e-6)
-    other = jamlab.shear(mirrored(packing), -0.1, 0.1, n_rows=10, tolerance=1e-6)
+    one = jamlab.shear(packing, 0.1, 0.1, rows=10, tolerance=1e-6)
+    other = jamlab.shear(mirrored(packing), -0.1, 0.1, rows=10, tolerance=1e-6)
     assert other.strain == pytest.approx(-one.strain) and other.finished
     assert other.stress == pytest.approx(-one.stress, rel=1e-6)
     assert other.work == pytest.approx(one.work, rel=1e-6)
@@ -37,24 +37,24 @@ def test_a_negative_rate_is_the_mirror_image(packing):
 
 def test_parts_of_a_protocol_are_one_run(packing, tmp_path):
     parts = [(0.1, 0.04), (-0.1, 0.02), (0.01, 0.01)]
-    run = jamlab.shear(packing, parts, n_rows=14, tolerance=1e-5)
+    run = jamlab.shear(packing, parts, rows=14, tolerance=1e-5)
     assert run.strain == pytest.approx(np.cumsum([0, *[0.005] * 8, *[-0.005] * 4, *[0.005] * 2]), abs=1e-12)
     assert run.path[-1] == pytest.approx(0.07) and run.finished and run.parts.tolist() == [list(p) for p in parts]
     assert run.time[-1] == pytest.approx(0.4 + 0.2 + 1.0)
-    first = jamlab.shear(packing, 0.1, 0.04, n_rows=8, tolerance=1e-5)
+    first = jamlab.shear(packing, 0.1, 0.04, rows=8, tolerance=1e-5)
     assert run.stress[:9] == pytest.approx(first.stress, rel=1e-6)
     assert [p.provenance["flow_strain"] for p in run.frames] == pytest.approx([0, 0.04, 0.02, 0.03], abs=1e-9)
     assert run.energy_error < 1e-5
     path = tmp_path / "run.h5"
-    jamlab.shear(packing, parts, n_rows=14, tolerance=1e-5, path=path)
+    jamlab.shear(packing, parts, rows=14, tolerance=1e-5, path=path)
     read = jamlab.read_flow(path)
     assert read.parts.tolist() == run.parts.tolist() and read.stress == pytest.approx(run.stress, rel=1e-6)
-    again = jamlab.shear(packing, parts, n_rows=14, tolerance=1e-5, path=path)
+    again = jamlab.shear(packing, parts, rows=14, tolerance=1e-5, path=path)
     assert np.array_equal(again.stress, read.stress)
 
 
 def test_steady_averages_are_those_of_the_last_part(packing):
-    run = jamlab.shear(packing, [(1.0, 0.5), (-1.0, 1.5)], n_rows=100)
+    run = jamlab.shear(packing, [(1.0, 0.5), (-1.0, 1.5)], rows=100)
     mean = run.steady(discard=0.5)
     assert (mean.value < 0 and run.peak is None) or run.peak.strain <= 0.5
     kept = run.path >= 1.0 - 1e-9
@@ -63,7 +63,7 @@ def test_steady_averages_are_those_of_the_last_part(packing):
 
 def test_a_flow_is_stopped_and_relaxes(packing):
     """Its result holds the state, the drag law with it."""
-    run = jamlab.shear(packing, 0.05, 0.1, jamlab.StokesDrag(), n_rows=5)
+    run = jamlab.shear(packing, 0.05, 0.1, jamlab.StokesDrag(), rows=5)
     found = jamlab.stop_flow(run, 300.0)
     assert found.damping == run.damping and found.residual == pytest.approx(run.elastic_stress[-1])
     assert found.strain == pytest.approx(0.0, abs=0) and found.time[0] == 0.0
@@ -108,7 +108,7 @@ def test_the_modulus_of_a_flowing_state_is_that_of_its_minimum(flowing):
 def test_a_flow_has_a_fixed_box():
     """`relaxed` of a shear-stabilized packing shears the stress of a flow away."""
     packing = jamlab.pack(32, 1e-2, 1, ensemble="shear-stabilized")
-    run = jamlab.shear(packing, 0.1, 0.3, n_rows=3)
+    run = jamlab.shear(packing, 0.1, 0.3, rows=3)
     rest = jamlab.relax(run.packing)
     assert run.packing.ensemble == "fixed-box" and rest.box == pytest.approx(run.packing.box)
 
@@ -153,5 +153,5 @@ def test_a_packing_of_other_sizes_goes_on_from_its_file(tmp_path):
     """Units of the engine round sizes, and a run was taken for another one."""
     packing = jamlab.pack(n=32, pressure=1e-2, seed=3)
     packing = packing.select(~jamlab.contacts(packing).rattlers)
-    half, rest = (jamlab.shear(packing, 0.1, 0.02 * k, n_rows=2 * k, path=tmp_path / "r.h5") for k in (1, 2))
+    half, rest = (jamlab.shear(packing, 0.1, 0.02 * k, rows=2 * k, path=tmp_path / "r.h5") for k in (1, 2))
     assert np.array_equal(rest.stress[:3], half.stress) and np.array_equal(rest.packing.diameters, packing.diameters)

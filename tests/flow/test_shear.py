@@ -13,7 +13,7 @@ from jamlab.flow.shear import stress_drops
 
 @pytest.fixture(scope="module")
 def run(disks):
-    return jamlab.shear(disks, 0.1, 5.0, n_rows=250, snapshot_every=0.5)
+    return jamlab.shear(disks, 0.1, 5.0, rows=250, snapshot_every=0.5)
 
 
 def test_rows_add_up_and_end_where_asked(run, disks):
@@ -36,7 +36,7 @@ def test_work_is_stored_or_lost_and_steady_flow_loses_stress_times_rate(run):
 def test_units_of_energy(disks):
     """Stiffness eps over the squared distance of contact; the same as LAMMPS' own disks, before and after."""
     packing = jamlab.Packing("sp", disks.box, disks.positions, {"eps": 2.0}, "eps", disks.diameters)
-    found = jamlab.shear(packing, 0.1, 0.1, jamlab.ContactDamping(beta=0.5, tau=0.5), n_rows=2)
+    found = jamlab.shear(packing, 0.1, 0.1, jamlab.ContactDamping(beta=0.5, tau=0.5), rows=2)
     for k, state in ((0, packing), (-1, found.packing)):
         own = jamlab.evaluate(state)
         assert found.elastic_stress[k] == pytest.approx(-own.stress[0, 1], abs=1e-12)
@@ -71,20 +71,20 @@ def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run
 def test_a_run_goes_on_from_its_file(disks, tmp_path):
     """Interrupted at half its strain; the same call again gives what one run does, and once more the same at once."""
     how = {"snapshot_every": 0.1, "tolerance": 1e-4}
-    whole = jamlab.shear(disks, 0.01, 0.4, n_rows=20, **how)
+    whole = jamlab.shear(disks, 0.01, 0.4, rows=20, **how)
     path = tmp_path / "run.h5"
-    half = jamlab.shear(disks, 0.01, 0.2, n_rows=10, path=path, **how)
+    half = jamlab.shear(disks, 0.01, 0.2, rows=10, path=path, **how)
     assert jamlab.read_flow(path).stress == pytest.approx(half.stress, abs=0)
-    rest = jamlab.shear(disks, 0.01, 0.4, n_rows=20, path=path, **how)
+    rest = jamlab.shear(disks, 0.01, 0.4, rows=20, path=path, **how)
     for name in ("time", "strain", "stress", "work", "dissipated"):
         assert getattr(rest, name) == pytest.approx(getattr(whole, name), rel=2e-3), name
     assert [p.provenance["flow_strain"] for p in rest.frames] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4], abs=1e-9)
     assert rest.steps > half.steps
-    again = jamlab.shear(disks, 0.01, 0.4, n_rows=20, path=path, **how)
+    again = jamlab.shear(disks, 0.01, 0.4, rows=20, path=path, **how)
     assert again.steps == rest.steps and np.array_equal(again.stress, rest.stress)
     assert jamlab.read(path).n == disks.n
     with pytest.warns(jamlab.JamlabWarning, match="reaches strain = 0.4, beyond 0.2"):
-        longer = jamlab.shear(disks, 0.01, 0.2, n_rows=10, path=path, **how)
+        longer = jamlab.shear(disks, 0.01, 0.2, rows=10, path=path, **how)
     assert np.array_equal(longer.stress, rest.stress)
 
 
@@ -100,19 +100,19 @@ def test_a_file_that_holds_more_than_is_asked_for_says_so(disks, tmp_path):
 def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
     """Not another rate, nor another packing, nor a packing, nor text."""
     run, packing, notes = (tmp_path / name for name in ("run.h5", "packing.h5", "notes.txt"))
-    jamlab.shear(disks, 0.02, 0.04, n_rows=2, path=run)
+    jamlab.shear(disks, 0.02, 0.04, rows=2, path=run)
     jamlab.write(packing, disks)
     notes.write_text("work of a week")
     other = jamlab.pack(n=disks.n, pressure=1e-2, seed=77)
     for path, start, rate in ((run, disks, 0.01), (run, other, 0.02), (packing, disks, 0.02), (notes, disks, 0.02)):
         before = path.read_bytes()
         with pytest.raises(jamlab.StorageError):
-            jamlab.shear(start, rate, 0.04, n_rows=2, path=path)
+            jamlab.shear(start, rate, 0.04, rows=2, path=path)
         assert path.read_bytes() == before
 
 
 def test_stokes_drag_adds_the_stress_of_the_fluid(disks):
-    thin, thick = (jamlab.shear(disks, 0.01, 0.1, jamlab.StokesDrag(eta_f=eta), n_rows=4) for eta in (0.0, 3.0))
+    thin, thick = (jamlab.shear(disks, 0.01, 0.1, jamlab.StokesDrag(eta_f=eta), rows=4) for eta in (0.0, 3.0))
     assert thick.stress - thin.stress == pytest.approx(0.03)
     assert thick.dissipated - thin.dissipated == pytest.approx(3e-4 * thin.time)
     stored = thick.energy - thick.energy[0]
@@ -123,7 +123,7 @@ def test_stokes_drag_adds_the_stress_of_the_fluid(disks):
 def test_linear_drag_is_the_limit_of_the_power_law(disks):
     """Another way through the solver, which finds drag coefficients again in every step."""
     runs = [
-        jamlab.shear(disks, 0.01, 0.02, jamlab.ContactDamping(alpha=a), n_rows=4, tolerance=1e-7)
+        jamlab.shear(disks, 0.01, 0.02, jamlab.ContactDamping(alpha=a), rows=4, tolerance=1e-7)
         for a in (1.0, 1 - 1e-12)
     ]
     assert runs[0].stress == pytest.approx(runs[1].stress, rel=1e-8)
@@ -140,7 +140,7 @@ def test_linear_drag_is_the_limit_of_the_power_law(disks):
         ({"rate": [(1.0, -0.1)]}, "strain = -0.1"),
         ({"rate": [(1.0, 0.1)], "strain": 1.0}, "strain = 1.0"),
         ({"strain": 0.0}, "strain = 0.0"),
-        ({"n_rows": 0}, "n_rows = 0"),
+        ({"rows": 0}, "rows = 0"),
         ({"snapshot_every": 0.3}, "snapshot_every = 0.3"),
         ({"tolerance": 0.5}, "tolerance = 0.5"),
         ({"background_drag": -1.0}, "background_drag = -1.0"),
@@ -182,7 +182,7 @@ def test_motion_that_rounding_hides_is_refused(disks, drive, name, others, least
 
 @pytest.mark.parametrize(("dip", "end", "found"), [(0.9, 0.995, True), (0.99, 0.985, False), (0.9, 0.5, True)])
 def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(disks, dip, end, found):
-    run = jamlab.shear(disks, 1.0, 0.2, n_rows=40)
+    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
     stress = np.interp(np.arange(41), [0, 10, 20, 40], [0.0, 1.0, dip, end])
     assert replace(run, stress=stress).peak == ((run.strain[10], 1.0) if found else None)
     run = replace(run, stress=stress, elastic_stress=stress)

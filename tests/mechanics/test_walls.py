@@ -289,7 +289,7 @@ def test_fixed_droplets_are_not_squeezed(dp_dense):
     """Compression moves them; the pressure of the strained packing is -dU/dA of `compress`, in flow as well."""
     mask = np.arange(dp_dense.n) % 4 == 1
     pinned = dp_dense.with_state(fixed=mask, converged=True, max_force=dp_dense.max_force)
-    flow = jamlab.shear(pinned, 1e-3, 0.02, n_rows=1, tolerance=1e-3)
+    flow = jamlab.shear(pinned, 1e-3, 0.02, rows=1, tolerance=1e-3)
     assert flow.pressure[-1] == pytest.approx(jamlab.evaluate(flow.packing).pressure, rel=2e-3)
     bent = jamlab.relax(sheared(pinned, 0.02), 1e-12)
     (up,) = jamlab.compress(bent, to=bent.phi * (1 + 1e-6), step=1e-6, by="phi", tolerance=1e-12)
@@ -303,7 +303,7 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     """Begins with the viscosity of G* at infinite frequency; the walls keep their shape, and energy is balanced."""
     file = tmp_path / "flow.h5"
     how = {
-        "n_rows": 6,
+        "rows": 6,
         "snapshot_every": 0.01,
         "background_drag": 0.0 if damping.at_contacts else None,
         "tolerance": 1e-3,
@@ -342,7 +342,7 @@ def test_droplets_with_fixed_ones_answer_in_time_as_in_linear_response(dp_dense)
 
 def test_scattered_fixed_disks_follow_the_flow(packing):
     mask = np.arange(packing.n) % 7 == 0
-    found = jamlab.shear(packing.with_state(fixed=mask), 0.1, 0.01, n_rows=2, background_drag=0.0)
+    found = jamlab.shear(packing.with_state(fixed=mask), 0.1, 0.01, rows=2, background_drag=0.0)
     assert found.packing.positions[mask] == pytest.approx(sheared(packing, 0.01).positions[mask], abs=1e-12)
     assert found.energy_error < 1e-2 and not len(found.wall_stress)
 

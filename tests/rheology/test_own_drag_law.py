@@ -168,7 +168,7 @@ class NormalAndBackground(DragLaw):
 @pytest.mark.parametrize("more", [None, 0.01])
 def test_a_background_of_the_law_adds_to_that_of_the_flow(more):
     p = jamlab.pack(16, 1e-2, seed=1)
-    run = jamlab.shear(p, 0.1, 1e-3, NormalAndBackground(), n_rows=1, background_drag=more)
+    run = jamlab.shear(p, 0.1, 1e-3, NormalAndBackground(), rows=1, background_drag=more)
     assert run.background == (more or 0.0)  # the dissipated power has been compared with that of both
 
 

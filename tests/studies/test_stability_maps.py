@@ -54,7 +54,7 @@ def packing():
 
 @pytest.fixture(scope="module")
 def run(packing):
-    return jamlab.shear(packing, 0.1, 0.01, n_rows=2)
+    return jamlab.shear(packing, 0.1, 0.01, rows=2)
 
 
 def test_a_claim_that_fails_its_check_is_silent():

@@ -91,9 +91,9 @@ def _of_run(run: Any) -> Any:
 def shear(folder):
     p = read(folder, "sp16")
     runs = [
-        jamlab.shear(p, rate=1e-2, strain=0.1, n_rows=20, snapshot_every=0.05),
-        jamlab.shear(p, rate=1e-3, strain=0.02, n_rows=5, tolerance=1e-3),
-        jamlab.shear(read(folder, "sp64"), rate=1e-2, strain=0.02, n_rows=5, trajectory_error=True),
+        jamlab.shear(p, rate=1e-2, strain=0.1, rows=20, snapshot_every=0.05),
+        jamlab.shear(p, rate=1e-3, strain=0.02, rows=5, tolerance=1e-3),
+        jamlab.shear(read(folder, "sp64"), rate=1e-2, strain=0.02, rows=5, trajectory_error=True),
     ]
     return [*(_of_run(run) for run in runs), runs[0].velocity_profile, runs[0].summary]
 
@@ -102,17 +102,17 @@ def shear(folder):
 def shear_contact_damping(folder):
     p = read(folder, "sp16")
     laws = (jamlab.ContactDamping(beta=0.1), jamlab.ContactDamping(alpha=0.5), jamlab.StokesDrag(1.0))
-    return [_of_run(jamlab.shear(p, 1e-2, 0.03, law, n_rows=5)) for law in laws]
+    return [_of_run(jamlab.shear(p, 1e-2, 0.03, law, rows=5)) for law in laws]
 
 
 @scenario
 def shear_droplets(folder):
-    return _of_run(jamlab.shear(read(folder, "dp8"), rate=1e-2, strain=0.01, n_rows=3))
+    return _of_run(jamlab.shear(read(folder, "dp8"), rate=1e-2, strain=0.01, rows=3))
 
 
 @scenario
 def shear_walls(folder):
-    return [_of_run(jamlab.shear(read(folder, name), rate=1e-2, strain=0.02, n_rows=4)) for name in ("walled", "flat")]
+    return [_of_run(jamlab.shear(read(folder, name), rate=1e-2, strain=0.02, rows=4)) for name in ("walled", "flat")]
 
 
 @scenario
@@ -129,7 +129,7 @@ def creep(folder):
         jamlab.creep(p, 1e-4, 30.0, law),
         jamlab.creep(p, 3e-2, 10.0, law, largest_strain=1.0),
         jamlab.relax_stress(p, 1e-3, 10.0, law),
-        jamlab.stop_flow(jamlab.shear(p, rate=0.1, strain=0.05, n_rows=3), 20.0),
+        jamlab.stop_flow(jamlab.shear(p, rate=0.1, strain=0.05, rows=3), 20.0),
     ]
     return [each for run in runs for each in (_of_run(run), getattr(run, "state", None), str(run))]
 
@@ -158,7 +158,7 @@ def quasistatic_droplets(folder):
 
 @scenario
 def movie(folder):
-    run = jamlab.shear(read(folder, "sp16"), rate=0.1, strain=0.04, n_rows=3, snapshot_every=0.02)
+    run = jamlab.shear(read(folder, "sp16"), rate=0.1, strain=0.04, rows=3, snapshot_every=0.02)
     with tempfile.TemporaryDirectory() as kept:
         frames = jamlab.write_movie(run, Path(kept) / "a.gif")
         return [frames, str(run)]

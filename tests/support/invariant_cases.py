@@ -411,7 +411,7 @@ CASES = {
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
         _along(
-            lambda v: jamlab.shear(v.packing, v.sign * 0.1, strain=0.02, n_rows=4),
+            lambda v: jamlab.shear(v.packing, v.sign * 0.1, strain=0.02, rows=4),
             **{"stress": STRESS, "pressure": STRESS, "z_all": NUMBER},
         ),
         FLOW,

@@ -226,7 +226,7 @@ def test_what_is_no_format_of_packings_is_not_written(tmp_path):
 
 def test_converting_keeps_observables_and_records_or_names_them(tmp_path):
     p = jamlab.pack(n=16, pressure=1e-2, seed=1)
-    run = jamlab.shear(p, rate=1.0, strain=0.02, n_rows=3, path=tmp_path / "run.h5")
+    run = jamlab.shear(p, rate=1.0, strain=0.02, rows=3, path=tmp_path / "run.h5")
     assert convert(tmp_path / "run.h5", tmp_path / "copy.h5").lost == ()
     assert (jamlab.read_flow(tmp_path / "copy.h5").stress == run.stress).all()
     for target, lost in (

@@ -36,5 +36,5 @@ def test_modulus_is_that_of_a_strained_box(packing: jamlab.Packing) -> None:
 
 
 def test_flow_has_its_forces(packing: jamlab.Packing) -> None:
-    run = jamlab.shear(packing, 1e-3, 1e-3, jamlab.StokesDrag(), n_rows=3)  # a drag without a pressure of its own
+    run = jamlab.shear(packing, 1e-3, 1e-3, jamlab.StokesDrag(), rows=3)  # a drag without a pressure of its own
     assert run.pressure[-1] == pytest.approx(pressure(run.packing), rel=1e-8)

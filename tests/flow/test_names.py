@@ -1,0 +1,17 @@
+"""Arguments of flow and estimates by their one name: another word for one is refused with it."""
+
+import pytest
+
+import jamlab
+from jamlab.errors import InputError
+
+P = None  # in place of a packing: names are looked at before values
+
+
+@pytest.mark.parametrize(
+    ("word", "name", "call"),
+    [("n_rows", "rows", lambda **how: jamlab.shear(P, 1.0, **how))],
+)
+def test_another_word_is_refused_with_the_name(word, name, call):
+    with pytest.raises(InputError, match=rf"has no argument '{word}': use `{name}`"):
+        call(**{word: None})
