@@ -24,7 +24,7 @@ ARGUMENTS = (
     Concept("cutoff r_cut rc distance tolerance", "threshold"),
     Concept("poly pd dispersity delta", "sizes"),
     Concept("csv", "csv out as_json json"),
-    Concept("save_every n_frames frames_every", "snapshot_every frames"),
+    Concept("save_every n_frames frames_every every", "snapshot_every frames"),
     Concept("applied_stress stress_applied", "stress"),
     Concept("steady_strain transient skip warmup average_over", "discard"),
     Concept("zeta friction", "damping"),

@@ -240,7 +240,7 @@ def shear(
     found: Any
     how: dict[str, Any]
     if rate == 0:
-        how = {"direction": _read_direction(direction), "every": frames}
+        how = {"direction": _read_direction(direction), "snapshot_every": frames}
         how["pressure"] = _number_or_text(pressure)
         found = job.drive(quasistatic_shear, "shear", strain, step, timed=False, **how)
     else:

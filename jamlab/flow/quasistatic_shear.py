@@ -358,7 +358,7 @@ def quasistatic_shear(
     direction: Direction = "simple",
     walls: bool | None = None,
     pressure: str | float | None = None,
-    every: float | None = None,
+    snapshot_every: float | None = None,
     tolerance: float | None = None,
     path: str | Path | None = None,
     progress: Progress | None = None,
@@ -386,7 +386,7 @@ def quasistatic_shear(
             that of sticky disks, which may vanish, to 1e-9 of the mean contact force over the mean size. A packing of
             repulsive particles that unjams is compressed until it jams, and then decompressed. Between walls the
             pressure is the normal stress on them, at constant width. Default: constant area.
-        every: strain between stored packings. Default: only the first and the last.
+        snapshot_every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.
 
@@ -400,10 +400,10 @@ def quasistatic_shear(
         raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
     check_number("step", step, min(LIMITS.step, whole), whole / MOST_STATES)
-    if every is not None:
-        check_number("every", every, whole)
-        if every < step:
-            raise InputError(f"every = {every:g}: frames cannot be closer than the step, {step:g}")
+    if snapshot_every is not None:
+        check_number("snapshot_every", snapshot_every, whole)
+        if snapshot_every < step:
+            raise InputError(f"snapshot_every = {snapshot_every:g}: packings cannot be closer than the step, {step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     _check_pressure(packing, pressure)
     count = int(np.ceil(whole / step - 1e-9))
@@ -412,7 +412,7 @@ def quasistatic_shear(
     task |= {} if pressure is None else {"pressure": pressure}
 
     def kept(k: int) -> int:
-        return int(whole * k / count / every + 1e-9) if every is not None else 0
+        return int(whole * k / count / snapshot_every + 1e-9) if snapshot_every is not None else 0
 
     with Walk(packing, shearing, tolerance, pressure, task, path, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}

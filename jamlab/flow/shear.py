@@ -346,7 +346,7 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
     count = max(1, round(rows))
     if frames is None:
         return count, 0
-    check_number("frames", frames, strain)
+    check_number("snapshot_every", frames, strain)
     if abs(strain / frames - round(strain / frames)) > 1e-6:
         raise InputError(
             f"snapshot_every = {frames:g} must divide strain = {strain:g}: use an integer fraction of the strain"

@@ -61,7 +61,7 @@ class VelocityProfile(Result):
 def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
     """The profile between packings that a run has kept, in layers of about one mean size. `frames`: two or more."""
     if len(frames) < 2:
-        raise InputError(f"{len(frames)} stored packing: a profile needs two or more; use snapshot_every= or every=")
+        raise InputError(f"{len(frames)} stored packing: a profile needs two or more; shear with snapshot_every=")
     first = frames[0]
     free, lattice = first.frame.free, float(first.box[1, 1])
     edges = np.linspace(0.0, 1.0, max(4, round(lattice / mean_size(first))) + 1)

@@ -30,7 +30,7 @@ def measure_profile(rate: float, seed: int) -> list[dict[str, Any]]:
     if rate:
         run: Any = shear(walled, rate, STRAIN, rows=40, snapshot_every=KEPT)
     else:
-        run = quasistatic_shear(walled, STRAIN, STEP, every=KEPT)
+        run = quasistatic_shear(walled, STRAIN, STEP, snapshot_every=KEPT)
     between, height = slab(walled), walled.box[1, 1]
     profile = velocity_profile(run.frames[1:])
     across = between.bottom + PLACES * (between.top - between.bottom)

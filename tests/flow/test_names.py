@@ -10,7 +10,10 @@ P = None  # in place of a packing: names are looked at before values
 
 @pytest.mark.parametrize(
     ("word", "name", "call"),
-    [("n_rows", "rows", lambda **how: jamlab.shear(P, 1.0, **how))],
+    [
+        ("n_rows", "rows", lambda **how: jamlab.shear(P, 1.0, **how)),
+        ("every", "snapshot_every", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
+    ],
 )
 def test_another_word_is_refused_with_the_name(word, name, call):
     with pytest.raises(InputError, match=rf"has no argument '{word}': use `{name}`"):

@@ -63,7 +63,7 @@ def test_a_crystal_is_sheared_affinely():
 def test_stress_between_events_rises_with_the_shear_modulus(request, packing, model, step):
     """By the mean of G at both ends, in every step in which no contact changes; vertices of droplets slide along."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
-    found = quasistatic_shear(start, strain=4 * step, step=step, every=step, tolerance=1e-13)
+    found = quasistatic_shear(start, strain=4 * step, step=step, snapshot_every=step, tolerance=1e-13)
     states = found.frames
     assert found.converged.all() and len(states) == len(found.strain) == 5
     modulus = np.array([jamlab.shear_modulus(state) for state in states])
@@ -102,7 +102,7 @@ def test_drops_begin_at_the_state_before_the_fall(run):
 
 def test_the_box_flips_and_energy_goes_on(packing):
     """The same lattice: a packing that leans too far is one that leans back, of the same energy and stress."""
-    found = quasistatic_shear(packing, strain=0.6, step=0.05, every=0.1)
+    found = quasistatic_shear(packing, strain=0.6, step=0.05, snapshot_every=0.1)
     assert [round(frame.provenance["flow_strain"], 12) for frame in found.frames] == [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
     assert found.packing.box[1, 0] == pytest.approx(-0.4 * packing.box[0, 0])
     last = jamlab.evaluate(found.packing)
@@ -164,7 +164,7 @@ def test_it_goes_on_from_its_file(packing, tmp_path, how):
             raise KeyboardInterrupt
 
     def drive(**more):
-        return quasistatic_shear(packing, strain, 2e-3, every=8e-3, **how, **more)
+        return quasistatic_shear(packing, strain, 2e-3, snapshot_every=8e-3, **how, **more)
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("jamlab.flow.run.RECORD", FileSteps(every=0.0))
@@ -207,7 +207,9 @@ def test_a_crystal_at_constant_pressure_compacts(unit):
 def test_work_at_constant_pressure_is_the_change_of_enthalpy(request, packing, model, step):
     """Along one minimum, to the error of the trapezoidal rule; from the energy of LAMMPS and the area."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
-    found = quasistatic_shear(start, strain=5 * step, step=step, every=step, pressure="constant", tolerance=1e-13)
+    found = quasistatic_shear(
+        start, strain=5 * step, step=step, snapshot_every=step, pressure="constant", tolerance=1e-13
+    )
     first = jamlab.evaluate(found.frames[0])
     assert found.converged.all() and len(found.frames) == 6 and found.held_pressure == pytest.approx(first.pressure)
     pressures = np.array([jamlab.evaluate(frame).pressure for frame in found.frames])
@@ -233,7 +235,9 @@ def test_pressure_is_held_through_events(packing):
 def test_packings_that_unjam_at_constant_pressure_are_brought_back(pressure, seed):
     """Near onset strain steps take contacts away; pressure by LAMMPS, to rounding."""
     start = jamlab.pack(n=32, pressure=pressure, seed=seed)
-    found = quasistatic_shear(start, strain=-0.01, step=2e-3, direction="pure", pressure="constant", every=2e-3)
+    found = quasistatic_shear(
+        start, strain=-0.01, step=2e-3, direction="pure", pressure="constant", snapshot_every=2e-3
+    )
     assert found.converged.all() and np.ptp(found.area) > 0
     for frame in found.frames:
         state = jamlab.evaluate(frame)
@@ -281,7 +285,7 @@ def test_states_that_miss_the_tolerance_say_so(packing):
         ({"strain": 0.1, "direction": "oblique"}, "'oblique'"),
         ({"strain": 0.1, "direction": np.nan}, "nan"),
         ({"strain": 0.5, "step": 0.2}, "step = 0.2"),
-        ({"strain": 0.1, "step": 0.01, "every": 0.001}, "every = 0.001"),
+        ({"strain": 0.1, "step": 0.01, "snapshot_every": 0.001}, "snapshot_every = 0.001"),
         ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20"),
     ],
 )

@@ -257,7 +257,7 @@ def test_walls_shear_a_slab(packing):
     walled = jamlab.with_walls(packing)
     slope = jamlab.quasistatic_shear(walled, 1e-6, 5e-7)
     assert np.diff(slope.stress) / 5e-7 == pytest.approx(jamlab.shear_modulus(walled), rel=1e-5)
-    found = jamlab.quasistatic_shear(walled, 0.05, 5e-3, walls=True, every=0.01)
+    found = jamlab.quasistatic_shear(walled, 0.05, 5e-3, walls=True, snapshot_every=0.01)
     assert found.converged.all() and found.wall_stress.shape == (11, 2, 2)
     assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], abs=1e-11)
     assert found.wall_stress[:, 0] == pytest.approx(np.column_stack([found.stress, found.pressure]), abs=1e-11)

@@ -73,7 +73,7 @@ def test_rows_of_the_couette_cell_are_those_of_a_run(monkeypatch):
         monkeypatch.setattr(couette, name, value)
     still, flowing = (couette.measure_profile(rate, 1) for rate in (0.0, 0.3))
     walled = jamlab.with_walls(jamlab.pack(64, couette.PRESSURE, 1))
-    run = jamlab.quasistatic_shear(walled, 0.02, couette.STEP, every=0.01)
+    run = jamlab.quasistatic_shear(walled, 0.02, couette.STEP, snapshot_every=0.01)
     assert still[0]["lower"] == pytest.approx(run.wall_stress[1:, 0, 0].mean())
     for rows in (still, flowing):
         assert len(rows) == len(couette.PLACES) and rows[0]["lower"] == pytest.approx(rows[0]["upper"], rel=1e-2)
