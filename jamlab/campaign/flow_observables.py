@@ -54,7 +54,7 @@ class Flowing(_Driving):
     rates: Grid[Annotated[float, Field(ge=0, le=SHEAR_LIMITS.largest_rate), AfterValidator(_zero_or_resolved)]]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
-    step: Annotated[float, Field(ge=1e-6, le=LIMITS.step)] = 1e-3  # of strain, at rate 0
+    strain_step: Annotated[float, Field(ge=1e-6, le=LIMITS.strain_step)] = 1e-3  # at rate 0
     background: Background | None = None
     tolerance: FlowTolerance = TOLERANCE
 
@@ -140,11 +140,11 @@ class SteadyFlow(_Run):
     def check(self, sites: float) -> None:
         super().check(sites)
         how = self.flow
-        if how.rates[0] and "step" in how.model_fields_set:
-            raise ValueError("flow.step applies to rate 0, which is not in flow.rates: leave it out")
-        if how.rates[0] == 0 and (steps := round(how.strain / how.step)) < 2 * AVERAGES.blocks:
+        if how.rates[0] and "strain_step" in how.model_fields_set:
+            raise ValueError("flow.strain_step applies to rate 0, which is not in flow.rates: leave it out")
+        if how.rates[0] == 0 and (steps := round(how.strain / how.strain_step)) < 2 * AVERAGES.blocks:
             least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * AVERAGES.blocks} or more"
-            raise ValueError(f"flow.step = {how.step:g}: {least}: lower it")
+            raise ValueError(f"flow.strain_step = {how.strain_step:g}: {least}: lower it")
 
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]
@@ -159,7 +159,7 @@ class SteadyFlow(_Run):
                 packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background_drag=background
             )
         else:
-            run = quasistatic_shear(packing, strain, how.step)
+            run = quasistatic_shear(packing, strain, how.strain_step)
         mean, peak = steady_point(run, how.discard), run.peak
         return {
             **{name: mean[name.replace("_error", "_stderr")] for name in self._STEADY},

@@ -152,7 +152,7 @@ class QuasistaticShear(ShearRun):
     @property
     def remedy(self) -> dict[str, float]:
         """Half the step: events are released within steps that are too long."""
-        return {"step": 0.5 * float(np.abs(np.diff(self.strain[:2])).sum())}
+        return {"strain_step": 0.5 * float(np.abs(np.diff(self.strain[:2])).sum())}
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -342,7 +342,7 @@ class QuasistaticLimits:
     """Largest arguments."""
 
     strain: float = 1e3
-    step: float = 0.1
+    strain_step: float = 0.1
     pressure: float = 1.0  # that may be held, stiffness of a contact
 
 
@@ -353,7 +353,7 @@ LIMITS = QuasistaticLimits()
 def quasistatic_shear(
     packing: Packing,
     strain: float,
-    step: float = 1e-3,
+    strain_step: float = 1e-3,
     *,
     direction: Direction = "simple",
     walls: bool | None = None,
@@ -365,19 +365,19 @@ def quasistatic_shear(
 ) -> QuasistaticShear:
     """Shear a packing quasi-statically, with an energy minimum after every strain step, at fixed area or pressure.
 
-    Each step moves box and positions affinely, x -> x + step y, and relaxes. A box tilted by more than 0.55 of its
-    width is replaced by an equivalent box, so the strain is unlimited. The initial packing is relaxed too. For other
-    directions, packings are rotated so that the first box vector stays along x.
+    Each step moves box and positions affinely, x -> x + strain_step y, and relaxes. A box tilted by more than 0.55 of
+    its width is replaced by an equivalent box, so the strain is unlimited. The initial packing is relaxed too. For
+    other directions, packings are rotated so that the first box vector stays along x.
 
-    >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=0.01, step=2e-3)
+    >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=0.01, strain_step=2e-3)
     >>> r.strain.round(6), bool(r.converged.all())
     (array([0.   , 0.002, 0.004, 0.006, 0.008, 0.01 ]), True)
 
     Args:
         packing: SP or DP.
         strain: total strain of either sign, up to 1000 for "simple", up to 1 for other directions.
-        step: largest strain step, at most 0.1. Events in which stress rises, and less than 2 % of the work of the step
-            is lost, are not detected.
+        strain_step: largest strain step, at most 0.1. Events in which stress rises, and less than 2 % of the work of
+            the step is lost, are not detected.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
             compression along y. `stress` is conjugate to the strain. Between walls only "simple".
         walls: see `shear`.
@@ -399,15 +399,15 @@ def quasistatic_shear(
     if not (is_number(strain) and 0 < abs(strain) <= largest):
         raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
-    check_number("step", step, min(LIMITS.step, whole), whole / MOST_STATES)
+    check_number("strain_step", strain_step, min(LIMITS.strain_step, whole), whole / MOST_STATES)
     if snapshot_every is not None:
         check_number("snapshot_every", snapshot_every, whole)
-        if snapshot_every < step:
-            raise InputError(f"snapshot_every = {snapshot_every:g}: packings cannot be closer than the step, {step:g}")
+        if snapshot_every < strain_step:
+            raise InputError(f"snapshot_every = {snapshot_every:g}: closer than strain_step = {strain_step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     _check_pressure(packing, pressure)
-    count = int(np.ceil(whole / step - 1e-9))
-    task: dict[str, Any] = {"step": strain / count}
+    count = int(np.ceil(whole / strain_step - 1e-9))
+    task: dict[str, Any] = {"strain_step": strain / count}
     task |= {} if shearing.along_x else {"direction": direction}
     task |= {} if pressure is None else {"pressure": pressure}
 

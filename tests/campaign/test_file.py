@@ -89,11 +89,11 @@ def droplets(**law):
         ({"damping": {"contact": [2.0]}}, "damping is given, but no observable"),
         ({"prestress": [False]}, "prestress is given, but no observable"),
         (pressed(0.01, tolerances={"step_error": 0.1}), "step_error"),
-        (flows("flow", step=1e-2), "flow.step"),
+        (flows("flow", strain_step=1e-2), "flow.strain_step"),
         *((flows("flow", **{key: 0.5}) | STOKES, f"flow.{key}") for key in ("alpha", "background")),
         # what every task would refuse
         *(({"compress": how, "onset": not how or None, **sticky()}, "sticky disks") for how in (None, {"to": 0.9})),
-        (flows("flow", rates=[0.0, 1.0], step=0.1, strain=1.0), "flow.step = 0.1"),
+        (flows("flow", rates=[0.0, 1.0], strain_step=0.1, strain=1.0), "flow.strain_step = 0.1"),
         (droplets(gama=1.0), "'gama'"),
         (droplets(ka=-1.0), "-1.0"),
         (droplets(delta=1e30), "params['delta'] is 1e+30"),

@@ -74,7 +74,7 @@ def test_flow_over_a_flip_gives_a_packing(droplets, law, rate, tmp_path):
 
 
 def test_quasistatic_shear_of_droplets(droplets):
-    found = jamlab.quasistatic_shear(droplets, strain=2e-3, step=5e-4)
+    found = jamlab.quasistatic_shear(droplets, strain=2e-3, strain_step=5e-4)
     assert found.converged.all()
     assert found.stress[-1] - found.stress[0] == pytest.approx(2e-3 * jamlab.shear_modulus(droplets), rel=0.05)
 

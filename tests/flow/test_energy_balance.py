@@ -12,7 +12,7 @@ from jamlab.flow.flow_run import energy_imbalance
 
 RUNS = {
     "shear": lambda p: jamlab.shear(p, 0.1, 0.1, rows=10),
-    "quasi-static": lambda p: jamlab.quasistatic_shear(p, 2e-3, step=1e-3),
+    "quasi-static": lambda p: jamlab.quasistatic_shear(p, 2e-3, strain_step=1e-3),
     "oscillate": lambda p: jamlab.oscillate(p, 1.0, 1e-3, cycles=2),
     "creep": lambda p: jamlab.creep(p, 1e-4, 5.0),
     "relax-stress": lambda p: jamlab.relax_stress(p, 1e-3, 5.0),
@@ -35,7 +35,7 @@ def test_every_result_carries_its_imbalance_and_warns(disks, kind):
         assert off.energy_gap == pytest.approx(gap, rel=1e-9, abs=1e-9 * scale)
         assert off.energy_error == pytest.approx(np.abs(gap).max() / scale, rel=1e-9)
         assert run.balanced and not off.balanced
-    remedy = {"step": 5e-4} if kind == "quasi-static" else {"tolerance": pytest.approx(0.1 * run.tolerance)}
+    remedy = {"strain_step": 5e-4} if kind == "quasi-static" else {"tolerance": pytest.approx(0.1 * run.tolerance)}
     assert off.remedy == remedy
     (name, value) = next(iter(off.remedy.items()))
     assert f"{name} = {value:g}" in off.conclusion and f"{name} = {value:g}" not in run.conclusion

@@ -37,13 +37,13 @@ def packing():
 
 @pytest.fixture(scope="module")
 def run(packing):
-    return quasistatic_shear(packing, strain=0.024, step=2e-3)
+    return quasistatic_shear(packing, strain=0.024, strain_step=2e-3)
 
 
 def test_a_crystal_is_sheared_affinely():
     """Until it gives way: springs of three directions, whose lengths follow from the strain; 3 contacts a disk."""
     a, k = 0.9, 2.0
-    found = quasistatic_shear(crystal(a), strain=0.12, step=0.01)
+    found = quasistatic_shear(crystal(a), strain=0.12, strain_step=0.01)
     r = a * np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)], [-0.5, np.sqrt(0.75)]])
     r = r + found.strain[:, None, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]) * r[:, [1]]
     length = np.hypot(r[..., 0], r[..., 1])
@@ -63,7 +63,7 @@ def test_a_crystal_is_sheared_affinely():
 def test_stress_between_events_rises_with_the_shear_modulus(request, packing, model, step):
     """By the mean of G at both ends, in every step in which no contact changes; vertices of droplets slide along."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
-    found = quasistatic_shear(start, strain=4 * step, step=step, snapshot_every=step, tolerance=1e-13)
+    found = quasistatic_shear(start, strain=4 * step, strain_step=step, snapshot_every=step, tolerance=1e-13)
     states = found.frames
     assert found.converged.all() and len(states) == len(found.strain) == 5
     modulus = np.array([jamlab.shear_modulus(state) for state in states])
@@ -77,7 +77,7 @@ def test_stress_between_events_rises_with_the_shear_modulus(request, packing, mo
 @pytest.mark.parametrize("times", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_states_up_to_the_first_event_do_not_depend_on_the_step(packing, run, times):
     """Nor does the place of the event, within a step."""
-    fine = quasistatic_shear(packing, strain=run.events.strain[0], step=2e-3 / times)
+    fine = quasistatic_shear(packing, strain=run.events.strain[0], strain_step=2e-3 / times)
     until = run.strain < run.events.strain[0] - 1e-9
     assert until.sum() > 5
     assert fine.stress[::times][: until.sum()] == pytest.approx(run.stress[until], rel=1e-6)
@@ -102,7 +102,7 @@ def test_drops_begin_at_the_state_before_the_fall(run):
 
 def test_the_box_flips_and_energy_goes_on(packing):
     """The same lattice: a packing that leans too far is one that leans back, of the same energy and stress."""
-    found = quasistatic_shear(packing, strain=0.6, step=0.05, snapshot_every=0.1)
+    found = quasistatic_shear(packing, strain=0.6, strain_step=0.05, snapshot_every=0.1)
     assert [round(frame.provenance["flow_strain"], 12) for frame in found.frames] == [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
     assert found.packing.box[1, 0] == pytest.approx(-0.4 * packing.box[0, 0])
     last = jamlab.evaluate(found.packing)
@@ -110,15 +110,15 @@ def test_the_box_flips_and_energy_goes_on(packing):
     assert -last.stress[0, 1] == pytest.approx(found.stress[-1], abs=1e-14)
     before = found.frames[-2]
     ahead = sheared(before, 0.08)
-    assert quasistatic_shear(ahead, strain=1e-9, step=1e-9).energy[0] == pytest.approx(
-        quasistatic_shear(before, strain=0.08, step=0.08).energy[-1], rel=1e-9
+    assert quasistatic_shear(ahead, strain=1e-9, strain_step=1e-9).energy[0] == pytest.approx(
+        quasistatic_shear(before, strain=0.08, strain_step=0.08).energy[-1], rel=1e-9
     )
 
 
 @pytest.mark.parametrize("direction", ["pure", 0.7])
 def test_work_in_any_direction_is_the_rise_of_the_energy(packing, direction):
     """Stress is the slope of the energy in the strain, whatever way the box turns; the area stays."""
-    found = quasistatic_shear(packing, strain=1e-3, step=1e-4, direction=direction)
+    found = quasistatic_shear(packing, strain=1e-3, strain_step=1e-4, direction=direction)
     assert found.converged.all() and not len(found.events)
     assert found.work == pytest.approx(found.energy - found.energy[0], rel=1e-3, abs=1e-11)
     assert found.packing.area == pytest.approx(packing.area, rel=1e-13) and found.packing.box[0, 1] == 0
@@ -128,21 +128,21 @@ def test_work_in_any_direction_is_the_rise_of_the_energy(packing, direction):
 
 def test_pure_shear_stretches_the_box_and_goes_back():
     """A crystal: by half the strain along x, and the same energy on the way back."""
-    there = quasistatic_shear(crystal(), strain=0.04, step=0.01, direction="pure")
+    there = quasistatic_shear(crystal(), strain=0.04, strain_step=0.01, direction="pure")
     box = there.packing.box
     assert box[[0, 1], [0, 1]] == pytest.approx(crystal().box[[0, 1], [0, 1]] * np.exp([0.02, -0.02]), rel=1e-12)
     assert box[1, 0] == 0 and there.normal_stress_difference == pytest.approx(2 * there.stress, rel=1e-12)
-    back = quasistatic_shear(there.packing, strain=-0.04, step=0.01, direction="pure")
+    back = quasistatic_shear(there.packing, strain=-0.04, strain_step=0.01, direction="pure")
     assert back.energy[::-1] == pytest.approx(there.energy, rel=1e-9)
 
 
 def test_shear_along_y_is_shear_along_x_of_what_is_turned(packing):
     """Against the other rotation of the box: simple shear along y turns the first vector of the box."""
-    found = quasistatic_shear(packing, strain=0.05, step=5e-3, direction=np.pi / 2)
+    found = quasistatic_shear(packing, strain=0.05, strain_step=5e-3, direction=np.pi / 2)
     quarter = packing.with_state(
         positions=packing.positions[:, ::-1] * [1, -1], box=np.diag(packing.box[[1, 0], [1, 0]])
     )
-    there = quasistatic_shear(quarter, strain=0.05, step=5e-3)
+    there = quasistatic_shear(quarter, strain=0.05, strain_step=5e-3)
     for name in ("stress", "energy", "normal_stress_difference", "pressure"):
         assert getattr(found, name) == pytest.approx(getattr(there, name), rel=1e-7, abs=1e-9)
 
@@ -188,7 +188,7 @@ def test_a_crystal_at_constant_pressure_compacts(unit):
     a, k, pressure = 0.9, 2.0, 0.3
     given = crystal(a)
     given = given.with_state(box=unit * given.box, positions=unit * given.positions, diameters=unit * given.diameters)
-    found = quasistatic_shear(given, strain=0.04, step=0.02, pressure=pressure)
+    found = quasistatic_shear(given, strain=0.04, strain_step=0.02, pressure=pressure)
     bonds = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)], [-0.5, np.sqrt(0.75)]])
 
     def stress_at(distance, strain):
@@ -208,7 +208,7 @@ def test_work_at_constant_pressure_is_the_change_of_enthalpy(request, packing, m
     """Along one minimum, to the error of the trapezoidal rule; from the energy of LAMMPS and the area."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
     found = quasistatic_shear(
-        start, strain=5 * step, step=step, snapshot_every=step, pressure="constant", tolerance=1e-13
+        start, strain=5 * step, strain_step=step, snapshot_every=step, pressure="constant", tolerance=1e-13
     )
     first = jamlab.evaluate(found.frames[0])
     assert found.converged.all() and len(found.frames) == 6 and found.held_pressure == pytest.approx(first.pressure)
@@ -222,7 +222,7 @@ def test_work_at_constant_pressure_is_the_change_of_enthalpy(request, packing, m
 
 
 def test_pressure_is_held_through_events(packing):
-    found = quasistatic_shear(packing, strain=0.06, step=2e-3, pressure=2e-2, direction="pure")
+    found = quasistatic_shear(packing, strain=0.06, strain_step=2e-3, pressure=2e-2, direction="pure")
     assert len(found.events) and found.converged.all()
     assert found.pressure == pytest.approx(2e-2, rel=1e-8)
     assert found.summary["dilation"] == found.dilation[-1] == found.packing.area / found.frames[0].area - 1
@@ -236,7 +236,7 @@ def test_packings_that_unjam_at_constant_pressure_are_brought_back(pressure, see
     """Near onset strain steps take contacts away; pressure by LAMMPS, to rounding."""
     start = jamlab.pack(n=32, pressure=pressure, seed=seed)
     found = quasistatic_shear(
-        start, strain=-0.01, step=2e-3, direction="pure", pressure="constant", snapshot_every=2e-3
+        start, strain=-0.01, strain_step=2e-3, direction="pure", pressure="constant", snapshot_every=2e-3
     )
     assert found.converged.all() and np.ptp(found.area) > 0
     for frame in found.frames:
@@ -250,7 +250,7 @@ def test_droplets_come_down_to_a_pressure_far_below_their_own():
     *_, dense = jamlab.compress(jamlab.jam(8, "dp", seed=5), to=0.92, step=0.03)
     assert jamlab.evaluate(dense).pressure == pytest.approx(0.174, abs=1e-3)
     for pressure in (1e-2, 2e-3, 1e-4):
-        found = quasistatic_shear(dense, strain=1e-4, step=1e-4, pressure=pressure)
+        found = quasistatic_shear(dense, strain=1e-4, strain_step=1e-4, pressure=pressure)
         assert found.converged.all() and jamlab.evaluate(found.packing).pressure == pytest.approx(pressure, rel=2e-9)
 
 
@@ -265,13 +265,13 @@ def test_an_unjammed_packing_has_no_pressure_to_be_held():
     """A number brings it there."""
     loose = jamlab.pack(n=8, phi=0.5, seed=1)
     with pytest.raises(jamlab.InputError, match="unjammed"):
-        quasistatic_shear(loose, strain=1e-3, step=1e-3, pressure="constant")
-    found = quasistatic_shear(loose, strain=1e-3, step=1e-3, pressure=1e-4)
+        quasistatic_shear(loose, strain=1e-3, strain_step=1e-3, pressure="constant")
+    found = quasistatic_shear(loose, strain=1e-3, strain_step=1e-3, pressure=1e-4)
     assert found.converged.all() and jamlab.evaluate(found.packing).pressure == pytest.approx(1e-4, rel=1e-9)
 
 
 def test_states_that_miss_the_tolerance_say_so(packing):
-    found = quasistatic_shear(packing, strain=1e-3, step=5e-4, tolerance=1e-15)
+    found = quasistatic_shear(packing, strain=1e-3, strain_step=5e-4, tolerance=1e-15)
     assert np.array_equal(found.converged, found.max_force <= 1e-15)
     assert found.packing.converged is bool(found.converged[-1])
     assert found.packing.max_force == found.max_force[-1]
@@ -284,8 +284,8 @@ def test_states_that_miss_the_tolerance_say_so(packing):
         ({"strain": 1.1, "direction": "pure"}, "strain = 1.1"),
         ({"strain": 0.1, "direction": "oblique"}, "'oblique'"),
         ({"strain": 0.1, "direction": np.nan}, "nan"),
-        ({"strain": 0.5, "step": 0.2}, "step = 0.2"),
-        ({"strain": 0.1, "step": 0.01, "snapshot_every": 0.001}, "snapshot_every = 0.001"),
+        ({"strain": 0.5, "strain_step": 0.2}, "strain_step = 0.2"),
+        ({"strain": 0.1, "strain_step": 0.01, "snapshot_every": 0.001}, "snapshot_every = 0.001"),
         ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20"),
     ],
 )
@@ -298,20 +298,20 @@ def test_numbers_out_of_range_are_refused(packing, arguments, named):
 def test_flat_walls_bear_no_stress_so_there_are_no_plastic_events_out_of_rounding(stickiness):
     """Nor a peak, nor an imbalance of the energy."""
     flat = jamlab.with_walls(jamlab.pack(n=16, pressure=1e-2, seed=1, stickiness=stickiness), 1.5, flat=True)
-    found = quasistatic_shear(flat, strain=0.05, step=0.01)
+    found = quasistatic_shear(flat, strain=0.05, strain_step=0.01)
     assert abs(found.stress).max() < 1e-12 and not len(found.events) and not len(found.drops.size)
     assert found.peak is None and found.energy_error == 0 and found.balanced
 
 
 def test_a_packing_that_unjams_has_no_plastic_events():
     """Stresses of 1e-14 rise and fall at random."""
-    found = quasistatic_shear(jamlab.pack(n=16, phi=0.5, seed=1), strain=0.05, step=0.01)
+    found = quasistatic_shear(jamlab.pack(n=16, phi=0.5, seed=1), strain=0.05, strain_step=0.01)
     assert abs(found.stress).max() < 1e-12 and not len(found.events) and found.balanced
 
 
 def test_energy_that_sticky_disks_lose_without_stress_is_released_by_events():
     """A floppy network: disks meet and stick, and a step back does not part them; work is zero until stress rises."""
-    found = quasistatic_shear(jamlab.pack(n=32, phi=0.6, seed=2, stickiness=0.1), strain=0.08, step=0.01)
+    found = quasistatic_shear(jamlab.pack(n=32, phi=0.6, seed=2, stickiness=0.1), strain=0.08, strain_step=0.01)
     lost = -np.diff(found.energy)
     still = abs(found.stress[1:]) < 1e-12
     assert found.event[1:][still].tolist() == (lost[still] > 1e-9).tolist() and found.event.any()
@@ -322,7 +322,7 @@ def test_energy_that_sticky_disks_lose_without_stress_is_released_by_events():
 def test_events_in_which_stress_rises_are_seen_by_the_energy_they_lose():
     """The next minimum may have a larger stress; in finer steps too, and it releases the same."""
     start = jamlab.pack(n=24, pressure=1e-2, seed=3)
-    coarse, fine = (quasistatic_shear(start, strain=0.022, step=step) for step in (2e-3, 5e-4))
+    coarse, fine = (quasistatic_shear(start, strain=0.022, strain_step=step) for step in (2e-3, 5e-4))
     for found in (coarse, fine):
         assert len(found.events) == found.plastic_events == 1 and not len(found.drops.size)
         assert found.events.stress_drop[0] < -1e-4 and found.energy_error < 5e-3

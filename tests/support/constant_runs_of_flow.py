@@ -144,16 +144,16 @@ def oscillation(folder):
 def quasistatic(folder):
     p = read(folder, "sp16")
     return [
-        jamlab.quasistatic_shear(p, 0.1, step=0.005),
-        jamlab.quasistatic_shear(read(folder, "sp64"), 0.03, step=0.005, pressure=1e-3),
-        jamlab.quasistatic_shear(read(folder, "stabilized"), 0.02, step=0.01, pressure=1e-2),
-        jamlab.quasistatic_shear(read(folder, "walled"), 0.02, step=0.01),
+        jamlab.quasistatic_shear(p, 0.1, strain_step=0.005),
+        jamlab.quasistatic_shear(read(folder, "sp64"), 0.03, strain_step=0.005, pressure=1e-3),
+        jamlab.quasistatic_shear(read(folder, "stabilized"), 0.02, strain_step=0.01, pressure=1e-2),
+        jamlab.quasistatic_shear(read(folder, "walled"), 0.02, strain_step=0.01),
     ]
 
 
 @scenario
 def quasistatic_droplets(folder):
-    return jamlab.quasistatic_shear(droplets(), 0.02, step=0.01)
+    return jamlab.quasistatic_shear(droplets(), 0.02, strain_step=0.01)
 
 
 @scenario

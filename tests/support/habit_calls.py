@@ -170,7 +170,7 @@ CALLS = [
     ("P3", "jamlab.creep(p, sigma=1e-4, duration=10.0)", "stress"),
     ("P3", "jamlab.creep(p, 1e-4, t_max=10.0)", "duration"),
     ("P3", "jamlab.quasistatic_shear(p, gamma=0.1)", "strain"),
-    ("P3", "jamlab.quasistatic_shear(p, 0.1, dgamma=0.01)", "step"),
+    ("P3", "jamlab.quasistatic_shear(p, 0.1, dgamma=0.01)", "strain_step"),
     ("P3", "jamlab.lowest_modes(p, n_modes=4)", "count"),
     ("P3", "jamlab.lowest_modes(p, k=4)", "count"),
     ("P3", "jamlab.shear_modulus(p, average=True)", "ok"),

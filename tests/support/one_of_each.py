@@ -26,7 +26,7 @@ def objects():
     walled = jamlab.with_walls(jamlab.pack(32, 1e-2, seed=1), thickness=1.5)
     damping, omega = jamlab.ContactDamping(), [1e-2, 0.1, 1.0]
     run = jamlab.shear(p, rate=0.1, strain=0.02, rows=3, snapshot_every=0.01)
-    steady = jamlab.quasistatic_shear(p, 0.02, step=0.01, snapshot_every=0.01)
+    steady = jamlab.quasistatic_shear(p, 0.02, strain_step=0.01, snapshot_every=0.01)
     voids = jamlab.voids(p)
     spectra = [[jamlab.complex_modulus(jamlab.pack(8, q, seed=1), omega, prestress=False)] for q in (0.03, 0.02, 0.01)]
     campaign = jamlab.open_campaign(written(folder / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))

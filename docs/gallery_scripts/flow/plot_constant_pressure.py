@@ -12,7 +12,7 @@ import jamlab
 figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
 for pressure in (1e-3, 1e-2):
     p = jamlab.pack(n=64, pressure=pressure, seed=1)
-    r = jamlab.quasistatic_shear(p, strain=0.2, step=5e-3, pressure="constant")
+    r = jamlab.quasistatic_shear(p, strain=0.2, strain_step=5e-3, pressure="constant")
     left.plot(r.strain, r.dilation, label=f"p = {pressure:g} k")
     right.plot(r.strain, r.stress / pressure, label=f"p = {pressure:g} k")
 left.set(xlabel=r"strain $\gamma$", ylabel=r"dilation $A/A_0 - 1$")

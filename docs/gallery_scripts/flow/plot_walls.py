@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import jamlab
 
 w = jamlab.with_walls(jamlab.pack(n=128, pressure=1e-2, seed=1))
-r = jamlab.quasistatic_shear(w, strain=0.2, step=5e-3, snapshot_every=0.02, walls=True)
+r = jamlab.quasistatic_shear(w, strain=0.2, strain_step=5e-3, snapshot_every=0.02, walls=True)
 print(r.wall_stress[-1], jamlab.slab(r.packing))
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained")
