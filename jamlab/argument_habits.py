@@ -41,7 +41,7 @@ ARGUMENTS = (
             "jamlab jam": "`--law vertices=16`, with "
             "`--model dp`"}),
     Concept("kind type system particle particle_type style", "model"),
-    Concept("overwrite force exist_ok clobber yes", "force"),
+    Concept("force exist_ok clobber replace yes", "overwrite"),
     Concept("volume_fraction area_fraction packing_fraction density", "phi to"),
     Concept("format fmt to_csv csv output_format columns fields quantities properties observable metrics",
             "observables"),

@@ -10,7 +10,7 @@ from jamlab.checks import check_choice
 from jamlab.cli.commands import Commands
 from jamlab.cli.console import err_console, out_console, print_json, print_line, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Force, Json, Seed
+from jamlab.cli.options import Json, Overwrite, Seed
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets
 from studies.ensemble_tables import NAMES
@@ -56,7 +56,7 @@ def draw(
         Path | None, typer.Option("--from", help="Campaign or folder of tables; default: those that ship.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-studies"),
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Draw studies from the tables that ship, or from a campaign or results of your own."""
@@ -65,7 +65,7 @@ def draw(
     pages, tables = chosen(names), open_tables(source or DATA)
     files = [file for page, group in pages.items() for file in file_names([s.name for s in group.studies], page)]
     expect_output(out)
-    check_targets(out, files, replace=force)
+    check_targets(out, files, replace=overwrite)
     drawn: list[Drawing] = []
     missing: dict[str, str] = {}
     for page, group in pages.items():
@@ -156,12 +156,12 @@ def reduce(
     out: Annotated[Path, typer.Option(help="Folder of tables.")] = Path("jamlab-tables"),
     commit: Annotated[str, typer.Option(help="Commit to record.")] = "unknown",
     only: Annotated[list[str] | None, typer.Option("--only", help="A table to write; default: all.")] = None,
-    force: Force = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Reduce the tables of a campaign to what figures are drawn from."""
     for name in only or ():
         check_choice("only", name, NAMES)
     expect_output(out)
-    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=force)
+    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=overwrite)
     for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
         print_line(f"wrote {path}")

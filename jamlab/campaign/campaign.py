@@ -393,7 +393,7 @@ class Campaign(Hinted):
         sweep: str | None = None,
         *,
         format: str = "csv",
-        replace: bool = True,
+        overwrite: bool = True,
     ) -> list[Path]:
         """Write tables for other programs, a file each.
 
@@ -405,7 +405,7 @@ class Campaign(Hinted):
             sweep: take the tasks of this sweep only.
             format: "csv"; "tsv", with tabs; "json", a list of rows, in which null stands for nan; "h5", HDF5 with a
                 dataset for each column; or "parquet", which needs pyarrow.
-            replace: False: where one of the files is there, none is written.
+            overwrite: False: where one of the files is there, none is written.
 
         Returns:
             Paths of the files.
@@ -427,7 +427,7 @@ class Campaign(Hinted):
                 for frame in TableParts(self.folder, name, parts):
                     if temporary is None and (len(frame) or names):
                         make_folder(Path(to))
-                        check_target(path, replace=replace)
+                        check_target(path, replace=overwrite)
                         temporary = stack.enter_context(atomic_file(path))
                         TABLE_FORMATS[format](frame, temporary)
                         written.append(path)

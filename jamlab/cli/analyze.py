@@ -16,7 +16,7 @@ from jamlab.cli.console import (
 )
 from jamlab.cli.given import is_picture
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import AnyFile, Force, Json, reads_any_file, written_as
+from jamlab.cli.options import AnyFile, Json, Overwrite, reads_any_file, written_as
 from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
@@ -77,7 +77,7 @@ def analyze(
     overlay: Overlay = None,
     packing: OfDroplets = None,
     csv: Csv = None,
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
     *,
     reading: dict[str, Any],
@@ -94,7 +94,7 @@ def analyze(
         raise InputError(f"{file}: an array of labels or a mask is given as --labels {file}")
     for path in (overlay, csv, packing):
         if path is not None:
-            check_target(path, replace=force)
+            check_target(path, replace=overwrite)
             expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
     if is_picture({"file": file}) and is_series(file, labels):
@@ -189,7 +189,7 @@ def explore(
     file: AnyFile,
     every: Annotated[int, typer.Option(help="Show every k-th state.")] = 1,
     out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
     *,
     reading: dict[str, Any],
@@ -203,7 +203,7 @@ def explore(
     from jamlab.storage.verified_file import is_hdf5
     from jamlab.trajectories.files import read_all
 
-    check_target(out, replace=force)
+    check_target(out, replace=overwrite)
     check_ending(out, "page", option="--out")
     expect_output(out)
     packings = read_all(file, **reading)

@@ -12,7 +12,7 @@ import typer
 from jamlab.cli.commands import Once
 from jamlab.cli.console import err_console, print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
-from jamlab.cli.options import Force, Json, written_as
+from jamlab.cli.options import Json, Overwrite, written_as
 from jamlab.errors import InputError, StorageError
 from jamlab.processes.progress import in_words
 from jamlab.storage.system_errors import system_said
@@ -306,7 +306,7 @@ def export(
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     format: Annotated[str, typer.Option(metavar="NAME", help="csv, tsv, json, h5 (HDF5) or parquet.")] = "csv",
     out: Folder = None,
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Write tables for other programs, a file each."""
@@ -314,7 +314,7 @@ def export(
 
     expect_output(to)
     campaign = open_campaign(file, out)
-    written = [str(path) for path in campaign.export(to, table or (), sweep, format=format, replace=force)]
+    written = [str(path) for path in campaign.export(to, table or (), sweep, format=format, overwrite=overwrite)]
     if as_json:
         print_json({"written": written})
     else:

@@ -128,7 +128,7 @@ TOPICS = {
         "Drag law": "drag beta alpha tau stokes eta_f background",
         "Accuracy and cores": "tolerance ranks processes workers",
         "Files of other programs": "units box radii style",
-        "Output": "out plot csv overlay packing force as_json",
+        "Output": "out plot csv overlay packing overwrite as_json",
     }.items()
     for name in names.split()
 }

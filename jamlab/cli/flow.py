@@ -20,10 +20,10 @@ from jamlab.cli.options import (
     Beta,
     Drag,
     EtaF,
-    Force,
     FrameOption,
     Json,
     Out,
+    Overwrite,
     Stokes,
     Tau,
     drag_law,
@@ -74,7 +74,7 @@ class Job:
     out: Path
     plot: Path | None
     csv: Path | None
-    force: bool
+    overwrite: bool
     as_json: bool
 
     def packing(self) -> "Packing":
@@ -85,11 +85,11 @@ class Job:
 
     def drive(self, flow: Callable[..., T], name: str, *point: Any, timed: bool = True, **how: Any) -> T:
         """Drive the packing at a point, such as frequency and amplitude, below a bar of this name. `timed`: with drag.
-        A file of the same run is resumed; with `force` the first save replaces the file of another run."""
+        A file of the same run is resumed; with `overwrite` the first save replaces the file of another run."""
         from jamlab.flow.run import replacing
 
         how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
-        with progress_bar(name) as progress, replacing(self.force):
+        with progress_bar(name) as progress, replacing(self.overwrite):
             return flow(self.packing(), *point, progress=progress, **how)
 
     def say_seconds(
@@ -161,7 +161,7 @@ def make_job(
     out: Out = Path("flow.h5"),
     plot: Plot = None,
     csv: Csv = None,
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
     *,
     reading: dict[str, Any],
@@ -170,13 +170,13 @@ def make_job(
     check_target(out)
     for path in (plot, csv):
         if path is not None:
-            check_target(path, replace=force)
+            check_target(path, replace=overwrite)
     before = _version(out)
     describe_kept(lambda: _describe(out, before))
     accuracy = {"tolerance": tolerance, "background_drag": background}
     given = {name: value for name, value in accuracy.items() if value is not None}
     return Job(
-        file, frame, reading, drag_law(drag, stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json
+        file, frame, reading, drag_law(drag, stokes, beta, alpha, tau, eta_f), given, out, plot, csv, overwrite, as_json
     )
 
 

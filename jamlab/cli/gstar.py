@@ -19,9 +19,9 @@ from jamlab.cli.options import (
     Drag,
     EnsembleOption,
     EtaF,
-    Force,
     FrameOption,
     Json,
+    Overwrite,
     Seed,
     Stokes,
     Tau,
@@ -70,7 +70,7 @@ def gstar(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Picture (.png, .pdf, .svg) or table (.csv, .tsv) to write.")
     ] = None,
-    force: Force = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
     *,
     reading: dict[str, Any],
@@ -88,7 +88,7 @@ def gstar(
         raise InputError("no packing is given: give FILES, or --n and --pressure of a packing to make")
     omega = _frequencies(omega_min, omega_max, points)
     if out is not None:
-        check_output(out, replace=force)
+        check_output(out, replace=overwrite)
         expect_output(out)
     law = drag_law(drag, stokes, beta, alpha, tau, eta_f)
     packings = (

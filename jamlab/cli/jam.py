@@ -10,7 +10,7 @@ import typer
 from jamlab.cli import options
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept, expect_output
-from jamlab.cli.options import Force, N, Seed
+from jamlab.cli.options import N, Overwrite, Seed
 from jamlab.cli.sweep_file import SweepFile
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
@@ -37,7 +37,7 @@ def jam(
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("onset.h5"),
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> None:
     """Make a packing at jamming onset.
@@ -47,7 +47,7 @@ def jam(
     """
     import jamlab
 
-    check_target(out, replace=force)
+    check_target(out, replace=overwrite)
     expect_output(out)
     how: dict[str, Any] = {
         "size_ratio": ratio,
@@ -75,7 +75,7 @@ def pack(
     sizes: options.Sizes = None,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("packing.h5"),
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> None:
     """Make a packing of disks at a pressure or packing fraction.
@@ -87,7 +87,7 @@ def pack(
 
     if (pressure is None) == (phi is None):
         raise InputError("give --pressure or --phi, one of them")
-    check_target(out, replace=force)
+    check_target(out, replace=overwrite)
     expect_output(out)
     how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "ensemble": ensemble}
     how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law, jamlab.pack)}
@@ -115,7 +115,7 @@ def compress(
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("sweep.h5"),
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
     *,
     reading: dict[str, Any],
@@ -128,7 +128,7 @@ def compress(
     from jamlab.trajectories.files import read
 
     task = {"--to": to, "--step": step, "--by": by, "--first-step": nearest, "--pressure-tolerance": error}
-    sweep = SweepFile(out, task | {"--tolerance": tolerance}, replace=force)
+    sweep = SweepFile(out, task | {"--tolerance": tolerance}, replace=overwrite)
     sweep.begin(read(file, frame, **reading))
     how: dict[str, Any] = {"by": by, "first_step": nearest, "pressure_tolerance": error, "tolerance": tolerance}
     with progress_bar("compress") as progress:
@@ -141,14 +141,14 @@ def convert(
     file: options.AnyFile,
     target: Annotated[Path, typer.Argument(help="File to write: .h5, .data, .dump or .xyz.")],
     frame: Annotated[int | None, typer.Option(help="One frame; -1: the last (default: all).")] = None,
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     *,
     reading: dict[str, Any],
 ) -> None:
     """Convert packings to the format of the ending of TARGET."""
     from jamlab.trajectories.convert import convert as run
 
-    check_target(target, replace=force)
+    check_target(target, replace=overwrite)
     expect_output(target)
     packings, lost = run(file, target, frame, **reading)
     print_line(f"wrote {target}: {len(packings)} packing{'s' * (len(packings) > 1)} of {packings[0].n} particles")
@@ -171,7 +171,7 @@ def droplets(
     wrapped: Annotated[bool, typer.Option("--wrapped", help="The box may cut outlines.")] = False,
     law: options.Law = None,
     out: options.Out = Path("droplets.h5"),
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> None:
     """Make droplets of given outlines, not relaxed.
@@ -182,7 +182,7 @@ def droplets(
     import jamlab
     from jamlab.trajectories.outline_files import read_outlines
 
-    check_target(out, replace=force)
+    check_target(out, replace=overwrite)
     expect_output(out)
     how: dict[str, Any] = {"rims": rims, "vertices": vertices, "wrapped": wrapped}
     how |= options.law_values(law, jamlab.droplets_from_outlines)
@@ -196,7 +196,7 @@ def relax(
     frame: options.FrameOption = -1,
     tolerance: options.Tolerance = None,
     out: options.Out = Path("relaxed.h5"),
-    force: options.Force = False,
+    overwrite: options.Overwrite = False,
     as_json: options.Json = False,
     *,
     reading: dict[str, Any],
@@ -205,7 +205,7 @@ def relax(
     from jamlab.protocols.relax import relax as run
     from jamlab.trajectories.files import read
 
-    check_target(out, replace=force)
+    check_target(out, replace=overwrite)
     expect_output(out)
     start = read(file, frame, **reading)
     with progress_bar("relax"):
@@ -218,7 +218,7 @@ def demo(
     seed: Seed = 1,
     to: Annotated[float, typer.Option(help="Last true packing fraction.")] = 0.95,
     out: Annotated[Path, typer.Option(help="Folder for HDF5 and HTML files.")] = Path("jamlab-demo"),
-    force: Force = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Compress disks and droplets through jamming: tables, a page."""
     import numpy as np
@@ -236,10 +236,10 @@ def demo(
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
     make_folder(out)
-    check_target(out / "index.html", replace=force)
+    check_target(out / "index.html", replace=overwrite)
     task = {"--n": n, "--seed": seed, "--to": to}
     models = {model.name: model for model in (DISKS, DROPLETS)}
-    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=force) for name in models}
+    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=overwrite) for name in models}
     describe_kept(lambda: _describe_demo(out))
     sections = []
     for name, model in models.items():

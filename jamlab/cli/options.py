@@ -102,7 +102,7 @@ Sizes = Annotated[
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="HDF5 file to write (.h5).", callback=written_as("packings"))]
-Force = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 EnsembleOption = Annotated[
     str, typer.Option(metavar="{fixed-box,shear-stabilized}", help="Fixed box, or box sheared to zero shear stress.")

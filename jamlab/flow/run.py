@@ -23,7 +23,7 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError, InputError, StorageError, warn
+from jamlab.errors import ConvergenceError, InputError, StorageError, typed, warn
 from jamlab.flow.flow_run import FLOW_ENERGY, FlowResult, FlowRun
 from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
 from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
@@ -94,7 +94,8 @@ class RunFile(Generic[T]):
         if not self._path.exists():
             check_ending(self._path, "packings")
         elif (found := self._read_same(self._path, packing)) is None and not _replacing.get():
-            raise StorageError(f"{path} exists and belongs to another run: choose another name, or remove it (--force)")
+            remedy = typed("remove it", "give --overwrite to replace it")
+            raise StorageError(f"{path} exists and belongs to another run: choose another name, or {remedy}")
         else:
             self.before = found
 

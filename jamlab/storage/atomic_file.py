@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from jamlab.errors import StorageError
+from jamlab.errors import StorageError, typed
 from jamlab.storage.system_errors import system_said
 
 _MODE = 0o666  # of new files, but for the umask
@@ -125,7 +125,7 @@ def make_folder(folder: Path) -> None:
 
 def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str], replace: bool = True) -> Path:
     """Refuse a path that cannot be written, or is one of the sources, before hours of work go into what should be
-    written there; commands ask for `--force` to replace. Returns the file behind all links."""
+    written there; commands ask for `--overwrite` to replace. Returns the file behind all links."""
     try:
         target = Path(os.path.realpath(path))
         mode = target.stat().st_mode if target.exists() else None
@@ -138,7 +138,8 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str],
     if any(target == Path(os.path.realpath(source)) for source in sources):
         raise StorageError(f"cannot write {path}: it is also the input; choose another name")
     if mode is not None and not replace:
-        raise StorageError(f"{path} exists: choose another name, or give --force to replace it")
+        again = typed("overwrite=True", "--overwrite")
+        raise StorageError(f"{path} exists: choose another name, or give {again} to replace it")
     if not target.parent.is_dir():
         raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
     if not os.access(target.parent, os.W_OK):

@@ -41,9 +41,9 @@ def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
     assert call(tmp_path, "campaign", *tables).exit_code == 0
     (there := next(tmp_path.rglob("onset.csv"))).write_text("work of a week")
     again = call(tmp_path, "campaign", *tables)
-    assert again.exit_code == 1 and "onset.csv exists: choose another name, or give --force" in again.stderr
+    assert again.exit_code == 1 and "onset.csv exists: choose another name, or give --overwrite" in again.stderr
     assert there.read_text() == "work of a week"
-    assert call(tmp_path, "campaign", *tables, "--force").exit_code == 0
+    assert call(tmp_path, "campaign", *tables, "--overwrite").exit_code == 0
     assert (tmp_path / "tables" / "onset.csv").read_text() != "work of a week"
 
 

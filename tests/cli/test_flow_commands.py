@@ -96,7 +96,7 @@ def test_a_run_of_another_packing_stays_unless_forced(folder):
     assert call(folder, "shear", "p.h5", *words).exit_code == 0
     before = (folder / "kept.h5").read_bytes()
     done = call(folder, "shear", "other.h5", *words)
-    assert done.exit_code == 1 and "kept.h5" in done.stderr and "--force" in done.stderr
+    assert done.exit_code == 1 and "kept.h5" in done.stderr and "--overwrite" in done.stderr
     assert (folder / "kept.h5").read_bytes() == before
-    assert call(folder, "shear", "other.h5", *words, "--force").exit_code == 0
+    assert call(folder, "shear", "other.h5", *words, "--overwrite").exit_code == 0
     assert (folder / "kept.h5").read_bytes() != before

@@ -36,7 +36,7 @@ WAYS = {  # words of each way to run a command that computes
     "relax-stress": ("p.h5 --strain 1e-3 --duration 1", "p.h5 --strain 0 --duration 1"),
 }
 APART = {"decks", "deck", "doctor", "campaign"}  # they run no function of the library, or test what it takes themselves
-SAME = {"out", "plot", "csv", "overlay", "force", "as_json"}  # of every way, see test_outputs.py and test_commands.py
+SAME = {"out", "plot", "csv", "overlay", "overwrite", "as_json"}  # of every way: test_outputs.py, test_commands.py
 VALUES = {  # of options: another than the default, and than in WAYS
     **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "ratio": "1.3", "large": "0.25"},
     **{"sizes": "uniform:0.1", "search": "incremental", "ensemble": "shear-stabilized", "ranks": "2"},
@@ -240,7 +240,7 @@ WAYS_TO_WRITE = [*((name, "same") for name in sorted(READING)), *(("shear", how)
 
 @pytest.mark.parametrize(("name", "how"), WAYS_TO_WRITE)
 def test_no_command_writes_what_it_reads(asked, folder, name, how):
-    """Each output against each input, with --force, whatever name the file has."""
+    """Each output against each input, with --overwrite, whatever name the file has."""
     outputs = [each for each in COMMANDS[name].params if each.name in OUTPUTS]
     inputs = [each.name for each in COMMANDS[name].params if each.name in INPUTS]
     assert outputs and inputs
@@ -259,21 +259,21 @@ def test_no_command_writes_what_it_reads(asked, folder, name, how):
         given = ["p.h5", "--labels", source.name] if read == "labels" else [source.name]
         line = [name, *given, *[word for word in needed if word != "q.dump"]]
         line += [written] if output.name == "target" else [output.opts[0], written]
-        said, log = asked(*line, "--force")
+        said, log = asked(*line, "--overwrite")
         assert "it is also the input" in said or "used only for pictures" in said, said
         assert source.read_text() == "work of a week" and not log
 
 
 def test_two_outputs_are_two_files(asked):
     for line in ("shear p.h5 --rate 1 --csv a --out ./a", "shear p.h5 --rate 1 --csv a --plot ./a"):
-        said, log = asked(*line.split(), "--force")
+        said, log = asked(*line.split(), "--overwrite")
         assert "another option names it too" in said and not log
-    said, log = asked(*"analyze a.png --csv a.csv --overlay b.png --packing ./c.h5 --force".split())
+    said, log = asked(*"analyze a.png --csv a.csv --overlay b.png --packing ./c.h5 --overwrite".split())
     assert "cannot write" not in said and log
 
 
 def test_sizes_from_a_file_are_an_input(asked):
-    said, log = asked(*"pack --n 8 --pressure 0.1 --sizes from-file:d.h5 --out ./d.h5 --force".split())
+    said, log = asked(*"pack --n 8 --pressure 0.1 --sizes from-file:d.h5 --out ./d.h5 --overwrite".split())
     assert "it is also the input" in said and not log
 
 

@@ -97,7 +97,7 @@ def test_force_replaces_files(tmp_path, onset):
     for words in ("jam --n 8 --out p.h5", "explore source.h5 --out p.html", "gstar source.h5 --points 3 --out g.csv"):
         out = tmp_path / words.split()[-1]
         out.write_text("work of a week")
-        assert call(tmp_path, *words.split(), "--force").exit_code == 0
+        assert call(tmp_path, *words.split(), "--overwrite").exit_code == 0
         assert out.read_bytes()[:4] != b"work"
 
 
@@ -107,7 +107,7 @@ def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatc
     words = [*"shear source.h5 --rate 0.1 --strain 0.01 --rows 2 --csv rows.csv --out flow.h5".split()]
     assert call(tmp_path, *words).exit_code == 0
     monkeypatch.delattr(pathlib.Path, "unlink")
-    assert call(tmp_path, *words, "--force").exit_code == 0
+    assert call(tmp_path, *words, "--overwrite").exit_code == 0
 
 
 WRONG = {"shear": "--tolerance 7", "creep": "--tolerance 7", "oscillate": "--cycles 0", "relax-stress": "--tau -1"}
@@ -118,7 +118,7 @@ def test_a_forced_flow_replaces_a_file_by_what_it_saves_first(tmp_path, onset, m
     """Until then the old file stays, whatever ends the command: a value that is refused, a signal, an error."""
     jamlab.write(tmp_path / "source.h5", next(jamlab.compress(onset, 0.87, 0.1)))
     (tmp_path / "f.h5").write_text("work of a week")
-    line = [name, "source.h5", *FLOWS[name].split(), "--out", "f.h5", "--force"]
+    line = [name, "source.h5", *FLOWS[name].split(), "--out", "f.h5", "--overwrite"]
     said = call(tmp_path, *line, *WRONG.get(name, "--discard -1").split())
     assert said.exit_code == 1 and (tmp_path / "f.h5").read_text() == "work of a week"
 
@@ -138,7 +138,7 @@ def test_a_forced_flow_replaces_a_file_in_the_end(tmp_path, onset):
     (tmp_path / "f.h5").write_text("work of a week")
     line = ["creep", "source.h5", *FLOWS["creep"].split(), "--out", "f.h5"]
     assert "belongs to another run" in call(tmp_path, *line).stderr
-    assert call(tmp_path, *line, "--force").exit_code == 0
+    assert call(tmp_path, *line, "--overwrite").exit_code == 0
     assert jamlab.read_flow(tmp_path / "f.h5").time[-1] == pytest.approx(1)
 
 

@@ -86,7 +86,7 @@ def test_a_sweep_of_other_options_is_refused_by_what_differs(half, line, named):
     """And nobody is led to replace the states that are there."""
     before = (half / "sweep.h5").read_bytes()
     done = call(half, *line.split())
-    assert done.exit_code == 1 and named in done.stderr and "--force" not in done.stderr
+    assert done.exit_code == 1 and named in done.stderr and "--overwrite" not in done.stderr
     assert (half / "sweep.h5").read_bytes() == before
 
 

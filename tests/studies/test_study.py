@@ -141,7 +141,7 @@ def test_a_campaign_is_reduced(tmp_path):
     assert sorted(table["seed"]) == [1, 2] and np.isfinite(table["rho_J"]).all()
 
 
-def test_no_file_is_replaced_without_force(tmp_path):
+def test_no_file_is_replaced_unless_asked_for(tmp_path):
     (tmp_path / "c.toml").write_text(campaigns.FULL)
     for words, name in (("draw stability", "moved.png"), ("reduce c.toml", "states.parquet")):
         file = tmp_path / words / name
