@@ -124,9 +124,9 @@ def _line(error: BaseException) -> str:
 TOPICS = {
     name: topic
     for topic, names in {
-        "Force law and sizes": "law ratio large sizes",
+        "Force law and sizes": "law size_ratio fraction_large sizes",
         "Drag law": "drag beta alpha tau stokes eta_f background",
-        "Accuracy and cores": "tolerance ranks processes workers",
+        "Accuracy and cores": "force_tolerance pressure_tolerance tolerance ranks workers",
         "Files of other programs": "units box radii style",
         "Output": "out plot csv overlay packing overwrite as_json",
     }.items()

@@ -61,8 +61,10 @@ USES = (
     Use("relax-stress", "step_time", "with a --strain other than 0", lambda v: v["strain"] != 0),
     Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
     Use("gstar", "frame units box radii law model style", "with FILES", lambda v: bool(v["files"])),
-    Use("jam pack", "ratio large", "without --sizes", lambda v: v["sizes"] is None),
-    Use("jam", "ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _has_outlines(v)),
+    Use("jam pack", "size_ratio fraction_large", "without --sizes", lambda v: v["sizes"] is None),
+    Use(
+        "jam", "size_ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _has_outlines(v)
+    ),
     Use("jam", "ranks", "for disks", _has_ranks),
     Use("analyze", "pixel film contrast channel labels memory overlay packing", "for pictures", is_picture),
     Use("analyze", "units box radii law style", "for files of packings", lambda v: not is_picture(v)),

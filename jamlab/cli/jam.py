@@ -27,15 +27,15 @@ def jam(
     n: options.N = 64,
     seed: options.Seed = 1,
     law: options.Law = None,
-    ratio: options.Ratio = None,
-    large: options.Large = 0.5,
+    size_ratio: options.Ratio = None,
+    fraction_large: options.Large = 0.5,
     sizes: options.Sizes = None,
     search: Annotated[
         str, typer.Option(metavar="{bisection,incremental}", help="Onset search; incremental: steps of 1e-4.")
     ] = "bisection",
     ensemble: options.EnsembleOption = "fixed-box",
     ranks: options.Ranks = 1,
-    tolerance: options.Tolerance = None,
+    force_tolerance: options.Tolerance = None,
     out: options.Out = Path("onset.h5"),
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
@@ -50,13 +50,13 @@ def jam(
     check_target(out, replace=overwrite)
     expect_output(out)
     how: dict[str, Any] = {
-        "size_ratio": ratio,
-        "fraction_large": large,
+        "size_ratio": size_ratio,
+        "fraction_large": fraction_large,
         "sizes": sizes,
         "search": search,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law, jamlab.jam)}
+    how |= {"ranks": ranks, "tolerance": force_tolerance, **options.law_values(law, jamlab.jam)}
     with progress_bar("to onset") as progress:
         packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -70,10 +70,10 @@ def pack(
     ensemble: options.EnsembleOption = "fixed-box",
     ranks: options.Ranks = 1,
     law: options.Law = None,
-    ratio: options.Ratio = None,
-    large: options.Large = 0.5,
+    size_ratio: options.Ratio = None,
+    fraction_large: options.Large = 0.5,
     sizes: options.Sizes = None,
-    tolerance: options.Tolerance = None,
+    force_tolerance: options.Tolerance = None,
     out: options.Out = Path("packing.h5"),
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
@@ -89,8 +89,13 @@ def pack(
         raise InputError("give --pressure or --phi, one of them")
     check_target(out, replace=overwrite)
     expect_output(out)
-    how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "ensemble": ensemble}
-    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law, jamlab.pack)}
+    how: dict[str, Any] = {
+        "size_ratio": size_ratio,
+        "fraction_large": fraction_large,
+        "sizes": sizes,
+        "ensemble": ensemble,
+    }
+    how |= {"ranks": ranks, "tolerance": force_tolerance, **options.law_values(law, jamlab.pack)}
     with progress_bar("to pressure") as progress:
         packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -104,16 +109,13 @@ def compress(
     by: Annotated[
         str, typer.Option(metavar="{rho,phi}", help="True (rho) or nominal (phi) packing fraction in --to and --step.")
     ] = "rho",
-    nearest: Annotated[
-        float | None, typer.Option("--first-step", "--nearest", help="First step; steps grow up to --step.")
-    ] = None,
-    error: Annotated[
-        float | None,
-        typer.Option("--pressure-tolerance", "--error", help="Adapt steps to this relative error of pressure."),
+    first_step: Annotated[float | None, typer.Option(help="First step; steps grow up to --step.")] = None,
+    pressure_tolerance: Annotated[
+        float | None, typer.Option(help="Adapt steps to this relative error of pressure.")
     ] = None,
     frame: options.FrameOption = -1,
     ranks: options.Ranks = 1,
-    tolerance: options.Tolerance = None,
+    force_tolerance: options.Tolerance = None,
     out: options.Out = Path("sweep.h5"),
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
@@ -127,10 +129,12 @@ def compress(
     from jamlab.protocols.compression import go_on
     from jamlab.trajectories.files import read
 
-    task = {"--to": to, "--step": step, "--by": by, "--first-step": nearest, "--pressure-tolerance": error}
-    sweep = SweepFile(out, task | {"--tolerance": tolerance}, replace=overwrite)
+    task = {"--to": to, "--step": step, "--by": by, "--first-step": first_step}
+    task |= {"--pressure-tolerance": pressure_tolerance, "--force-tolerance": force_tolerance}
+    sweep = SweepFile(out, task, replace=overwrite)
     sweep.begin(read(file, frame, **reading))
-    how: dict[str, Any] = {"by": by, "first_step": nearest, "pressure_tolerance": error, "tolerance": tolerance}
+    how: dict[str, Any] = {"by": by, "first_step": first_step, "pressure_tolerance": pressure_tolerance}
+    how["tolerance"] = force_tolerance
     with progress_bar("compress") as progress:
         sweep.make(lambda last, start, done: go_on(last, start, done, to, step, ranks=ranks, progress=progress, **how))
     print_packings(sweep.states, out, as_json, save=sweep.write)
@@ -194,7 +198,7 @@ def droplets(
 def relax(
     file: options.AnyFile,
     frame: options.FrameOption = -1,
-    tolerance: options.Tolerance = None,
+    force_tolerance: options.Tolerance = None,
     out: options.Out = Path("relaxed.h5"),
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
@@ -209,7 +213,7 @@ def relax(
     expect_output(out)
     start = read(file, frame, **reading)
     with progress_bar("relax"):
-        packing = run(start, tolerance)
+        packing = run(start, force_tolerance)
     print_packings([packing], out, as_json)
 
 

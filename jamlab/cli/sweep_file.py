@@ -79,7 +79,7 @@ class SweepFile:
             return
         wanted = json.loads(json.dumps(self._task))
         if other := [name for name in wanted | found if found.get(name) != wanted.get(name)]:
-            said = ", ".join(f"{name} {found.get(name)}, not {wanted.get(name)}" for name in other)
+            said = ", ".join(f"{name} {_told(found.get(name))}, not {_told(wanted.get(name))}" for name in other)
             raise InputError(f"{self.path} holds a sweep with {said}: {_REMEDY}")
         self.states = read_all_hdf5(self.path)
         self._before = len(self.states)
@@ -93,6 +93,10 @@ class SweepFile:
 
 
 _REMEDY = "give the same options to go on with it, or name another file by --out"
+
+
+def _told(value: Any) -> str:
+    return "left out" if value is None else str(value)
 
 
 def _task_of(path: Path) -> dict[str, Any] | None:

@@ -101,12 +101,12 @@ def test_pack_analyze_and_gstar_give_the_same_two_moduli(packed, tmp_path):
 
 
 def test_sizes_and_droplets_from_the_command_line(tmp_path):
-    sizes = ("--n", "10", "--ratio", "1.2", "--large", "0.3", "--json")
+    sizes = ("--n", "10", "--size-ratio", "1.2", "--fraction-large", "0.3", "--json")
     assert call(tmp_path, "pack", "--pressure", "0.05", *sizes).exit_code == 0
     diameters = jamlab.read(tmp_path / "packing.h5").diameters
     assert np.sum(diameters > 1) == 3 and diameters.max() / diameters.min() == pytest.approx(1.2)
     law = ("--law", "gamma=0.1", "--law", "ka=50", "--law", "delta=0.2")
-    done = call(tmp_path, "jam", "--model", "dp", "--n", "5", "--large", "0.4", *law, "--json")
+    done = call(tmp_path, "jam", "--model", "dp", "--n", "5", "--fraction-large", "0.4", *law, "--json")
     assert done.exit_code == 0, done.stderr
     packing = jamlab.read(tmp_path / "onset.h5")
     assert [packing.params[name] for name in ("gamma", "ka", "delta")] == [0.1, 50.0, 0.2]

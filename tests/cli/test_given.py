@@ -38,12 +38,14 @@ WAYS = {  # words of each way to run a command that computes
 APART = {"decks", "deck", "doctor", "campaign"}  # they run no function of the library, or test what it takes themselves
 SAME = {"out", "plot", "csv", "overlay", "overwrite", "as_json"}  # of every way: test_outputs.py, test_commands.py
 VALUES = {  # of options: another than the default, and than in WAYS
-    **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "ratio": "1.3", "large": "0.25"},
+    **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "size_ratio": "1.3", "fraction_large": "0.25"},
     **{"sizes": "uniform:0.1", "search": "incremental", "ensemble": "shear-stabilized", "ranks": "2"},
     **{"tolerance": "1e-9", "pressure": "0.02", "phi": "0.7", "to": "0.97", "step": "0.002", "by": "phi"},
     **{
-        "nearest": "1e-4",
-        "error": "0.1",
+        "first_step": "1e-4",
+        "pressure_tolerance": "0.1",
+        "force_tolerance": "1e-9",
+        "error": "0.2",
         "frame": "0",
         "units": "eps",
         "box": "9,9",
@@ -188,7 +190,7 @@ def test_an_option_is_used_or_refused(asked, name, way):
         ("analyze a.png --box 9,9", "--box"),
         ("analyze --labels b.png --channel red", "--channel"),
         ("relax p.h5 --box 9,9", "--box"),
-        ("jam --model dp --ratio 1.2", "--ratio"),
+        ("jam --model dp --size-ratio 1.2", "--size-ratio"),
         ("decks in.sp.jam --json", "--json"),
         ("estimate rho-J --rho 0.9 --error 0.1", "--rho"),
         ("estimate z --rho 0.9 --error 0.1 --dry-run --seed 2", "--seed"),
@@ -205,7 +207,7 @@ def test_what_is_given_and_not_used_is_refused_by_name(asked, line, flag):
         ("pack -n 8 --pressure 1e-2 --n 10", "--n"),
         ("jam --seed 1 --seed=2", "--seed"),
         ("shear p.h5 --rate 0.1 --rate 0.2", "--rate"),
-        ("compress p.h5 --to 0.9 --first-step 0.001 --nearest 0.002", "--first-step"),
+        ("compress p.h5 --to 0.9 --first-step 0.001 --first-step 0.002", "--first-step"),
         ("deck in.sp.jam --n 16 --n=32", "--n"),
         ("campaign run c.toml --share 1/2 --share 2/2", "--share"),
     ],

@@ -34,7 +34,8 @@ def test_commands(tmp_path, name, use):
         ("jam --threads 2", "use --ranks"),
         ("flow-curve p.h5 --threads 2", "use --processes"),
         ("gstar p.h5 --freq 2", "use --omega-min"),
-        ("jam --tolerence 1e-9", "use --tolerance"),
+        ("jam --force-tolerence 1e-9", "use --force-tolerance"),
+        ("jam --tolerance 1e-9", "use --force-tolerance"),
         ("jam --colour 2", "it takes --model, "),
     ],
 )

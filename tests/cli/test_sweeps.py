@@ -78,7 +78,7 @@ def half(made, tmp_path):
     [
         (LINE.format(to=0.95), "--to 0.9, not 0.95"),
         (LINE.format(to=0.9).replace("0.01", "0.02"), "--step 0.01, not 0.02"),
-        (LINE.format(to=0.9) + " --tolerance 1e-11", "--tolerance None, not 1e-11"),
+        (LINE.format(to=0.9) + " --force-tolerance 1e-11", "--force-tolerance left out, not 1e-11"),
         (LINE.format(to=0.9).replace("onset", "other"), "from another packing"),
     ],
 )

@@ -171,11 +171,19 @@ def test_campaign_files(tmp_path, examples):
 
 
 COMMANDS = {  # each with an option or argument that nothing can start from
-    ("jam", "--out", "absent/o.h5"): ["--model", "--n", "--seed", "--law", "--search", "--ensemble", "--tolerance"],
-    ("jam", "--model", "tp"): ["--n", "--seed", "--out", "--tolerance"],
-    ("pack", "--out", "absent/o.h5"): ["--n", "--pressure", "--seed", "--ensemble", "--tolerance"],
-    ("compress", "absent.h5"): ["--to", "--step", "--nearest", "--frame", "--out", "--by"],
-    ("compress", "run.h5", "--out", "."): ["--to", "--step", "--nearest", "--frame"],
+    ("jam", "--out", "absent/o.h5"): [
+        "--model",
+        "--n",
+        "--seed",
+        "--law",
+        "--search",
+        "--ensemble",
+        "--force-tolerance",
+    ],
+    ("jam", "--model", "tp"): ["--n", "--seed", "--out", "--force-tolerance"],
+    ("pack", "--out", "absent/o.h5"): ["--n", "--pressure", "--seed", "--ensemble", "--force-tolerance"],
+    ("compress", "absent.h5"): ["--to", "--step", "--first-step", "--frame", "--out", "--by"],
+    ("compress", "run.h5", "--out", "."): ["--to", "--step", "--first-step", "--frame"],
     ("analyze", "absent.h5"): ["--pixel", "--film", "--contrast"],
     ("analyze", "run.h5"): ["--pixel", "--film", "--json"],
     ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
