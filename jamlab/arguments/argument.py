@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -82,25 +82,23 @@ class Argument:
         return next((self.limits_otherwise[place] for place in places if place in self.limits_otherwise), usual)
 
     def allowed(self, *places: str) -> str:
-        """What a value may be, in words; "" where there is no limit."""
-        least, highest = self.limits_at(*places)
+        """What a value may be, in words."""
         if known := self.known:
             return f"one of {', '.join(known)}"
-        what = "a whole number" if self.kind == "integer" else "a number"
-        if self.signed and least is not None and highest is not None:
-            return f"{what} from {least:g} to {highest:g} in magnitude"
+        what, (least, highest) = "a whole number" if self.kind == "integer" else "a number", self.limits_at(*places)
+        beyond = "" if least is None else f"above {least:g}" if self.above else f"from {least:g}"
         if least is not None and highest is not None:
-            if self.above:
-                return f"{what} above {least:g} and at most {highest:g}"
-            return f"{what} from {least:g} to {highest:g}"
+            limits = f"{beyond} and at most {highest:g}" if self.above else f"{beyond} to {highest:g}"
+            return f"{what} {limits}{' in magnitude' * self.signed}"
+        finite = what if self.kind == "integer" else "a finite number"
         if least is not None:
-            return f"{what} above {least:g}" if self.above else f"{what}, {least:g} or more"
-        return f"{what}, at most {highest:g}" if highest is not None else ""
+            return f"{finite} {beyond}" if self.above else f"{finite}, {least:g} or more"
+        return finite if highest is None else f"{what}, at most {highest:g}"
 
     def admits(self, value: float, *places: str) -> bool:
-        """Whether a number is within the limits."""
+        """Whether a number is finite and within the limits."""
         least, highest = self.limits_at(*places)
-        value = abs(value) if self.signed else value
-        if not math.isfinite(value) or (highest is not None and value > highest):
+        size = abs(value) if self.signed else value
+        if not abs(size) <= sys.float_info.max or (highest is not None and size > highest):
             return False
-        return least is None or value > least or (value == least and not self.above)
+        return least is None or size > least or (size == least and not self.above)
