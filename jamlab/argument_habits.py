@@ -37,9 +37,13 @@ ARGUMENTS = (
     Concept("dp sp droplets disks deformable", "model"),
     Concept("plot figure picture overlay_file image_out", "overlay"),
     Concept("save output out_csv", "out path csv"),
-    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jam": "`model`: jam(n, 'droplets', vertices=16)",
+    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jam": "`law`, such as jam(n, 'dp', "
+            "law={'vertices': 16})",
             "jamlab jam": "`--law vertices=16`, with "
             "`--model dp`"}),
+    Concept("exponent stickiness weight ka delta contact nv_small nv_large vertices", "", "", dict.fromkeys(("jam",
+            "pack", "scene", "droplets_from_disks", "droplets_from_outlines"), "`law`, which takes parameters of the "
+            "force law by name, such as law={'gamma': 0.3} or law={'exponent': 2.5}")),
     Concept("kind type system particle particle_type style", "model"),
     Concept("force exist_ok clobber replace yes", "overwrite"),
     Concept("volume_fraction area_fraction packing_fraction density", "phi to"),
@@ -61,7 +65,8 @@ ARGUMENTS = (
             "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error"}),
     Concept("invert inverted dark bright polarity", "contrast"),
     Concept("path filename file fname output outfile filepath dest", "path out"),
-    Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"}),
+    Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"} | dict.fromkeys(("jam", "pack",
+            "scene", "droplets_from_disks", "droplets_from_outlines"), "`law`, such as law={'gamma': 0.3}")),
     Concept("max_iterations max_iter maxiter max_steps n_iterations n_steps", "", "", dict.fromkeys(("pack", "jam",
             "relax"),
             "`tolerance`: minimization ends there, after as many steps as it takes")),
@@ -90,9 +95,9 @@ ARGUMENTS = (
     Concept("target target_phi phi_max phi_target", "to pressure"),
     Concept("target_pressure p_target", "pressure"),
     Concept("dphi drho n_steps dgamma increment delta_phi stepsize step_size", "step strain_step"),
-    Concept("potential alpha law hertz force_law pair_style interaction", "law exponent", "",
-            dict.fromkeys(("pack", "jam"), "`exponent`, such as exponent=2.5 for Hertzian disks, or `law`, the name of "
-            "another law")),
+    Concept("potential alpha hertz force_law pair_style interaction parameters params", "law", "",
+            dict.fromkeys(("pack", "jam", "scene"), "`law`, such as law='hertz' or law={'exponent': 2.5}, or the name "
+            "of another law")),
     Concept("k kn stiffness spring_constant eps epsilon", "", "", dict.fromkeys(("pack", "jam"),
             "other units: the strength of contacts and the mean diameter are always 1")),
     Concept("theta direction_angle phi_angle", "angle direction"),

@@ -321,7 +321,7 @@ CONCEPTS = (
             "centres positions centroids centroid"),
     Concept("coords pos x wrap arrays", "positions"),
     Concept("polygons vertices contours boundaries outlines edges_of_particles", "outlines", "",
-            {"Packing": "`polygons.shapes()`", "pack": "`jamlab.jam(n, 'droplets', vertices=16)`"}),
+            {"Packing": "`polygons.shapes()`", "pack": "`jamlab.jam(n, 'dp', law={'vertices': 16})`"}),
     Concept("N num num_particles n_particles natoms n_atoms particles number num_droplets droplet_count droplets "
             "n_droplets npart count "
             "num_contacts n nc",

@@ -188,7 +188,7 @@ def sp_jammed():
 def dp_onset():
     """Twelve droplets at jamming onset, softer than the defaults: what is tested does not hang on the calibration.
 
-    Stored, `jam(12, "dp", 1, gamma=0.1, ka=50.0)`: rounding decides which onset a search ends in.
+    Stored, `jam(12, "dp", 1, law={"gamma": 0.1, "ka": 50.0})`: rounding decides which onset a search ends in.
     """
     return jamlab.read(Path(__file__).parent / "states" / "droplets_at_onset.h5")
 

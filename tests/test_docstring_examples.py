@@ -41,12 +41,24 @@ def examples():
 FOUND = list(examples())
 
 
+def once(function):
+    """The function, called once for the same arguments."""
+    made = {}
+
+    @functools.wraps(function)
+    def call(*args, **kwargs):
+        key = repr((args, kwargs))
+        return made[key] if key in made else made.setdefault(key, function(*args, **kwargs))
+
+    return call
+
+
 @pytest.fixture(scope="module")
 def made_once():
     """Names that examples use; the packings that most of them start from are made once."""
     with pytest.MonkeyPatch.context() as patch:
         for name in ("jam", "pack"):
-            patch.setattr(jamlab, name, functools.cache(getattr(jamlab, name)))
+            patch.setattr(jamlab, name, once(getattr(jamlab, name)))
         yield {"jamlab": jamlab, "np": np}
 
 

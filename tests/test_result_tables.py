@@ -129,8 +129,8 @@ def test_numbers_of_numpy_are_numbers():
     p = jamlab.pack(8, single, seed=1)
     s = jamlab.complex_modulus(p, np.float32(1e-2), jamlab.ContactDamping(beta=np.float32(1.0)))
     assert s.omega[0] == single and type(p.params["k"]) is float
-    exact = jamlab.pack(8, single, exponent=float(np.float32(2.5)))
-    assert jamlab.pack(8, np.float32(1e-2), exponent=np.float32(2.5)) == exact
+    exact = jamlab.pack(8, single, law={"exponent": float(np.float32(2.5))})
+    assert jamlab.pack(8, np.float32(1e-2), law={"exponent": np.float32(2.5)}) == exact
     state = jamlab.shear(p, rate=np.float32(0.1), strain=np.float32(0.01), rows=np.int32(2))
     assert state.strain[-1] == pytest.approx(0.01)
     made = jamlab.Packing("sp", p.box, p.positions, {"k": np.float32(1.0)}, "k", p.diameters)

@@ -45,7 +45,7 @@ def test_packings_of_the_papers_are_left_as_they_are():
 
 @cache
 def onset(eps):
-    return jamlab.jam(6, "dp", 1, eps=eps, ka=300 * eps, gamma=0.4 * eps)
+    return jamlab.jam(6, "dp", 1, law={"eps": eps, "ka": 300 * eps, "gamma": 0.4 * eps})
 
 
 @pytest.mark.parametrize(
@@ -61,4 +61,4 @@ def test_droplets_jam_alike_at_any_energy(eps):
 
 def test_droplets_whose_own_forces_drown_those_of_contacts_are_refused():
     with pytest.raises(jamlab.InputError, match=r"3e\+08"):
-        jamlab.jam(6, "dp", 1, eps=1e-6)
+        jamlab.jam(6, "dp", 1, law={"eps": 1e-6})

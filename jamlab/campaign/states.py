@@ -69,7 +69,7 @@ def _particles(parameters: Parameters) -> dict[str, Any]:
     """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
     law = parameters.force_law
     changes = {name: law[name] for name in making_of(parameters.model).arguments(law) if name in law}
-    return changes if parameters.sizes is None else changes | {"sizes": parameters.sizes}
+    return {"law": changes, "sizes": parameters.sizes}
 
 
 def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:

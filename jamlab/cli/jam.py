@@ -56,7 +56,7 @@ def jam(
         "search": search,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": force_tolerance, **options.law_values(law, jamlab.jam)}
+    how |= {"ranks": ranks, "tolerance": force_tolerance, "law": options.law_values(law, jamlab.jam)}
     with progress_bar("to onset") as progress:
         packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -95,7 +95,7 @@ def pack(
         "sizes": sizes,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": force_tolerance, **options.law_values(law, jamlab.pack)}
+    how |= {"ranks": ranks, "tolerance": force_tolerance, "law": options.law_values(law, jamlab.pack)}
     with progress_bar("to pressure") as progress:
         packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -189,7 +189,7 @@ def droplets(
     check_target(out, replace=overwrite)
     expect_output(out)
     how: dict[str, Any] = {"rims": rims, "vertices": vertices, "wrapped": wrapped}
-    how |= options.law_values(law, jamlab.droplets_from_outlines)
+    how["law"] = options.law_values(law, jamlab.droplets_from_outlines)
     packing = jamlab.droplets_from_outlines(**read_outlines(file), box=options.lattice(box), **how)
     print_packings([packing], out, as_json)
 

@@ -101,7 +101,7 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
         return jam(way.n, DISKS.name, seed, tolerance=force)
-    return jam(way.n, DROPLETS.name, seed, tolerance=force, **way.law)
+    return jam(way.n, DROPLETS.name, seed, tolerance=force, law=way.law)
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.step) -> Packing:
@@ -116,7 +116,7 @@ def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
     """Put droplets in the place of disks, see `droplets_from_disks`."""
-    return _require_reached(droplets_from_disks(disks, tolerance=way.tolerance, **way.law), packing_fraction(disks))
+    return _require_reached(droplets_from_disks(disks, tolerance=way.tolerance, law=way.law), packing_fraction(disks))
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:

@@ -16,7 +16,11 @@ from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.registry import Registry
 
+Law = str | Mapping[str, Any]  # as functions take it: a name, or parameters, `law` among them where it is named
+
 UNNAMED = ("power", "sticky")  # laws of a packing that names none: the second where it has its own parameter
+# names of laws that differ from another one in parameters alone
+NAMED: Mapping[str, Mapping[str, Any]] = {"harmonic": {"exponent": 2.0}, "hertz": {"exponent": 2.5}}
 
 
 def _check(name: str, law: type[PairLaw]) -> None:
@@ -26,6 +30,8 @@ def _check(name: str, law: type[PairLaw]) -> None:
         raise InputError(f"force law {name!r}: its name must be letters, digits and underscores")
     if not law.strengths or (foreign := law.strengths.keys() - set(UNITS)):
         raise InputError(f"force law {name!r}: its strengths must be among {', '.join(UNITS)}, not {sorted(foreign)}")
+    if name in NAMED:
+        raise InputError(f"force law {name!r}: the name stands for {dict(NAMED[name])}; choose another name")
     if taken := {*UNITS, "law"} & law.parameters.keys():
         raise InputError(f"force law {name!r}: no parameter of its own may be called {min(taken)!r}")
     if words := [
@@ -35,6 +41,31 @@ def _check(name: str, law: type[PairLaw]) -> None:
 
 
 LAWS: Registry[type[PairLaw]] = Registry("jamlab.laws", "force law", _check)
+
+
+def parameters_of(law: Law | None) -> dict[str, Any]:
+    """Parameters of a force law that is given by its name, or by parameters.
+
+    Raises:
+        InputError: no such law is known, or a parameter is given that its name fixes.
+    """
+    if law is None:
+        return {}
+    given = {"law": law} if isinstance(law, str) else dict(law)
+    name = given.get("law")
+    if name in NAMED:
+        del given["law"]
+        if twice := NAMED[name].keys() & given.keys():
+            raise InputError(
+                f"law = {law!r}: {name!r} has {min(twice)} = {NAMED[name][min(twice)]:g}; give one of both"
+            )
+        return {**NAMED[name], **given}
+    if isinstance(name, str) and name not in LAWS.names():
+        raise InputError(
+            f"unknown force law {name!r}: known are {', '.join([*NAMED, *LAWS.names()])}; give parameters as "
+            "law={'exponent': 2.5}, and write another law as docs/how_to/own_force_law.md says"
+        )
+    return given
 
 
 def law_class(params: Mapping[str, Any]) -> type[PairLaw]:

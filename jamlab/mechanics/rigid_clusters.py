@@ -58,7 +58,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         InputError: droplets or flat walls, whose contacts are not bonds between points.
 
     Example:
-        >>> p = jamlab.pack(64, phi=0.6, seed=1, stickiness=0.1)
+        >>> p = jamlab.pack(64, phi=0.6, seed=1, law={"stickiness": 0.1})
         >>> c = jamlab.rigid_clusters(p)
         >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
         (True, True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.laws.laws import Law
 from jamlab.micrographs.packing_of_picture import packing_of_picture
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
 from jamlab.models.droplets import DROPLETS
@@ -168,7 +169,7 @@ class Micrograph(Result):
         table = self.table()
         return {str(name): table[name].to_numpy() for name in table}
 
-    def packing(self, model: str = DROPLETS.name, seed: int = 1, **parameters: Any) -> Packing:
+    def packing(self, model: str = DROPLETS.name, seed: int = 1, law: Law | None = None) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
 
         Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
@@ -178,7 +179,7 @@ class Micrograph(Result):
         Args:
             model: name of the model: droplets, or disks in units "k" with lengths in mean diameters.
             seed: of the orientations of polygons.
-            parameters: of the droplets, as in `jamlab.droplets_from_disks`.
+            law: of the droplets, as in `jamlab.droplets_from_disks`.
 
         Raises:
             InputError: fewer than eight whole droplets.
@@ -192,7 +193,7 @@ class Micrograph(Result):
             (True, True)
         """
         upward = self.centres * np.array([1.0, -1.0])
-        return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, **parameters)
+        return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, law)
 
     def draw(self, path: str | Path) -> None:
         """Write the picture with outlines, numbers, contacts and voids over it, as PNG.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.laws.laws import Law
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
@@ -36,7 +36,7 @@ PATCH = Patch()
 
 
 def packing_of_picture(
-    centres: Array, areas: Array, cells: Array, rho: float, model: str, seed: int = 1, **parameters: Any
+    centres: Array, areas: Array, cells: Array, rho: float, model: str, seed: int = 1, law: Law | None = None
 ) -> Packing:
     """Turn measured droplets into a packing at the packing fraction of the picture.
 
@@ -51,7 +51,7 @@ def packing_of_picture(
         rho: packing fraction to be met.
         model: name of the model: disks, in units "k" with lengths in mean diameters, or droplets.
         seed: of the orientations of polygons.
-        parameters: of polygons, as in `jamlab.droplets_from_disks`.
+        law: of polygons, as in `jamlab.droplets_from_disks`.
     """
     check_choice("model", model, (DISKS.name, DROPLETS.name))
     if len(areas) < PATCH.fewest:
@@ -59,8 +59,8 @@ def packing_of_picture(
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
     handed_over = model == DROPLETS.name
-    if parameters and not handed_over:
-        raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
+    if law is not None and not handed_over:
+        raise InputError(f"law = {law!r}: disks of a picture are springs; leave it out")
     began = time.perf_counter()
     diameters = 2 * np.sqrt(areas / np.pi)
     unit = float(diameters.mean())
@@ -75,7 +75,7 @@ def packing_of_picture(
     done = disks.with_state(provenance=entries | versions())
     if not handed_over:
         return done
-    droplets = droplets_from_disks(done, seed=seed, **parameters)
+    droplets = droplets_from_disks(done, seed=seed, law=law)
     if rho > PATCH.hand_over:
         *_, droplets = compress(droplets, to=rho, step=PATCH.step)
     return droplets

@@ -24,12 +24,13 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.laws.laws import Law
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE, SWEEP
-from jamlab.protocols.law_arguments import check_law_arguments
+from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import Relaxed, check_tolerance
 from jamlab.protocols.rest_areas import length_scale, rest_areas_of
@@ -51,7 +52,7 @@ HAND_OVER = HandOver()
 
 @checked
 def droplets_from_disks(
-    packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any
+    packing: Packing, *, seed: int = 1, tolerance: float | None = None, law: Law | None = None
 ) -> Packing:
     """Replace disks by droplets at the same true packing fraction, and relax them.
 
@@ -60,8 +61,9 @@ def droplets_from_disks(
             droplets do not have (Boromand et al. fig 5).
         seed: seed of the orientations.
         tolerance: largest residual force in units of eps/l, default 1e-10.
-        parameters: force-law parameters that replace the defaults. The number of vertices is proportional to the
-            diameter, (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, one number or (n,).
+        law: parameters of the force law that replace the defaults, e.g. {"gamma": 0.3}. The number of vertices is
+            proportional to the diameter, (nv_small + nv_large)/2 for a disk of mean diameter; or `vertices`, one number
+            or (n,).
 
     Returns:
         DP packing in units "eps", `onset`, fixed particles and walls as for the disks. Its provenance holds `handover`:
@@ -82,7 +84,7 @@ def droplets_from_disks(
         >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
         True
     """
-    check_law_arguments(droplets_from_disks, DROPLETS.name, parameters)
+    parameters = law_given(law, DROPLETS.name)
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if packing.frame.is_flat:

@@ -15,6 +15,7 @@ from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
+from jamlab.laws.laws import Law
 from jamlab.models.disks import DISKS
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS, model_named
@@ -23,7 +24,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
-from jamlab.protocols.law_arguments import check_law_arguments
+from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.makings import making_of
 from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.particle_numbers import check_bidisperse
@@ -49,11 +50,11 @@ def jam(
     start: str = "from-disks",
     tolerance: float | None = None,
     ranks: int = 1,
+    law: Law | None = None,
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
     progress: Progress | None = None,
-    **parameters: Any,
 ) -> Packing:
     """Make a packing at jamming onset in units "eps" (Boromand et al., section 2.3).
 
@@ -71,6 +72,9 @@ def jam(
         tolerance: largest residual force in units of eps/length, 1e-15 to 1e-9. Default: 1e-12 for disks (less if
             exponent > 2), 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
+        law: force law, by its name, "harmonic" (exponent 2), "hertz" (exponent 2.5) or that of another package, or by
+            parameters that replace the defaults, e.g. {"gamma": 0.3, "contact": "segment/smooth"} of droplets. These
+            have numbers of vertices beside them: `nv_small` and `nv_large`, or `vertices`, one number or (n,).
         size_ratio: SP: diameter ratio of large to small disks, 1 to 10 (default: 1.4). DP: given by
             `nv_large`/`nv_small`.
         fraction_large: number fraction of large particles; the mean of the two sizes stays 1.
@@ -78,8 +82,6 @@ def jam(
             `jamlab.protocols.size_distributions`; n may be odd. DP: sizes are proportional to the square roots of the
             rest areas.
         progress: called after each minimisation with (fraction done, text); True: print it.
-        parameters: force-law parameters that replace the defaults, e.g. `contact="segment/smooth"` for droplets; DP:
-            `vertices`, one number or (n,).
 
     Returns:
         Converged packing with `onset` = its own phi. Droplets: `on_rattlers` is True if a rattler or the end of a flat
@@ -102,7 +104,8 @@ def jam(
     """
     protocol = numbers("onset")
     model = model_named(model)
-    _check(model, search, ensemble, start, size_ratio, parameters)
+    _check(model, search, ensemble, start, size_ratio)
+    parameters = law_given(law, model)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
@@ -154,12 +157,11 @@ def _onset_above(
     return record(session, packing, onset.found, minimizer=method)
 
 
-def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
+def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None) -> None:
     check_choice("model", model, MODELS.names())
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
-    check_law_arguments(jam, model, parameters)
     if search == "incremental" and ensemble != "fixed-box":
         raise InputError(
             f"ensemble = {ensemble!r}: the incremental search has a fixed box, use "

@@ -13,7 +13,7 @@ from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.laws.laws import law_class
+from jamlab.laws.laws import Law, law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains
@@ -25,7 +25,7 @@ from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
 from jamlab.protocols.descent import load, quench
-from jamlab.protocols.law_arguments import check_law_arguments
+from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
 from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, force_tolerance, relax_session
 from jamlab.protocols.saddles import record, relax_off_saddles
@@ -58,11 +58,11 @@ def pack(
     ensemble: str = "fixed-box",
     ranks: int = 1,
     tolerance: float | None = None,
+    law: Law | None = None,
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
     progress: Progress | None = None,
-    **parameters: Any,
 ) -> Packing:
     """Make a packing of disks at a pressure or a packing fraction, in units "k" (stiffness k, mean diameter d).
 
@@ -83,12 +83,13 @@ def pack(
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
         ranks: threads of FIRE; useful above 10 000 disks.
         tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 p d. Default: 1e-12.
+        law: force law, by its name, "harmonic" (exponent 2), "hertz" (exponent 2.5) or that of another package, or by
+            parameters that replace the defaults, e.g. {"stickiness": 0.02} of sticky disks.
         size_ratio: diameter ratio of large to small disks, 1 to 10 (default: 1.4).
         fraction_large: number fraction of large disks; d stays the mean of the two diameters.
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd.
         progress: called after each minimisation with (nan, text); True: print it.
-        parameters: force-law parameters that replace values of `sp.parameters`.
 
     Returns:
         Converged packing. The relative error of the pressure is at most 1e-6 (sticky disks: 1e-6 of the mean contact
@@ -107,7 +108,7 @@ def pack(
         0.01
     """
     check_choice("ensemble", ensemble, ENSEMBLES)
-    check_law_arguments(pack, DISKS.name, parameters)
+    parameters = law_given(law, DISKS.name)
     search = numbers("pressure")
     diameters = disk_diameters(n, seed, ratio=size_ratio, large=fraction_large, sizes=sizes)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}
@@ -122,10 +123,10 @@ def pack(
         return _quenched(start(phi), tolerance, ranks, entries)
     if phi is not None or pressure is None:
         raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
-    force, law = check_pressure(pressure, tolerance, **parameters)
+    force, pair_law = check_pressure(pressure, tolerance, **parameters)
 
     def at(target: float) -> Packing:
-        began, extra = time.perf_counter(), 0.0 if law.range else 2 * law.linear_in_phi(target)
+        began, extra = time.perf_counter(), 0.0 if pair_law.range else 2 * pair_law.linear_in_phi(target)
         placed = start(search["phi_jammed"] + extra)
         packing, reached = _from_random(placed, target, force, ranks, progress)
         known = {"pressure": reached, "wall_time": time.perf_counter() - began}
@@ -134,10 +135,10 @@ def pack(
     try:
         return at(pressure)
     except ConvergenceError:
-        if law.range:
+        if pair_law.range:
             raise
         for times in _ABOVE:
-            if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
+            if pair_law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
                     return _come_down(at(times * pressure), pressure, force, ranks)
         raise

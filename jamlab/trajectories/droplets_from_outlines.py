@@ -13,10 +13,11 @@ from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError, SelfCrossingError, warn
 from jamlab.geometry.equal_edges import equal_edges
 from jamlab.geometry.vertex_contacts import refuse_crossings, vertex_contacts
+from jamlab.laws.laws import Law
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
-from jamlab.protocols.law_arguments import check_law_arguments
+from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.rest_areas import length_scale, rest_areas_of
 from jamlab.storage.verified_file import versions
@@ -46,7 +47,7 @@ def droplets_from_outlines(
     rims: bool = False,
     vertices: int | Sequence[int] | None = None,
     wrapped: bool = False,
-    **parameters: Any,
+    law: Law | None = None,
 ) -> Packing:
     """Make droplets of given closed outlines, not relaxed.
 
@@ -66,7 +67,7 @@ def droplets_from_outlines(
         vertices: of all droplets, or (n,) of each: outlines are replaced by so many edges of equal length, at the same
             area. Default: as given, and for `rims` as in `jamlab.droplets_from_disks`.
         wrapped: whether the box may cut outlines. Edges are then the shortest of their periodic images.
-        parameters: of the force law, which replace its defaults, in units of eps and l.
+        law: parameters of the force law that replace the defaults, in units of eps and l, e.g. {"gamma": 0.3}.
 
     Returns:
         DP packing in units "eps".
@@ -81,14 +82,14 @@ def droplets_from_outlines(
 
     Example:
         >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
-        >>> p = jamlab.droplets_from_outlines([square, square + 4.0], [8.0, 8.0], rest_areas=[4.0, 4.0], ka=100.0)
+        >>> p = jamlab.droplets_from_outlines([square, square + 4.0], [8, 8], rest_areas=[4.0, 4.0], law={"ka": 100})
         >>> p.n, p.params["a0"].tolist(), p.box.tolist()
         (2, [1.0, 1.0], [[4.0, 0.0], [0.0, 4.0]])
         >>> finer = jamlab.droplets_from_outlines([square, square + 4.0], [8.0, 8.0], vertices=12)
         >>> np.diff(finer.offsets).tolist()
         [12, 12]
     """
-    check_law_arguments(droplets_from_outlines, DROPLETS.name, parameters)
+    parameters = law_given(law, DROPLETS.name)
     if free_areas is not None and rest_areas is not None:
         raise InputError("free_areas and rest_areas: give one of them, a0 follows from either")
     own = sorted({"nv_small", "nv_large"} & parameters.keys())

@@ -38,7 +38,7 @@ def measure_sticky(n: int, stickiness: float, seed: int) -> list[dict[str, Any]]
 
 
 def _measure(n: int, stickiness: float, phi: float, seed: int) -> dict[str, Any]:
-    packing = pack(n, phi=phi, seed=seed, stickiness=stickiness)
+    packing = pack(n, phi=phi, seed=seed, law={"stickiness": stickiness})
     found = {"converged": packing.converged, "z": contacts(packing).z, "pressure": pressure(packing)}
     found["cluster"] = int(rigid_clusters(packing).sizes[0]) / n
     try:

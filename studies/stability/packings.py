@@ -74,7 +74,7 @@ def disks(n: int, seed: int) -> Jolted:
 @lru_cache(maxsize=64)
 def droplets(ka: float, seed: int) -> Jolted:
     """Four droplets of an area stiffness beside their minimum."""
-    return jolt(droplets_from_disks(swept(4, 0.88, seed), ka=ka), seed)
+    return jolt(droplets_from_disks(swept(4, 0.88, seed), law={"ka": ka}), seed)
 
 
 def try_fire(timestep: float, ka: float, seed: int) -> Trial:
@@ -171,7 +171,7 @@ def try_step(step: float, rho: float, seed: int) -> Trial:
 
 def try_hand_over(rho: float, gamma: float, seed: int, ka: float = KA) -> Trial:
     """Droplets with other parameters in the place of jammed disks: forces, and what they cover."""
-    packing = droplets_from_disks(swept(4, rho, seed), gamma=gamma, ka=ka)
+    packing = droplets_from_disks(swept(4, rho, seed), law={"gamma": gamma, "ka": ka})
     if not packing.converged:
         return Trial("stalled", f"max force {packing.max_force:.1g}")
     handed = packing.provenance["handover"]

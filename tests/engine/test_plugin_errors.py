@@ -119,7 +119,7 @@ def test_plugin_decks_and_python_list_the_same_contact_forms(lmp):
     """All but `segment`, which LAMMPS does not take."""
     deck = (installed("lammps_inputs") / "parts" / "dp").read_text()
     with pytest.raises(jamlab.InputError) as refused:
-        jamlab.jam(8, "dp", contact="sphere")
+        jamlab.jam(8, "dp", law={"contact": "sphere"})
     said = [refusal(lmp, f"pair_style circuloline {words}") for words in ("0.25 2.0 contact sphere", "0.25")]
     comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
     for text in (*said, comment, str(refused.value)):

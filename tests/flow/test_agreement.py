@@ -30,8 +30,8 @@ def of_springs(**params):
 STATES = {
     "springs": lambda: jamlab.pack(16, 1e-2, 1),
     "soft": lambda: jamlab.pack(16, 1e-6, 1),
-    "Hertz": lambda: jamlab.pack(16, 1e-2, 1, exponent=2.5),
-    "sticky": lambda: jamlab.pack(16, 1e-2, 1, stickiness=0.02),
+    "Hertz": lambda: jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5}),
+    "sticky": lambda: jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.02}),
     "sizes": lambda: jamlab.pack(72, 1e-2, 1, sizes="uniform:0.2"),
     "eps": lambda: of_springs(),
     "wca": lambda: of_springs(law=WcaLaw.name),

@@ -83,7 +83,7 @@ def test_power_laws_below_jamming_are_exact(n, seed, rate):
 @pytest.mark.parametrize("exponent", [2.5, 3.0])
 def test_drag_that_sets_in_from_nothing_is_exact(exponent):
     """Contacts stiffen from 0 on; a disk that presses on one alone turns and slips within a thin layer."""
-    packing, background = jamlab.pack(8, 1e-3, 2, exponent=exponent), 1e-4
+    packing, background = jamlab.pack(8, 1e-3, 2, law={"exponent": exponent}), 1e-4
     for rate in (0.1, -0.05):
         stress, pressure, *_ = PlainFlow(packing, background=background).rows(rate, np.copysign(0.3, rate), 30)
         for tolerance in (1e-2, 1e-4):
@@ -96,7 +96,7 @@ def test_drag_that_sets_in_from_nothing_is_exact(exponent):
 @pytest.mark.parametrize(("n", "seed", "exponent", "strain"), [(16, 4, 2.5, 1.0), (32, 3, 3.0, 5.0)])
 def test_stiffening_disks_flow(n, seed, exponent, strain):
     """At strains where disks hang on one thin contact, which gave steps of 1e-5 or no number at all."""
-    run = jamlab.shear(jamlab.pack(n, 1e-3, seed, exponent=exponent), 0.1, strain, rows=50)
+    run = jamlab.shear(jamlab.pack(n, 1e-3, seed, law={"exponent": exponent}), 0.1, strain, rows=50)
     assert run.finished and run.balanced and run.steps < 5000 * strain
     assert all(np.isfinite(getattr(run, name)).all() for name in ("stress", "pressure", "dissipation"))
 

@@ -297,7 +297,7 @@ def test_numbers_out_of_range_are_refused(packing, arguments, named):
 @pytest.mark.parametrize("stickiness", [0.0, 0.05])
 def test_flat_walls_bear_no_stress_so_there_are_no_plastic_events_out_of_rounding(stickiness):
     """Nor a peak, nor an imbalance of the energy."""
-    flat = jamlab.with_walls(jamlab.pack(n=16, pressure=1e-2, seed=1, stickiness=stickiness), 1.5, flat=True)
+    flat = jamlab.with_walls(jamlab.pack(n=16, pressure=1e-2, seed=1, law={"stickiness": stickiness}), 1.5, flat=True)
     found = quasistatic_shear(flat, strain=0.05, strain_step=0.01)
     assert abs(found.stress).max() < 1e-12 and not len(found.events) and not len(found.drops.size)
     assert found.peak is None and found.energy_error == 0 and found.balanced
@@ -311,7 +311,9 @@ def test_a_packing_that_unjams_has_no_plastic_events():
 
 def test_energy_that_sticky_disks_lose_without_stress_is_released_by_events():
     """A floppy network: disks meet and stick, and a step back does not part them; work is zero until stress rises."""
-    found = quasistatic_shear(jamlab.pack(n=32, phi=0.6, seed=2, stickiness=0.1), strain=0.08, strain_step=0.01)
+    found = quasistatic_shear(
+        jamlab.pack(n=32, phi=0.6, seed=2, law={"stickiness": 0.1}), strain=0.08, strain_step=0.01
+    )
     lost = -np.diff(found.energy)
     still = abs(found.stress[1:]) < 1e-12
     assert found.event[1:][still].tolist() == (lost[still] > 1e-9).tolist() and found.event.any()

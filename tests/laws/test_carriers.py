@@ -92,7 +92,7 @@ def test_protocols_take_a_law_of_others():
     low = jamlab.decompress(p, 1e-2)
     assert jamlab.evaluate(low).pressure == pytest.approx(1e-2, rel=1e-6) and low.phi < p.phi
     assert jamlab.evaluate(jamlab.relax(low)).max_force < 1e-10
-    ramp = jamlab.pack(16, 1e-3, seed=1, law="ramp", weight=0.7)
+    ramp = jamlab.pack(16, 1e-3, seed=1, law={"law": "ramp", "weight": 0.7})
     assert ramp.units == "eps" and jamlab.evaluate(ramp).pressure == pytest.approx(1e-3, rel=1e-6)
 
 
@@ -109,7 +109,7 @@ def test_onset_and_compression_of_a_law_of_others():
 
 @pytest.mark.parametrize("law", [{"law": "wca_here"}, {}], ids=["wca_here", "springs"])
 def test_rough_walls(law):
-    walled = jamlab.with_walls(jamlab.pack(36, phi=0.9, seed=1, **law), 1.5)
+    walled = jamlab.with_walls(jamlab.pack(36, phi=0.9, seed=1, law=law), 1.5)
     moved = walled.with_state(positions=walled.positions + 1e-3 * np.sin(7 * walled.positions))
     np.testing.assert_allclose(jamlab.evaluate(moved).forces, forces(moved), rtol=0, atol=1e-11)
 

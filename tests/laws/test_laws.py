@@ -69,7 +69,7 @@ def test_the_law_is_the_one_that_is_named():
     assert law_class({"law": "wca_here"}) is Wca
     assert set(declared({}, "k")) == {"k", "exponent", "stickiness"}
     assert set(declared({"law": "ramp"})) == {"eps", "law", "weight", "form"}
-    named, plain = (jamlab.pack(16, phi=0.9, seed=2, **law) for law in ({"law": "power"}, {}))
+    named, plain = (jamlab.pack(16, phi=0.9, seed=2, law=law) for law in ({"law": "power"}, {}))
     assert np.array_equal(named.positions, plain.positions) and named.params == {"k": 1.0, "law": "power"}
 
 
@@ -97,7 +97,10 @@ REFUSED = {
     "power with stickiness": (lambda: two({"eps": 1.0, "law": "power", "stickiness": 0.1}), "'stickiness'"),
     "sticky without": (lambda: two({"eps": 1.0, "law": "sticky"}), "needs a stickiness above 0"),
     "text among own": (lambda: two({"eps": 1.0, "stickiness": 0.1, "exponent": "hertz"}), "'hertz'"),
-    "pack": (lambda: jamlab.pack(16, 1e-2, law="wca_here", exponent=2.5), "no argument 'exponent'"),
+    "pack": (
+        lambda: jamlab.pack(16, 1e-2, law={"law": "wca_here", "exponent": 2.5}),
+        "law 'wca_here' has no parameter 'exponent'",
+    ),
     "pack, too high": (lambda: jamlab.pack(16, 1e4, law="wca_here"), "10000.0"),
     "pack, as text": (lambda: jamlab.pack(16, "high", law="wca_here"), "high"),
     "pack, tension": (lambda: jamlab.pack(16, -1e-3, law="wca_here"), "-0.001"),

@@ -91,31 +91,31 @@ FEATURES = {
     "leaning": lambda: _leaning(jamlab.pack(16, 1e-2, 1), -5),
     "rattlers": lambda: jamlab.pack(16, 1e-3, 10),
     "shear-stabilized": lambda: jamlab.pack(16, 1e-3, 2, ensemble="shear-stabilized"),
-    "exponent 2.5": lambda: jamlab.pack(16, 1e-2, 1, exponent=2.5),
-    "exponent 4": lambda: jamlab.pack(16, 1e-3, 1, exponent=4),
+    "exponent 2.5": lambda: jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5}),
+    "exponent 4": lambda: jamlab.pack(16, 1e-3, 1, law={"exponent": 4}),
     "lognormal": lambda: jamlab.pack(17, 1e-2, 2, sizes="lognormal:0.4"),
     "other units": lambda: _in_units(jamlab.pack(16, 1e-2, 1), 2.5e-3, 40.0),
     "eps, leaning": lambda: _leaning(_of_eps(), 1),
-    "sticky, p > 0": lambda: jamlab.pack(16, 1e-2, 1, stickiness=0.03),
-    "sticky, p < 0": lambda: jamlab.pack(16, -1e-3, 1, stickiness=0.04),
-    "sticky network": lambda: jamlab.pack(24, phi=0.75, seed=3, stickiness=0.1),
+    "sticky, p > 0": lambda: jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.03}),
+    "sticky, p < 0": lambda: jamlab.pack(16, -1e-3, 1, law={"stickiness": 0.04}),
+    "sticky network": lambda: jamlab.pack(24, phi=0.75, seed=3, law={"stickiness": 0.1}),
     "fixed some": lambda: _fixed(jamlab.pack(16, 1e-2, 1), MASK),
     "fixed all but one": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 1), np.arange(16) != 3)),
     "fixed, leaning": lambda: _leaning(_strained(_fixed(jamlab.pack(16, 1e-2, 2), MASK)), 2),
-    "fixed, exponent 2.5": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 2, exponent=2.5), MASK)),
-    "fixed, sticky": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 1, stickiness=0.03), MASK)),
+    "fixed, exponent 2.5": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 2, law={"exponent": 2.5}), MASK)),
+    "fixed, sticky": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.03}), MASK)),
     "fixed, shear-stabilized": lambda: jamlab.relax(
         jamlab.pack(16, 1e-2, 1).with_state(fixed=MASK, ensemble="shear-stabilized")
     ),
     "rough": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 1), 1.3),
     "rough, leaning": lambda: _leaning(_strained(jamlab.with_walls(jamlab.pack(32, 1e-2, 1), 1.3)), 2),
-    "rough, exponent 2.5": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 2, exponent=2.5), 1.3),
-    "rough, sticky": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 1, stickiness=0.02), 1.3),
+    "rough, exponent 2.5": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 2, law={"exponent": 2.5}), 1.3),
+    "rough, sticky": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 1, law={"stickiness": 0.02}), 1.3),
     "rough, lognormal": lambda: jamlab.with_walls(jamlab.pack(40, 1e-2, 1, sizes="lognormal:0.2"), 1.7),
     "flat": lambda: _flat(jamlab.pack(16, 1e-2, 1)),
     "flat, leaning": lambda: _leaning(_flat(jamlab.pack(16, 1e-2, 1)), 1),
-    "flat, exponent 2.5": lambda: _flat(jamlab.pack(16, 1e-2, 1, exponent=2.5)),
-    "flat, sticky": lambda: _flat(jamlab.pack(32, 1e-2, 2, stickiness=0.02)),
+    "flat, exponent 2.5": lambda: _flat(jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5})),
+    "flat, sticky": lambda: _flat(jamlab.pack(32, 1e-2, 2, law={"stickiness": 0.02})),
     "N = 1": lambda: _lattice([0.95, 0], [0.475, 0.95 * 0.75**0.5], params={"k": 1.0}),
     "N = 1, leaning": lambda: _lattice([1.9, 0], [4.75, 1.9 * 0.75**0.5], params={"eps": 2.0}, diameter=2.0),
     "N = 1, sticky": lambda: _lattice([1.01, 0], [0.505, 1.01 * 0.75**0.5], params={"k": 1.0, "stickiness": 0.05}),
@@ -131,7 +131,7 @@ FEATURES = {
 
 
 def _of_eps():
-    p = jamlab.pack(16, 1e-2, 1, exponent=2.5)
+    p = jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5})
     return jamlab.relax(jamlab.Packing("sp", p.box, p.positions, {"eps": 1.7, "exponent": 3.0}, "eps", p.diameters))
 
 

@@ -80,14 +80,14 @@ def test_crystal_unjams_at_its_tensile_strength():
         )
     assert jamlab.contacts(start).z == 6 and jamlab.shear_modulus(start) == pytest.approx(np.sqrt(3) / 4, rel=1e-10)
     assert not held[2].converged or jamlab.contacts(held[2]).z < 6
-    sweep = list(jamlab.compress(jamlab.pack(64, 0.0, 2, stickiness=0.05), 0.5, 0.06, by="phi"))
+    sweep = list(jamlab.compress(jamlab.pack(64, 0.0, 2, law={"stickiness": 0.05}), 0.5, 0.06, by="phi"))
     moduli = [jamlab.shear_modulus(p) for p in sweep]
     assert min(jamlab.evaluate(p).pressure for p in sweep) < -1e-3 and abs(moduli[-1]) < 1e-6 < 1e-2 < max(moduli)
 
 
 @pytest.mark.parametrize("pressure", [pytest.param(1e-2, marks=pytest.mark.slow), 0.0, -3e-3])
 def test_packings_at_pressures_of_either_sign(pressure):
-    p = jamlab.pack(48, pressure, 3, stickiness=0.02)
+    p = jamlab.pack(48, pressure, 3, law={"stickiness": 0.02})
     assert p.converged and abs(jamlab.evaluate(p).pressure - pressure) < 1e-10
     c = jamlab.contacts(p)
     assert (c.forces.gap > 0).any() and (np.bincount(c.pairs[c.bearing].ravel(), minlength=48)[~c.rattlers] >= 2).all()
@@ -106,33 +106,33 @@ def test_packings_at_pressures_of_either_sign(pressure):
 
 
 def test_network_of_slack_bonds_is_floppy():
-    p = jamlab.pack(128, phi=0.5, seed=1, stickiness=0.1)
+    p = jamlab.pack(128, phi=0.5, seed=1, law={"stickiness": 0.1})
     assert p.converged and jamlab.contacts(p).z < 4 and abs(jamlab.evaluate(p).pressure) < 1e-10
     assert abs(jamlab.shear_modulus(p)) < 1e-6 and jamlab.maxwell_count(p).floppy_modes > 0
-    jammed = jamlab.pack(128, phi=0.72, seed=1, stickiness=0.1)
+    jammed = jamlab.pack(128, phi=0.72, seed=1, law={"stickiness": 0.1})
     some = jammed.select(np.arange(128) % 2 == 0)
     assert some.law.range == pytest.approx(jammed.law.range, rel=1e-14)  # its own mean diameter is another one
     found = jamlab.complex_modulus(jammed, [1e-2, 1.0], method="direct")
     np.testing.assert_allclose(found.storage, jamlab.complex_modulus(jammed, [1e-2, 1.0]).storage, rtol=1e-8)
-    assert jamlab.jam(8, "sp", 1, stickiness=0.0).n == 8 == len(jamlab.pack(8, phi=0.7).positions)
+    assert jamlab.jam(8, "sp", 1, law={"stickiness": 0.0}).n == 8 == len(jamlab.pack(8, phi=0.7).positions)
 
 
 REFUSED = {
-    "jam": lambda: jamlab.jam(16, "sp", 1, stickiness=0.02),
-    "droplets": lambda: jamlab.jam(8, "dp", 1, stickiness=0.02),
-    "decompress": lambda: decompress(jamlab.pack(16, 1e-3, 1, stickiness=0.02), 1e-4),
-    "exponent": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.02, exponent=2.5),
-    "negative": lambda: jamlab.pack(16, 1e-3, 1, stickiness=-0.02),
-    "nan": lambda: jamlab.pack(16, 1e-3, 1, stickiness=np.nan),
-    "too wide": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.7),
-    "collapse": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.21),
-    "through each other": lambda: jamlab.pack(16, 0.11, 1, stickiness=0.2),
-    "text": lambda: jamlab.pack(16, 1e-3, 1, stickiness="weak"),
-    "tension": lambda: jamlab.pack(16, -0.5, 1, stickiness=0.02),
+    "jam": lambda: jamlab.jam(16, "sp", 1, law={"stickiness": 0.02}),
+    "droplets": lambda: jamlab.jam(8, "dp", 1, law={"stickiness": 0.02}),
+    "decompress": lambda: decompress(jamlab.pack(16, 1e-3, 1, law={"stickiness": 0.02}), 1e-4),
+    "exponent": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": 0.02, "exponent": 2.5}),
+    "negative": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": -0.02}),
+    "nan": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": np.nan}),
+    "too wide": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": 0.7}),
+    "collapse": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": 0.21}),
+    "through each other": lambda: jamlab.pack(16, 0.11, 1, law={"stickiness": 0.2}),
+    "text": lambda: jamlab.pack(16, 1e-3, 1, law={"stickiness": "weak"}),
+    "tension": lambda: jamlab.pack(16, -0.5, 1, law={"stickiness": 0.02}),
     "repulsion under tension": lambda: jamlab.pack(16, -1e-3, 1),
     "both": lambda: jamlab.pack(16, 1e-3, phi=0.8),
     "neither": lambda: jamlab.pack(16),
-    "no fraction": lambda: jamlab.pack(16, phi=-0.8, stickiness=0.02),
+    "no fraction": lambda: jamlab.pack(16, phi=-0.8, law={"stickiness": 0.02}),
 }
 VALUES = {"exponent": "2.5", "negative": "-0.02", "too wide": "0.7", "text": "weak", "tension": "-0.5"}
 VALUES |= {"repulsion under tension": "-0.001", "no fraction": "-0.8", "both": "0.8", "decompress": "0.02"}
@@ -148,7 +148,7 @@ def test_refusals_name_the_value(name):
 
 def test_tension_beyond_strength_is_no_packing():
     with pytest.raises(jamlab.ConvergenceError) as caught:
-        jamlab.pack(32, -0.1, 1, stickiness=0.02)
+        jamlab.pack(32, -0.1, 1, law={"stickiness": 0.02})
     assert "-0.1" in str(caught.value)
 
 
@@ -178,12 +178,12 @@ def test_disks_side_by_side_have_the_least_energy_up_to_the_largest_stickiness()
 @pytest.mark.parametrize("pressure", [0.1, 1e-2, -1e-2])
 def test_the_stickiest_disks_can_be_packed(pressure):
     """Of all signs of pressure, and disks do not lie upon each other."""
-    packed = jamlab.pack(32, pressure, 1, stickiness=0.2)
+    packed = jamlab.pack(32, pressure, 1, law={"stickiness": 0.2})
     assert packed.converged and jamlab.evaluate(packed).pressure == pytest.approx(pressure, rel=1e-6)
     assert packed.phi < 1.2 and jamlab.contacts(packed).forces.gap.min() > -0.5
 
 
 def test_a_pressure_that_is_not_reached_names_what_helps_sticky_disks():
     with pytest.raises(jamlab.ConvergenceError) as caught:
-        jamlab.pack(16, -0.3, 1, stickiness=0.2)
+        jamlab.pack(16, -0.3, 1, law={"stickiness": 0.2})
     assert "nearer to 0" in str(caught.value) and "decompress" not in str(caught.value)

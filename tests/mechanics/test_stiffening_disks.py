@@ -87,7 +87,7 @@ def test_flowing_disks_repel_by_the_same_law(law):
 
 
 def test_small_oscillations_in_time_have_the_modulus_over_frequency():
-    packing = jamlab.pack(32, 1e-2, 2, exponent=2.5, ensemble="shear-stabilized")
+    packing = jamlab.pack(32, 1e-2, 2, law={"exponent": 2.5}, ensemble="shear-stabilized")
     linear = jamlab.complex_modulus(packing, [0.5])
     run = jamlab.oscillate(packing, 0.5, 1e-6, cycles=3, background_drag=0.0, tolerance=1e-5)
     assert run.storage == pytest.approx(linear.storage[0], rel=1e-3)
@@ -97,7 +97,7 @@ def test_small_oscillations_in_time_have_the_modulus_over_frequency():
 @pytest.mark.parametrize("ensemble", ["fixed-box", "shear-stabilized"])
 @pytest.mark.parametrize("exponent", [2.5, 3.0])
 def test_pressure_is_met_and_strain_gives_the_moduli_of_linear_response(exponent, ensemble):
-    packing = jamlab.pack(32, 1e-3, 1, exponent=exponent, ensemble=ensemble)
+    packing = jamlab.pack(32, 1e-3, 1, law={"exponent": exponent}, ensemble=ensemble)
     assert packing.converged and packing.params == {"k": 1.0, "exponent": exponent}
     assert jamlab.measure(packing, ["pressure"])["pressure"] == pytest.approx(1e-3, rel=1e-6)
     assert jamlab.shear_modulus(packing, "finite-strain") == pytest.approx(jamlab.shear_modulus(packing), rel=1e-6)
@@ -105,7 +105,7 @@ def test_pressure_is_met_and_strain_gives_the_moduli_of_linear_response(exponent
 
 
 def test_onset_is_isostatic_and_pressure_grows_as_the_power_3_2():
-    onset = jamlab.jam(n=32, seed=1, exponent=2.5)
+    onset = jamlab.jam(n=32, seed=1, law={"exponent": 2.5})
     found = jamlab.contacts(onset)
     assert onset.converged and found.n_contacts == found.isostatic
     states = list(jamlab.compress(onset, onset.phi + 0.01, 2e-3, by="phi", first_step=1e-3, per_decade=4))
@@ -130,9 +130,9 @@ def test_law_of_exponent_2_is_that_of_springs_bit_for_bit():
 @pytest.mark.parametrize("exponent", [1.9, 11.0, np.nan, "2.5", True])
 def test_exponents_out_of_range_are_refused(exponent):
     with pytest.raises(jamlab.JamlabError, match="exponent"):
-        jamlab.jam(n=8, exponent=exponent)
+        jamlab.jam(n=8, law={"exponent": exponent})
     with pytest.raises(jamlab.InputError, match=r"at most 0\.1643"):  # disks would pass through each other
-        jamlab.pack(8, 0.2, exponent=2.5)
+        jamlab.pack(8, 0.2, law={"exponent": 2.5})
 
 
 def test_decks_reach_a_pressure_of_hertzian_disks(tmp_path):

@@ -31,7 +31,9 @@ def flat_dp(dp_dense):
 
 @pytest.fixture(scope="module")
 def flat_sticky():
-    return jamlab.relax(jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=2, stickiness=0.02), flat=True))
+    return jamlab.relax(
+        jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=2, law={"stickiness": 0.02}), flat=True)
+    )
 
 
 @pytest.fixture(scope="module", params=["sp", "flat", "dp", "flat_dp", "flat_sticky"])

@@ -70,7 +70,7 @@ def test_number_of_vertices_and_units(sp_jammed):
 def test_attraction_is_refused_and_an_exponent_that_is_lost_is_said():
     """Droplets repel by springs."""
     with pytest.raises(jamlab.InputError, match=r"stickiness = 0\.05"):
-        jamlab.droplets_from_disks(jamlab.pack(8, phi=0.8, seed=1, stickiness=0.05))
-    *_, hertz = jamlab.compress(jamlab.jam(8, seed=1, exponent=2.5), to=0.86, step=0.02)
+        jamlab.droplets_from_disks(jamlab.pack(8, phi=0.8, seed=1, law={"stickiness": 0.05}))
+    *_, hertz = jamlab.compress(jamlab.jam(8, seed=1, law={"exponent": 2.5}), to=0.86, step=0.02)
     with pytest.warns(jamlab.JamlabWarning, match=r"exponent = 2\.5"):
         assert jamlab.droplets_from_disks(hertz).model == "dp"

@@ -49,7 +49,7 @@ def test_disks_jam_isostatically():
 
 def test_droplets_jam():
     """rho counts the rims; the polygons are still the free droplets."""
-    dp_onset = jamlab.jam(model="dp", n=12, seed=1, gamma=0.1, ka=50.0)
+    dp_onset = jamlab.jam(model="dp", n=12, seed=1, law={"gamma": 0.1, "ka": 50.0})
     assert_onset(dp_onset, "dp", 12, 1, 1e-8)
     assert 0.78 < dp_onset.phi_J < 0.87
     regular = np.repeat([12 / np.pi * np.tan(np.pi / 12), 17 / np.pi * np.tan(np.pi / 17)], 6)
@@ -77,7 +77,7 @@ def test_six_disks_that_left_a_saddle_are_held(seed):
 
 def test_soft_contacts_at_onset_balance_as_springs_do():
     """Energies of a minimum are those of springs, forces of disks that stiffen 300 times smaller at exponent 3."""
-    packing = jamlab.jam(n=8, seed=1, exponent=3.0)
+    packing = jamlab.jam(n=8, seed=1, law={"exponent": 3.0})
     found = jamlab.evaluate(packing)
     assert packing.converged and np.abs(found.forces).max() < 1e-4 * found.pressure
 
@@ -117,18 +117,24 @@ def _assert_held(packing):
 def test_the_search_ends_where_nothing_can_jam():
     """Three triangles whose edges are longer than half the box; and four droplets, which took 25 tries once."""
     with pytest.raises(jamlab.JamlabError):
-        jamlab.jam(3, "dp", 1, sizes="monodisperse", vertices=3)
+        jamlab.jam(3, "dp", 1, sizes="monodisperse", law={"vertices": 3})
     assert_onset(jamlab.jam(4, "dp", 1), "dp", 4, 1, 1e-10)
 
 
 @pytest.mark.parametrize(
-    "how", [{"vertices": 24}, {"delta": 0.05}, {"sizes": "lognormal:0.3"}, {"contact": "segment/smooth"}]
+    "how",
+    [
+        {"law": {"vertices": 24}},
+        {"law": {"delta": 0.05}},
+        {"sizes": "lognormal:0.3"},
+        {"law": {"contact": "segment/smooth"}},
+    ],
 )
 def test_droplets_of_other_kinds_jam(how):
     """Many vertices, thin rims, sizes; and a form of contacts that is not searched over rigid bodies."""
     packing = jamlab.jam(8, "dp", 2, **how)
     assert_onset(packing, "dp", 8, 2, 1e-10)
-    assert packing.provenance["minimizer"] == ("lbfgs" if "contact" in how else "rigid")
+    assert packing.provenance["minimizer"] == ("lbfgs" if "contact" in how.get("law", {}) else "rigid")
 
 
 SADDLE = Path(__file__).parents[1] / "states" / "droplets_on_a_saddle.h5"

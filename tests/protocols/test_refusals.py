@@ -12,6 +12,9 @@ NAN = float("nan")
 CALLS = {  # function -> what is called with one argument replaced
     "jam": lambda p, **how: jamlab.jam(**{"n": 8} | how),
     "droplets": lambda p, **how: jamlab.jam(**{"n": 4, "model": "dp"} | how),
+    "law of droplets": lambda p, **law: jamlab.jam(4, "dp", law=law),
+    "law of disks": lambda p, **law: jamlab.jam(8, law=law),
+    "law of droplets in their place": lambda p, **law: jamlab.droplets_from_disks(p, law=law),
     "pack": lambda p, **how: jamlab.pack(**{"n": 8, "pressure": 1e-3} | how),
     "compress": lambda p, **how: jamlab.compress(p, **{"to": 0.9, "step": 0.01} | how),
     "decompress": lambda p, **how: decompress(p, **{"pressure": 1e-4} | how),
@@ -35,12 +38,15 @@ REFUSED = [
     ("jam", "model", ["foam"]),
     ("jam", "start", ["direct"]),
     ("jam", "ensemble", ["npt"]),
-    *(("jam", name, [1]) for name in ("gamma", "viscosity", "mdl_", "ensembel", "tolernc")),
-    ("droplets", "contact", ["sphere"]),
-    ("droplets", "gamma", [-0.1]),
-    ("droplets", "delta", [0.0]),
-    ("droplets", "ka", [NAN]),
-    ("droplets", "eps", ["strong"]),
+    ("jam", "law", ["hertzian", 2.5, ["hertz"], {2.5: "exponent"}, {"law": 2.5}, {"law": "hertz", "exponent": 3.0}]),
+    *(("jam", name, [1]) for name in ("gamma", "viscosity", "mdl_", "ensembel", "tolernc", "exponent", "params")),
+    *(("law of disks", name, [1]) for name in ("gamma", "viscosity", "eps", "stickines")),
+    ("law of droplets", "contact", ["sphere"]),
+    ("law of droplets", "gamma", [-0.1]),
+    ("law of droplets", "delta", [0.0]),
+    ("law of droplets", "ka", [NAN]),
+    ("law of droplets", "eps", ["strong"]),
+    ("droplets", "law", ["hertz", "rim", {"exponent": 2.5}]),
     ("droplets", "start", ["cold"]),
     ("droplets", "size_ratio", [2.0]),
     ("pack", "pressure", [-1e-3, 0.0, 5.0, NAN]),
@@ -55,7 +61,8 @@ REFUSED = [
     ("decompress", "pressure", [1e-2, 1e-9, -1.0, NAN]),
     ("decompress", "ranks", [0]),
     ("droplets_from_disks", "weight", [1.0]),
-    ("droplets_from_disks", "delta", [3.0]),
+    ("law of droplets in their place", "weight", [1.0]),
+    ("law of droplets in their place", "delta", [3.0]),
     ("at_phi", "phi", [2.1]),
     *((name, "strain", [0.0, -1e-6, 0.2, NAN, "x"]) for name in ("shear_modulus", "bulk_modulus")),
     *((name, "method", ["guess"]) for name in ("shear_modulus", "bulk_modulus", "complex_modulus")),
@@ -93,10 +100,10 @@ def test_a_value_out_of_range_is_named(sp_jammed, call, name, values):
         lambda p: decompress(at_phi(p, 0.5), 1e-4),  # not jammed
         lambda p: decompress(p.with_state(positions=p.positions + np.sin(p.positions)), 1e-4),  # not at rest
         *(lambda p, sizes=s: jamlab.jam(n=2, sizes=sizes) for s in ([], [1.0], [1.0, -1.0], [1.0, NAN], [1.0, 1e6])),
-        *(lambda p, v=v: jamlab.jam(3, "dp", sizes="lognormal:0.3", vertices=v) for v in ([8, 9], 2, 8.5)),
+        *(lambda p, v=v: jamlab.jam(3, "dp", sizes="lognormal:0.3", law={"vertices": v}) for v in ([8, 9], 2, 8.5)),
         lambda p: jamlab.jam(3, "dp", sizes=[1.0, 1.0]),
         lambda p: jamlab.jam(2, "dp", sizes=[1.0, 40.0]),  # line tension shrinks the small one to a point
-        lambda p: jamlab.droplets_from_disks(p, gamma=10.0, ka=1.0),
+        lambda p: jamlab.droplets_from_disks(p, law={"gamma": 10.0, "ka": 1.0}),
         lambda p: jamlab.pack(n=64, pressure=1e-3, sizes="gaussian:0.5"),  # one disk would have no diameter
         *(
             lambda p, text=t: SizeDistribution.of(text)

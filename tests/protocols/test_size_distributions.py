@@ -138,7 +138,7 @@ def test_droplets_of_one_to_ten_are_those_of_plain_loops(droplets):
 
 @pytest.mark.parametrize("vertices", [9, [8, 9, 20]])
 def test_vertices_are_given_for_all_or_for_each(vertices):
-    p = jamlab.jam(model="dp", n=3, seed=2, sizes=[3.0, 4.0, 5.0], vertices=vertices)
+    p = jamlab.jam(model="dp", n=3, seed=2, sizes=[3.0, 4.0, 5.0], law={"vertices": vertices})
     assert np.diff(p.offsets).tolist() == np.broadcast_to(vertices, 3).tolist()
     assert np.sqrt(p.params["a0"]) == pytest.approx([0.75, 1.0, 1.25], rel=1e-12)
     assert p.converged and p.provenance["sizes"]["width"] == pytest.approx(np.std([0.75, 1, 1.25]), rel=1e-12)
@@ -153,10 +153,10 @@ def test_sizes_of_the_decks_are_the_default():
 
 def test_disks_of_one_to_ten_are_handed_over():
     disks = jamlab.pack(n=10, pressure=1e-2, seed=1, sizes=TEN_SIZES)
-    made = jamlab.droplets_from_disks(disks, delta=0.1)
+    made = jamlab.droplets_from_disks(disks, law={"delta": 0.1})
     assert made.converged and made.n == 10
     assert jamlab.packing_fraction(made) == pytest.approx(jamlab.packing_fraction(disks), abs=2e-6)
-    assert np.diff(jamlab.droplets_from_disks(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
+    assert np.diff(jamlab.droplets_from_disks(disks, law={"delta": 0.1, "vertices": 12}).offsets).tolist() == [12] * 10
 
 
 @pytest.mark.parametrize("text", ["power-law:-2.45,1,20", "power-law:-3,1,10", "power-law:-2,1,100", "uniform:0.5"])

@@ -96,7 +96,7 @@ def test_units_of_limits_and_messages(sp_jammed, request):
 @pytest.mark.parametrize("ensemble, exponent", [("shear-stabilized", 2.0), ("fixed-box", 2.5)])
 def test_a_pressure_that_random_disks_do_not_meet_is_reached_from_above(ensemble, exponent):
     """Near onset, where three of eight random starts end elsewhere; provenance says where the packing came from."""
-    found = jamlab.pack(64, 1e-8, 1, ensemble=ensemble, exponent=exponent)
+    found = jamlab.pack(64, 1e-8, 1, ensemble=ensemble, law={"exponent": exponent})
     state, c = jamlab.evaluate(found), jamlab.contacts(found)
     assert found.converged and state.pressure == pytest.approx(1e-8, rel=1e-6)
     assert 0 <= c.n_contacts - c.isostatic <= 3 and found.ensemble == ensemble

@@ -143,7 +143,9 @@ WITH_RATTLERS = {
     "k": lambda: jamlab.pack(n=32, pressure=1e-3, seed=3),
     "ratio 3": lambda: last(jamlab.compress(jamlab.jam(16, "sp", 1, size_ratio=3.0), to=0.9, step=0.03)),
     "uniform, Hertz": lambda: last(
-        jamlab.compress(jamlab.jam(16, "sp", 2, sizes="uniform:0.3", exponent=2.5), to=0.88, step=0.03, by="phi")
+        jamlab.compress(
+            jamlab.jam(16, "sp", 2, sizes="uniform:0.3", law={"exponent": 2.5}), to=0.88, step=0.03, by="phi"
+        )
     ),
     "droplets": lambda: jamlab.read(Path(__file__).parents[1] / "states" / "droplets_at_onset.h5"),
 }

@@ -25,15 +25,15 @@ LAWS = [
 def network(name):
     """Sticky disks that bear no load or hang together by few contacts; springs without stress; flat walls."""
     if name == "floppy":
-        return jamlab.pack(32, phi=0.6, seed=1, stickiness=0.1)
+        return jamlab.pack(32, phi=0.6, seed=1, law={"stickiness": 0.1})
     if name == "loose":
-        return jamlab.pack(24, phi=0.7, seed=4, stickiness=0.1)
+        return jamlab.pack(24, phi=0.7, seed=4, law={"stickiness": 0.1})
     if name == "fixed":
-        p = jamlab.pack(24, phi=0.66, seed=3, stickiness=0.1)
+        p = jamlab.pack(24, phi=0.66, seed=3, law={"stickiness": 0.1})
         return p.with_state(fixed=np.arange(24) % 7 == 0, converged=True, max_force=p.max_force)
     if name == "flat":
         return jamlab.relax(jamlab.with_walls(jamlab.pack(24, 1e-2, 1), 1.2, flat=True))
-    return jamlab.pack(4, phi=0.7, seed=1, stickiness=0.1)
+    return jamlab.pack(4, phi=0.7, seed=1, law={"stickiness": 0.1})
 
 
 def least_drag(p, law):
@@ -74,7 +74,7 @@ def test_limits_are_those_of_the_spectrum(name, law):
 @pytest.mark.parametrize("law", LAWS[1:], ids=str)
 def test_bounds_hold_beside_floppy_modes(law):
     """Elimination with 64-bit mantissas: no trace of drag that a solver adds remains in G*."""
-    p, omega = jamlab.pack(12, phi=0.66, seed=3, stickiness=0.1), np.array([1e-3, 1e0, 1e3])
+    p, omega = jamlab.pack(12, phi=0.66, seed=3, law={"stickiness": 0.1}), np.array([1e-3, 1e0, 1e3])
     motion = equation_of_motion(force_network(p), law)
     k, b = (m.toarray().astype(np.longdouble) for m in (motion.k, motion.b))
     b += np.diag(np.where(np.arange(motion.size + 1) < motion.size, 1e-18, 0.0))  # of motion that nothing resists
@@ -125,7 +125,7 @@ def test_floppy_modes_leave_displacements_as_short_as_can_be():
 @pytest.mark.parametrize("law", [ContactDamping(), ContactDamping(beta=0.0)], ids=str)
 def test_clusters_that_follow_the_flow_have_no_displacement_per_stress(law):
     """No cluster spans the box: neither energy nor drag resists, and G* is 0."""
-    p = jamlab.pack(24, phi=0.66, seed=5, stickiness=0.05)
+    p = jamlab.pack(24, phi=0.66, seed=5, law={"stickiness": 0.05})
     for function in (jamlab.displacement_response, jamlab.displacement_correlation):
         with pytest.raises(jamlab.ConvergenceError, match="bears no shear stress"):
             function(p, 0.1, law)

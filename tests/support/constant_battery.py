@@ -95,7 +95,7 @@ def prepare(folder: Path) -> None:
         "sp500": lambda: jamlab.pack(500, 3e-3, seed=3),
         "marginal": lambda: jamlab.pack(32, 1e-6, seed=4),
         "stabilized": lambda: jamlab.pack(32, 1e-2, seed=5, ensemble="shear-stabilized"),
-        "sticky": lambda: jamlab.pack(32, 1e-2, seed=3, stickiness=0.05),
+        "sticky": lambda: jamlab.pack(32, 1e-2, seed=3, law={"stickiness": 0.05}),
         "onset": lambda: jamlab.jam(n=16, seed=1),
         "walled": lambda: jamlab.relax(jamlab.with_walls(jamlab.pack(32, 1e-2, seed=1), thickness=1.5)),
         "flat": lambda: jamlab.relax(jamlab.with_walls(jamlab.pack(32, 1e-2, seed=1), thickness=1.5, flat=True)),

@@ -212,7 +212,7 @@ def refusals(folder):
         lambda: jamlab.pack(16, 1e-2, size_ratio=1e4),
         lambda: jamlab.ContactDamping(beta=1e30),
         lambda: jamlab.ContactDamping(alpha=0.1),
-        lambda: jamlab.jam(16, "dp", gamma=1e40),
+        lambda: jamlab.jam(16, "dp", law={"gamma": 1e40}),
     )
     for each in calls:
         try:

@@ -36,7 +36,7 @@ def jam_droplets_sheared(folder):
 
 @scenario
 def jam_droplets_of_few_vertices(folder):
-    return jamlab.evaluate(jamlab.jam(n=8, model="dp", seed=1, nv_small=12, delta=0.3))
+    return jamlab.evaluate(jamlab.jam(n=8, model="dp", seed=1, law={"nv_small": 12, "delta": 0.3}))
 
 
 @scenario
@@ -56,12 +56,15 @@ def pack_sheared(folder):
 
 @scenario
 def pack_sticky(folder):
-    return [jamlab.pack(32, 1e-3, seed=1, stickiness=0.02), jamlab.pack(16, 1e-2, seed=2, stickiness=0.1)]
+    return [
+        jamlab.pack(32, 1e-3, seed=1, law={"stickiness": 0.02}),
+        jamlab.pack(16, 1e-2, seed=2, law={"stickiness": 0.1}),
+    ]
 
 
 @scenario
 def pack_hertz(folder):
-    return jamlab.pack(32, 1e-4, seed=1, exponent=2.5)
+    return jamlab.pack(32, 1e-4, seed=1, law={"exponent": 2.5})
 
 
 @scenario

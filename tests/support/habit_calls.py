@@ -129,9 +129,9 @@ CALLS = [
     ("P1", "len(m)", "count"),
     # P3
     ("P3", "jamlab.pack(32, 1e-3, polydispersity=0.2)", "sizes"),
-    ("P3", "jamlab.pack(32, 1e-3, potential='hertz')", "exponent"),
-    ("P3", "jamlab.pack(32, 1e-3, law='hertz')", "exponent"),
-    ("P3", "jamlab.pack(32, 1e-3, alpha=2.5)", "exponent"),
+    ("P3", "jamlab.pack(32, 1e-3, potential='hertz')", "law='hertz'"),
+    ("P3", "jamlab.pack(32, 1e-3, law='hertz')", "ok"),
+    ("P3", "jamlab.pack(32, 1e-3, alpha=2.5)", "law"),
     ("P3", "jamlab.pack(32, 1e-3, friction=0.3)", "limits"),
     ("P3", "jamlab.pack(32, 1e-3, dim=3)", "limits"),
     ("P3", "jamlab.pack(32, p=1e-3)", "pressure"),

@@ -52,9 +52,9 @@ def packings():
     disks = {
         "sp": _disks(n=14, pressure=3e-3, seed=6),
         "eps": jamlab.relax(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
-        "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, exponent=2.5),
+        "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, law="hertz"),
         "dense": jamlab.pack(n=12, pressure=3e-2, seed=1),
-        "sticky": _disks(n=14, pressure=-1e-3, seed=6, stickiness=0.04),
+        "sticky": _disks(n=14, pressure=-1e-3, seed=6, law={"stickiness": 0.04}),
     }
     law, q = {"eps": 1.7, "stickiness": 0.03}, disks["sticky"]
     disks["sticky eps"] = jamlab.relax(jamlab.Packing("sp", q.box, q.positions, law, "eps", q.diameters))
@@ -290,7 +290,7 @@ def _motion(view):
 
 def _droplets(view):
     """In units of eps and l, whatever those of the disks are."""
-    found = _at_minimum(jamlab.droplets_from_disks(view.packing, nv_small=8, nv_large=11))
+    found = _at_minimum(jamlab.droplets_from_disks(view.packing, law={"nv_small": 8, "nv_large": 11}))
     return {name: (value, NUMBER) for name, (value, _) in found.items()}
 
 

@@ -5,7 +5,13 @@ from wandering_packings import disks, polygons
 
 import jamlab
 
-KNOWN = {"max_force": 1e-13 / 3, "converged": True, "force_tolerance": 1e-12 / 7, "on_rattlers": True, "on_target": False}
+KNOWN = {
+    "max_force": 1e-13 / 3,
+    "converged": True,
+    "force_tolerance": 1e-12 / 7,
+    "on_rattlers": True,
+    "on_target": False,
+}
 HISTORY = {"seed": 7, "protocol": "a b=c%d", "nested": {"x": [1, 2.5, None]}, "source": "photo.png", "_known": {"u": 1}}
 
 

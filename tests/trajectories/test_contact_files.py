@@ -11,7 +11,7 @@ import jamlab
 
 
 def states():
-    tilted = jamlab.pack(24, 5e-3, 2, stickiness=0.05, ensemble="shear-stabilized")
+    tilted = jamlab.pack(24, 5e-3, 2, law={"stickiness": 0.05}, ensemble="shear-stabilized")
     return {"sp": tilted, "dp": jamlab.jam(6, "dp", 1)}
 
 
@@ -78,7 +78,7 @@ def test_vtk_reads_lines(written):
 
 
 def test_films_have_a_frame_for_each_packing(tmp_path):
-    start = jamlab.pack(16, 1e-2, 1, stickiness=0.05)
+    start = jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.05})
     run = jamlab.quasistatic_shear(start, strain=0.02, strain_step=0.01)
     sweep = list(jamlab.compress(start, start.phi - 0.02, 0.01, by="phi"))
     for k, film in enumerate((run, sweep)):

@@ -61,7 +61,7 @@ def test_a_droplet_that_nothing_touches_has_the_given_area(law):
     centres = np.array([[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
     outlines, areas = [SQUARE * [2.0, 1.0] + c for c in centres], np.array([6.0, 8.0, 11.0])
     for rims in (False, True):
-        p = jamlab.droplets_from_outlines(outlines, [20, 20], free_areas=areas, vertices=16, rims=rims, **law)
+        p = jamlab.droplets_from_outlines(outlines, [20, 20], free_areas=areas, vertices=16, rims=rims, law=law)
         assert np.sqrt(p.params["a0"]).mean() == pytest.approx(1.0, rel=1e-12)
         unit, nv = p.box[0, 0] / 20, np.full(3, 16)
         own = free_area(nv, p.params) if rims else free_polygon_area(nv, p.params)
@@ -69,7 +69,7 @@ def test_a_droplet_that_nothing_touches_has_the_given_area(law):
         a, c = free_polygon_area(nv, p.params), 16 * np.tan(np.pi / 16)
         balance = p.params["gamma"] * np.sqrt(c / a) + p.params["ka"] * (a - p.params["a0"])
         np.testing.assert_allclose(balance, 0.0, atol=1e-10 * p.params["ka"])
-    plain = jamlab.droplets_from_outlines(outlines, [20, 20], **law)  # whose free areas are those of the outlines
+    plain = jamlab.droplets_from_outlines(outlines, [20, 20], law=law)  # whose free areas are those of the outlines
     np.testing.assert_allclose(free_polygon_area(np.full(3, 4), plain.params), plain.polygons.areas, rtol=1e-11)
 
 
@@ -110,7 +110,7 @@ def honeycomb():
 def test_outlines_of_rims_are_drawn_in_by_half_their_width():
     """Cells without gaps: the rims just touch, and free droplets with rims fill the box."""
     cells, box = honeycomb()
-    p = jamlab.droplets_from_outlines(cells, box, rims=True, vertices=6, delta=0.2)
+    p = jamlab.droplets_from_outlines(cells, box, rims=True, vertices=6, law={"delta": 0.2})
     assert p.phi == pytest.approx(1.0, rel=1e-12)
     near = vertex_contacts(p.with_state(params=p.params | {"delta": 0.2 + 1e-6}))
     assert len(near.distance) and near.distance.min() == pytest.approx(0.2, rel=1e-9)
@@ -135,16 +135,16 @@ def test_outlines_of_rims_are_drawn_in_by_half_their_width():
         ([[[0, 0], [1, 0], [2, 0]]], {}, "folds back"),
         ([SQUARE, SQUARE + 1], {}, "polygons 0 and 1 cross.*rims=True.*wrapped=True"),
         ([SQUARE, SQUARE + np.array([2, 0])], {"rest_areas": [4.0, 4.0]}, "polygons 0 and 1 touch.*rims=True"),
-        ([SQUARE, SQUARE + 0.1], {"rims": True, "delta": 0.01, "vertices": 4}, "polygons 0 and 1 cross.*separate them"),
+        ([SQUARE, SQUARE + 0.1], {"rims": True, "law": {"delta": 0.01}, "vertices": 4}, "polygons 0 and 1 cross.*separate them"),
         ([SQUARE], {"rest_areas": [0.0]}, r"rest_areas\[0\] has area 0"),
         ([SQUARE], {"free_areas": [1.0, 2.0]}, r"free_areas must have shape \(1\)"),
         ([SQUARE], {"free_areas": [1.0], "rest_areas": [1.0]}, "give one of them"),
         ([SQUARE], {"vertices": 2}, "2 vertices"),
         ([SQUARE], {"vertices": [8, 9]}, "vertices hold 2 numbers for n = 1"),
-        ([SQUARE], {"weight": 1.0}, "no argument 'weight'"),
-        ([SQUARE], {"nv_small": 8}, "nv_small = 8"),
-        ([SQUARE], {"gamma": 1e4}, "gamma"),
-        ([SQUARE], {"rims": True, "delta": 3.0}, "delta = 3"),
+        ([SQUARE], {"law": {"weight": 1.0}}, "no parameter 'weight'"),
+        ([SQUARE], {"law": {"nv_small": 8}}, "nv_small = 8"),
+        ([SQUARE], {"law": {"gamma": 1e4}}, "gamma"),
+        ([SQUARE], {"rims": True, "law": {"delta": 3.0}}, "delta = 3"),
         ([shapely.Polygon(SQUARE, [SQUARE / 2 + 0.5])], {}, "hole"),
         ([shapely.MultiPoint([(0, 0), (1, 1)])], {}, "is a MultiPoint"),
         ([[[0, 4.5], [3, 4.5], [6, 4.5]]], {"wrapped": True}, "wrap around the periodic box"),

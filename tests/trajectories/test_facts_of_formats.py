@@ -148,7 +148,7 @@ def test_rounding_is_the_larger_of_source_and_format(tmp_path):
 
 
 def test_a_law_survives_all_formats_to_the_pressure(tmp_path):
-    p = jamlab.pack(n=16, pressure=1e-2, seed=2, exponent=3)
+    p = jamlab.pack(n=16, pressure=1e-2, seed=2, law={"exponent": 3})
     for ending in ENDINGS.values():
         jamlab.write(tmp_path / f"p.{ending}", p)
         q = jamlab.read(tmp_path / f"p.{ending}")

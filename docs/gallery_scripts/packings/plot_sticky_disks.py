@@ -16,7 +16,7 @@ import jamlab
 
 figure, axes = plt.subplots(1, 3, figsize=(13, 5), layout="constrained")
 for ax, phi in zip(axes, (0.5, 0.62, 0.74), strict=True):
-    p = jamlab.pack(n=128, phi=phi, seed=1, stickiness=0.1)
+    p = jamlab.pack(n=128, phi=phi, seed=1, law={"stickiness": 0.1})
     jamlab.contacts(p).plot(ax, linewidth=0.8)
     ax.get_legend().remove()
     share, g = jamlab.rigid_clusters(p).sizes[0] / p.n, jamlab.shear_modulus(p, average=True)
@@ -25,7 +25,7 @@ for ax, phi in zip(axes, (0.5, 0.62, 0.74), strict=True):
 # %%
 # Pulled apart by small steps, a packing carries tension until it tears.
 
-start = jamlab.pack(n=64, pressure=0.0, seed=1, stickiness=0.05)
+start = jamlab.pack(n=64, pressure=0.0, seed=1, law={"stickiness": 0.05})
 sweep = [start, *jamlab.compress(start, to=start.phi - 0.15, step=0.01, by="phi")]
 figure, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 ax.plot([p.phi for p in sweep], [jamlab.evaluate(p).pressure for p in sweep], "o-")
