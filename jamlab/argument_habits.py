@@ -76,7 +76,8 @@ ARGUMENTS = (
     Concept("bidispersity ratio size_ratio radii_ratio bidisperse bidisperse_ratio d_ratio", "size_ratio ratio"),
     Concept("large fraction_of_large x_large", "fraction_large"),
     Concept("verbose show_progress tqdm quiet", "progress as_json"),
-    Concept("tol ftol force_tol etol eps_f force_tolerance rtol atol precision tolerance", "force_tolerance tolerance"),
+    Concept("tol ftol force_tol etol eps_f rtol atol precision tolerance", "force_tolerance tolerance error"),
+    Concept("force_tolerance max_force", "force_tolerance tolerance"),
     Concept("n_jobs workers nproc num_workers njobs n_workers", "processes workers ranks"),
     Concept("threads nthreads n_threads cores omp_num_threads", "ranks processes"),
     Concept("dt timestep time_step", "tolerance", "", {kind: "`tolerance`: time steps follow from the error that they "

@@ -106,7 +106,7 @@ class FlowCurve(FlowResult):
     def summary(self) -> dict[str, Any]:
         """Stress at each rate with its standard error; rates that drift, lose energy or failed."""
         points = zip(self.rates, self.stress, self.stress_stderr, strict=True)
-        off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.energy_error > self.tolerance}
+        off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.energy_error > self.energy_tolerance}
         return {
             **{f"stress at {rate:g}": (stress, error) for rate, stress, error in points},
             **{words: self.rates[which] for words, which in off.items() if which.any()},

@@ -64,14 +64,15 @@ class FlowResult(Result):
     frames: tuple[Packing, ...]
     damping: DragLaw | None  # drag law; None without rate
     background: float  # drag of every disk against the affine flow beside it, over k tau_1
-    tolerance: float  # relative error of velocities in a step
+    tolerance: float | None  # relative error of velocities in a step; None without rate
     unit: str  # of stress, for labels
 
     __repr__ = report
 
     @property
     def energy_tolerance(self) -> float:
-        """From which on the result is doubtful: the tolerance."""
+        """Imbalance from which on the result is doubtful: the tolerance."""
+        assert self.tolerance is not None  # without rate the result has a limit of its own
         return self.tolerance
 
     @property
@@ -80,7 +81,7 @@ class FlowResult(Result):
         drags = self.damping is not None and self.damping.at_contacts
         if self.frames[0].kind.carrier == "outlines" and drags and self.background < FLOW_ENERGY.background:
             return {"background_drag": FLOW_ENERGY.background}
-        return {"tolerance": FLOW_ENERGY.finer * self.tolerance}
+        return {"tolerance": FLOW_ENERGY.finer * self.energy_tolerance}
 
     @property
     def conclusion(self) -> str:

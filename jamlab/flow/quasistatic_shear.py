@@ -34,7 +34,8 @@ from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax_session
+from jamlab.protocols.relaxation import check_tolerance, relax_session
+from jamlab.protocols.relaxation import force_tolerance as usual_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 
@@ -71,19 +72,20 @@ class PlasticEvents(Result):
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class QuasistaticShear(ShearRun):
     """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag. There
-    is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
-    `dissipated` what of it is not stored in `enthalpy`: what events release, and the error of the trapezoidal rule.
-    Energies and work are over the area at the start.
+    is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0, `damping` and `tolerance` None. `work` is the
+    integral of the stress, `dissipated` what of it is not stored in `enthalpy`: what events release, and the error of
+    the trapezoidal rule. Energies and work are over the area at the start.
     """
 
     series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force", "area", "event")
     columns: ClassVar[tuple[str, ...]] = (*series, "z_all", "energy_gap", "enthalpy", "dilation")
 
-    converged: NDArray[np.bool_]  # (m,) whether the minimisation met its tolerance
+    converged: NDArray[np.bool_]  # (m,) whether the minimisation met `force_tolerance`
     max_force: Array  # (m,) largest force left
     area: Array  # (m,) of the cell
     event: NDArray[np.bool_]  # (m,) whether the step to this state is a plastic event
     direction: Direction = "simple"  # see `quasistatic_shear`
+    force_tolerance: float  # largest residual force asked for, in natural units
     held_pressure: float | None = None  # at which the area is free; None: the area stays
 
     @property
@@ -118,7 +120,7 @@ class QuasistaticShear(ShearRun):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Direction; entries of `ShearRun`; the number of events and of states that missed the tolerance."""
+        """Direction; entries of `ShearRun`; the number of events and of states that missed the force tolerance."""
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
@@ -135,14 +137,14 @@ class QuasistaticShear(ShearRun):
 
     @property
     def least_stress(self) -> float:
-        """Uncertainty of the stress from residual forces up to the tolerance."""
-        return float(_stress_noise(self.tolerance, 0.0) * natural_scales(self.packing).stress)
+        """Uncertainty of the stress from residual forces up to `force_tolerance`."""
+        return float(_stress_noise(self.force_tolerance, 0.0) * natural_scales(self.packing).stress)
 
     @property
     def stress_noise(self) -> Array:
         """(m,) uncertainty of the stress from the residual forces of a minimum; a smaller drop is no event."""
         scales = natural_scales(self.packing)
-        return _stress_noise(self.tolerance, self.max_force / scales.force) * scales.stress
+        return _stress_noise(self.force_tolerance, self.max_force / scales.force) * scales.stress
 
     @property
     def energy_tolerance(self) -> float:
@@ -207,17 +209,18 @@ class Walk(Run[QuasistaticShear]):
         self,
         packing: Packing,
         shearing: Shearing,
-        tolerance: float | None,
+        force_tolerance: float | None,
         pressure: str | float | None,
         task: dict[str, Any],
         path: str | Path | None,
         progress: Progress | None,
     ) -> None:
-        super().__init__(QuasistaticShear, packing, None, task | {"tolerance": tolerance}, path, progress)
-        self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, tolerance
+        super().__init__(QuasistaticShear, packing, None, task | {"force_tolerance": force_tolerance}, path, progress)
+        self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, force_tolerance
         self._on_walls: list[Array] = []
-        force = force_tolerance(packing.model) if tolerance is None else tolerance
-        self.facts |= {"background": 0.0, "tolerance": force, "iterations": 0, "shear_rate": 0.0}
+        largest = usual_tolerance(packing.model) if force_tolerance is None else force_tolerance
+        self.facts |= {"background": 0.0, "tolerance": None, "iterations": 0, "shear_rate": 0.0}
+        self.facts["force_tolerance"] = largest
         self._now = self._scales.to_natural(self._started)
         self.session = Session(self._now)
         self._pressure: float | None = None if isinstance(pressure, str) else pressure
@@ -227,7 +230,7 @@ class Walk(Run[QuasistaticShear]):
             self._on_walls = list(self.before.wall_stress)
         else:
             if pressure == "constant":
-                found = relax_session(self.session, tolerance, near=True)
+                found = relax_session(self.session, force_tolerance, near=True)
                 if not packing.law.range and contacts(self.session.packing()).unjammed:
                     raise InputError('pressure = "constant": the packing is unjammed, give a pressure as a number')
                 self._pressure = self._scales.stress * found.evaluation.pressure
@@ -263,7 +266,7 @@ class Walk(Run[QuasistaticShear]):
     def _noise(self, *states: Minimum) -> float:
         """Uncertainty of the stress from the residual forces of some minima."""
         force = max(state.max_force for state in states) / self._scales.force
-        return float(_stress_noise(self.facts["tolerance"], force) * self._scales.stress)
+        return float(_stress_noise(self.facts["force_tolerance"], force) * self._scales.stress)
 
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from, in stress and energy: stress falls before an instability, too,
@@ -327,9 +330,9 @@ def _flipped(packing: Packing) -> Packing:
     return packing.with_state(box=box)
 
 
-def _stress_noise(tolerance: float, force: ArrayLike) -> Array:
+def _stress_noise(force_tolerance: float, force: ArrayLike) -> Array:
     """Stress that is no more than noise where forces up to `force` are left, or up to the tolerance; natural units."""
-    return QUASISTATIC.noise * np.maximum(tolerance, force)
+    return QUASISTATIC.noise * np.maximum(force_tolerance, force)
 
 
 def _drop(before: Minimum, after: Minimum) -> float:
@@ -359,7 +362,7 @@ def quasistatic_shear(
     walls: bool | None = None,
     pressure: str | float | None = None,
     snapshot_every: float | None = None,
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> QuasistaticShear:
@@ -387,11 +390,11 @@ def quasistatic_shear(
             repulsive particles that unjams is compressed until it jams, and then decompressed. Between walls the
             pressure is the normal stress on them, at constant width. Default: constant area.
         snapshot_every: strain between stored packings. Default: only the first and the last.
-        tolerance: largest residual force in natural units, as in `compress`.
+        force_tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.
 
     Returns:
-        All states. `converged` is False for states that missed the tolerance; the shear continues from them.
+        All states. `converged` is False for states that missed the force tolerance; the shear continues from them.
     """
     packing = walled(packing, walls)
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
@@ -404,7 +407,7 @@ def quasistatic_shear(
         check_number("snapshot_every", snapshot_every, whole)
         if snapshot_every < strain_step:
             raise InputError(f"snapshot_every = {snapshot_every:g}: closer than strain_step = {strain_step:g}")
-    check_tolerance(tolerance, LARGEST_TOLERANCE)
+    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     _check_pressure(packing, pressure)
     count = int(np.ceil(whole / strain_step - 1e-9))
     task: dict[str, Any] = {"strain_step": strain / count}
@@ -414,7 +417,7 @@ def quasistatic_shear(
     def kept(k: int) -> int:
         return int(whole * k / count / snapshot_every + 1e-9) if snapshot_every is not None else 0
 
-    with Walk(packing, shearing, tolerance, pressure, task, path, progress) as walk:
+    with Walk(packing, shearing, force_tolerance, pressure, task, path, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}
         walk.warn_beyond("strain", abs(walk.rows[-1].strain), whole)
         for k in range(1, count + 1):

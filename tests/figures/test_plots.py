@@ -67,7 +67,14 @@ def sheared():
     none, good = np.zeros(11), np.arange(11) != 6
     rows = dict.fromkeys((f.name for f in fields(QuasistaticShear) if f.type == "Array"), none)
     rows |= {"strain": strain, "stress": stress, "converged": good, "event": np.isin(np.arange(11), (4, 8))}
-    rest = {"frames": (state("disks"),), "damping": None, "background": 0.0, "tolerance": 1e-12, "unit": "k"}
+    rest = {
+        "frames": (state("disks"),),
+        "damping": None,
+        "background": 0.0,
+        "tolerance": None,
+        "force_tolerance": 1e-12,
+        "unit": "k",
+    }
     counts = {"steps": 11, "iterations": 0, "seconds": 0.1, "shear_rate": 0.0, "strain_asked": 0.1}
     return QuasistaticShear(**rows, **rest, **counts)
 

@@ -63,7 +63,7 @@ def test_a_crystal_is_sheared_affinely():
 def test_stress_between_events_rises_with_the_shear_modulus(request, packing, model, step):
     """By the mean of G at both ends, in every step in which no contact changes; vertices of droplets slide along."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
-    found = quasistatic_shear(start, strain=4 * step, strain_step=step, snapshot_every=step, tolerance=1e-13)
+    found = quasistatic_shear(start, strain=4 * step, strain_step=step, snapshot_every=step, force_tolerance=1e-13)
     states = found.frames
     assert found.converged.all() and len(states) == len(found.strain) == 5
     modulus = np.array([jamlab.shear_modulus(state) for state in states])
@@ -208,7 +208,7 @@ def test_work_at_constant_pressure_is_the_change_of_enthalpy(request, packing, m
     """Along one minimum, to the error of the trapezoidal rule; from the energy of LAMMPS and the area."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
     found = quasistatic_shear(
-        start, strain=5 * step, strain_step=step, snapshot_every=step, pressure="constant", tolerance=1e-13
+        start, strain=5 * step, strain_step=step, snapshot_every=step, pressure="constant", force_tolerance=1e-13
     )
     first = jamlab.evaluate(found.frames[0])
     assert found.converged.all() and len(found.frames) == 6 and found.held_pressure == pytest.approx(first.pressure)
@@ -271,8 +271,9 @@ def test_an_unjammed_packing_has_no_pressure_to_be_held():
 
 
 def test_states_that_miss_the_tolerance_say_so(packing):
-    found = quasistatic_shear(packing, strain=1e-3, strain_step=5e-4, tolerance=1e-15)
+    found = quasistatic_shear(packing, strain=1e-3, strain_step=5e-4, force_tolerance=1e-15)
     assert np.array_equal(found.converged, found.max_force <= 1e-15)
+    assert (found.force_tolerance, found.tolerance) == (1e-15, None) and "force tolerance 1e-15" in repr(found)
     assert found.packing.converged is bool(found.converged[-1])
     assert found.packing.max_force == found.max_force[-1]
 
@@ -286,7 +287,7 @@ def test_states_that_miss_the_tolerance_say_so(packing):
         ({"strain": 0.1, "direction": np.nan}, "nan"),
         ({"strain": 0.5, "strain_step": 0.2}, "strain_step = 0.2"),
         ({"strain": 0.1, "strain_step": 0.01, "snapshot_every": 0.001}, "snapshot_every = 0.001"),
-        ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20"),
+        ({"strain": 0.1, "force_tolerance": 1e-20}, "tolerance = 1e-20"),
     ],
 )
 def test_numbers_out_of_range_are_refused(packing, arguments, named):

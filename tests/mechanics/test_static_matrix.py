@@ -54,7 +54,9 @@ def _leaning(p, k):
 def _strained(p):
     """No longer where forces on fixed particles vanish."""
     direction = "simple" if p.walls else TURN
-    step = jamlab.quasistatic_shear(p, 0.02, 0.01, direction=direction, tolerance=1e-13 if p.model == "sp" else 1e-11)
+    step = jamlab.quasistatic_shear(
+        p, 0.02, 0.01, direction=direction, force_tolerance=1e-13 if p.model == "sp" else 1e-11
+    )
     return step.packing
 
 
@@ -380,7 +382,7 @@ def _displacements(p, own):
 
 @row("quasistatic_shear", STRAIN)
 def _sheared(p, own):
-    found = jamlab.quasistatic_shear(p, 1e-6, 1e-6, tolerance=1e-13)
+    found = jamlab.quasistatic_shear(p, 1e-6, 1e-6, force_tolerance=1e-13)
     slope = (found.stress[-1] - found.stress[0]) / 1e-6
     yield slope, own.modulus(SIMPLE), own.stiffness
     yield found.stress[0], own.stress(SIMPLE), own.stiffness * 1e-3
@@ -390,7 +392,7 @@ def _sheared(p, own):
 
 @row("quasistatic_shear direction", STRAIN, **WALLS)
 def _sheared_along(p, own):
-    found = jamlab.quasistatic_shear(p, 1e-6, 1e-6, direction=TURN, tolerance=1e-13)
+    found = jamlab.quasistatic_shear(p, 1e-6, 1e-6, direction=TURN, force_tolerance=1e-13)
     yield (found.stress[-1] - found.stress[0]) / 1e-6, own.modulus(simple_along(TURN)), own.stiffness
     yield found.stress[0], own.stress(simple_along(TURN)), own.stiffness * 1e-3
 
