@@ -109,6 +109,7 @@ ARGUMENTS = (
     Concept("show view", "", "", {SHELL: "`jamlab explore`, which writes a page"}),
     Concept("phi rho packing_fraction density", "phi to", "", {"jamlab jam": "`jamlab pack --phi`, or `jamlab compress "
             "--to` from onset"}),
-    Concept("amplitude", "strain", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
+    Concept("strain strain_amplitude", "amplitude"),
+    Concept("amplitude", "", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
             "response has no amplitude"}),
 )  # fmt: skip

@@ -108,7 +108,7 @@ def nonlinear_modulus(
     stress: float | None = None,
     *,
     damping: DragLaw | None = None,
-    strain: float | None = None,
+    amplitude: float | None = None,
     prestress: bool = True,
     method: str = "auto",
 ) -> NonlinearModulus:
@@ -116,15 +116,16 @@ def nonlinear_modulus(
 
     All contacts have the same effective relaxation time, at the typical force F_0 = stress times mean size (the paper
     gives F_0 ~ stress without a factor). This rescales the frequency of the linear problem: G*_alpha(omega) =
-    G*_1(omega tau_alpha(omega)/tau_1). If `strain` is given, stress = |G*| strain is solved self-consistently.
+    G*_1(omega tau_alpha(omega)/tau_1). If `amplitude` is given, stress = |G*| amplitude is solved
+    self-consistently.
 
     Args:
         packing: SP or DP.
         omega: (m,) angular frequencies, 1/tau_1.
         alpha: exponent of the drag law, balanced contact damping; 1 is linear. Give it or `damping`.
-        stress: amplitude, unit of stress of the packing. Give it or `strain`.
+        stress: stress amplitude, unit of stress of the packing. Give it or `amplitude`.
         damping: drag law, with its own alpha, beta and tau.
-        strain: amplitude.
+        amplitude: strain amplitude.
         prestress: see `jamlab.dynamical_matrices`.
         method: solver, see `jamlab.complex_modulus`.
 
@@ -141,7 +142,7 @@ def nonlinear_modulus(
         >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
         True
     """
-    given: Any = {"damping": damping, "strain": strain, "prestress": prestress, "method": method}
+    given: Any = {"damping": damping, "amplitude": amplitude, "prestress": prestress, "method": method}
     found, static = equivalent_modulus(packing, omega, alpha, stress, **given)
     warn_of_negative(packing, {"G_xy, the static modulus,": static})
     return found
@@ -154,15 +155,15 @@ def equivalent_modulus(
     stress: float | None = None,
     *,
     damping: DragLaw | None = None,
-    strain: float | None = None,
+    amplitude: float | None = None,
     prestress: bool = True,
     method: str = "auto",
 ) -> tuple[NonlinearModulus, float]:
     """`nonlinear_modulus` without its warning, and the static modulus of which it would warn."""
-    if (alpha is None) == (damping is None) or (stress is None) == (strain is None):
+    if (alpha is None) == (damping is None) or (stress is None) == (amplitude is None):
         raise InputError(
-            f"alpha = {alpha}, damping = {damping}, stress = {stress}, strain = {strain}: give alpha or damping, and "
-            "stress or strain"
+            f"alpha = {alpha}, damping = {damping}, stress = {stress}, amplitude = {amplitude}: give alpha or "
+            "damping, and stress or amplitude"
         )
     frequencies, law, stiffness = check_frequencies(omega), damping or ContactDamping(), stiffness_scale(packing)
     power = law.alpha if alpha is None else alpha
@@ -172,32 +173,32 @@ def equivalent_modulus(
             "jamlab.complex_modulus of a linear law"
         )
 
-    def time_at(w: ArrayLike, amplitude: float) -> Array:
+    def time_at(w: ArrayLike, stress: float) -> Array:
         """Equivalent time at frequencies and a stress amplitude, which times the mean size, over the stiffness times
         it, is u_0."""
-        return effective_relaxation_time(np.asarray(w) * law.tau, amplitude, power, stiffness=stiffness)
+        return effective_relaxation_time(np.asarray(w) * law.tau, stress, power, stiffness=stiffness)
 
     def modulus(w: ArrayLike) -> ComplexModulus:
         return linear_modulus(packing, w, law.linear(), prestress=prestress, method=method)
 
-    def stress_at(w: float, amplitude: float) -> float:
+    def stress_at(w: float, strain: float) -> float:
         """Stress amplitude at a strain amplitude: log |G*(stress)| strain = log stress."""
 
         def excess(log_stress: float, exact: bool = True) -> float:
             found = modulus([w * (time_at(w, np.exp(log_stress))[0] if exact else 1.0)])
-            return float(np.log(amplitude * np.hypot(found.storage[0], found.loss[0])) - log_stress)
+            return float(np.log(strain * np.hypot(found.storage[0], found.loss[0])) - log_stress)
 
         guess = excess(0.0, exact=False)
         if power == 1:
             return float(np.exp(guess))
         return float(np.exp(root_scalar(excess, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS).root))
 
-    if strain is None:
+    if amplitude is None:
         assert stress is not None
         tau = time_at(frequencies, stress)
     else:
-        check_number("strain", strain, np.inf)
-        tau = np.array([time_at(w, stress_at(float(w), strain))[0] for w in frequencies])
+        check_number("amplitude", amplitude, np.inf)
+        tau = np.array([time_at(w, stress_at(float(w), amplitude))[0] for w in frequencies])
     linear = modulus(frequencies * tau)
     found = NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)
     return found, linear.g0

@@ -149,7 +149,7 @@ UNUSED = [  # what a way to call a function does not use
     ("direction", lambda p: jamlab.shear_modulus(p, average=True, direction="pure")),
     ("per_decade", lambda p: jamlab.compress(p, 0.9, per_decade=3)),
     ("channel", lambda p: jamlab.micrograph(labels=np.eye(9, dtype=int), channel="red")),
-    ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-4, strain=1e-3)),
+    ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-4, amplitude=1e-3)),
     ("walls", lambda p: jamlab.quasistatic_shear(p, 1e-3, walls=True)),
     ("strain", lambda p: jamlab.shear(p, [(0.1, 0.01)], strain=0.2)),
 ]
