@@ -52,6 +52,7 @@ from .mechanics.rigid_clusters import RigidClusters as RigidClusters
 from .mechanics.rigid_clusters import rigid_clusters as rigid_clusters
 from .mechanics.stiffness import hessian as hessian
 from .mechanics.vibrations import count_zero_modes as count_zero_modes
+from .mechanics.vibrations import density_of_states as density_of_states
 from .mechanics.vibrations import lowest_modes as lowest_modes
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph

@@ -17,6 +17,7 @@ from jamlab.geometry.particle_shape import ContactLengths as ContactLengths
 from jamlab.geometry.tessellation import Tessellation as Tessellation
 from jamlab.geometry.voids.voids import Voids as Voids
 from jamlab.geometry.voids.voids import VoidStatistics as VoidStatistics
+from jamlab.mechanics.density_of_states import DensityOfStates as DensityOfStates
 from jamlab.mechanics.elasticity import ElasticTensor as ElasticTensor
 from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
 from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse

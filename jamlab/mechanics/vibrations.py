@@ -1,7 +1,8 @@
-"""Vibrations of a packing: the lowest eigenmodes of its Hessian, and the number of its zero modes."""
+"""Vibrations of a packing: eigenmodes of its Hessian, the lowest or all, and the number of its zero modes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,10 +10,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import remove_rattlers
+from jamlab.mechanics.density_of_states import HISTOGRAM, DensityOfStates, density_of
 from jamlab.mechanics.factors import SOFT, SymmetricFactors
+from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -31,6 +35,9 @@ class Iteration:
     # enough that the lowest eigenvalues stand apart; and the factor on it until no eigenvalue lies below
     shift: float = 1e-6
     growth: float = 4.0
+    # coordinates of which all modes are found at once, by LAPACK: 8192 take 1.5 GB and a quarter of an hour
+    most: int = 8192
+    part: float = 0.25  # of all modes, up to which the lowest are found by iteration
 
 
 ITERATION = Iteration()
@@ -38,11 +45,14 @@ ITERATION = Iteration()
 
 @dataclass(frozen=True)
 class Modes(Result):
-    """Eigenmodes of a Hessian, masses 1.
+    """Eigenmodes of a Hessian, masses 1: the lowest, or all.
 
     Attributes:
         eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
         vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
+        particle: (n_sites,) particle of each of them.
+        degrees_of_freedom: number of all modes: coordinates that may move.
+        rounding: up to which an eigenvalue, of either sign, counts as zero: 1e-9 of the largest stiffness.
         unit: unit of the eigenvalues, for labels.
 
     Example:
@@ -51,11 +61,14 @@ class Modes(Result):
         True
     """
 
-    _rows = ("eigenvalues", "frequencies")
-    _apart = ("vectors",)
+    _rows = ("eigenvalues", "frequencies", "participation_ratio")
+    _apart = ("vectors", "particle")
 
     eigenvalues: Array
     vectors: Array
+    particle: Indices
+    degrees_of_freedom: int
+    rounding: float
     unit: str = field(default="", repr=False)
 
     @property
@@ -64,15 +77,58 @@ class Modes(Result):
         -sqrt(-eigenvalue), as in phonon codes."""
         return np.asarray(np.sign(self.eigenvalues) * np.sqrt(np.abs(self.eigenvalues)))
 
+    @property
+    def participation_ratio(self) -> Array:
+        """(m,) (sum_i u_i^2)^2/(N sum_i u_i^4) over the N particles, u_i^2 the sum over all vertices of a droplet.
+
+        The share of particles that take part in a mode: 1 for a translation of all, 2/3 for a transverse wave, 1/N for
+        one particle (Bell & Dean, Discuss. Faraday Soc. 50, 55 (1970); Mizuno, Shiba & Ikeda, PNAS 114, E9767 (2017)).
+        Modes of equal eigenvalue, such as zero modes, mix at will: their ratios mean nothing one by one.
+        """
+        first = np.flatnonzero(np.diff(self.particle, prepend=-1))  # sites of a particle are neighbours
+        squares = np.add.reduceat((self.vectors**2).sum(axis=2), first, axis=1)
+        return np.asarray(squares.sum(axis=1) ** 2 / (len(first) * (squares**2).sum(axis=1)))
+
+    @property
+    def zero(self) -> Mask:
+        """(m,) whether a mode costs nothing: its eigenvalue is zero, up to `rounding`.
+
+        In a stable packing of disks these are two translations, and two of every rattler. A droplet that is a rattler
+        has one more: it turns.
+        """
+        return np.asarray(np.abs(self.eigenvalues) <= self.rounding)
+
+    @checked
+    def density(self, bins: int | ArrayLike = HISTOGRAM.bins) -> DensityOfStates:
+        """Return D(omega), the number of modes per frequency over the degrees of freedom; see
+        `jamlab.density_of_states`, which averages over packings.
+
+        Args:
+            bins: number of bins of one width, or their edges, ascending.
+
+        Raises:
+            InputError: edges that are not ascending, or beyond the highest of modes that are not all.
+
+        Example:
+            >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+            >>> d = jamlab.lowest_modes(p, None).density(10)
+            >>> all_modes = np.sum(d.density * np.diff(d.edges)) + d.zero_modes
+            >>> bool(np.isclose(all_modes, 1.0))
+            True
+        """
+        return density_of([self], bins)
+
     @drawn("Line2D")
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the eigenvalues over the number of the mode; the legend counts those below zero, beyond rounding.
 
         >>> ax = jamlab.lowest_modes(jamlab.pack(n=64, pressure=1e-3, seed=1), 40).plot()
         """
-        rounding = ITERATION.zero * np.abs(self.eigenvalues).max()
-        below = int(np.sum(self.eigenvalues < -rounding))
-        label = f"{len(self.eigenvalues)} lowest modes" + (f", {below} below zero" if below else "")
+        below, count = int(np.sum(self.eigenvalues < -self.rounding)), len(self.eigenvalues)
+        label = ("all " if count == self.degrees_of_freedom else "") + f"{count} "
+        label += ("modes" if count == self.degrees_of_freedom else "lowest modes") + (
+            f", {below} below zero" if below else ""
+        )
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         axes.plot(np.arange(1, len(self.eigenvalues) + 1), self.eigenvalues, **merged_line(plain, style))
@@ -82,17 +138,18 @@ class Modes(Result):
 
 
 @checked
-def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
+def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = True) -> Modes:
     """Find the modes with the smallest eigenvalues at fixed box, translations and rattlers included. Fixed particles do
     not move.
 
     Args:
         packing: SP or DP; Hessian as `jamlab.hessian`.
-        count: how many, fewer than there are coordinates.
+        count: how many; None: all. More than a quarter of all modes are found by a dense matrix, of at most 8192
+            coordinates.
         prestress: False replaces contacts by unstressed springs.
 
     Raises:
-        InputError: count out of range.
+        InputError: count out of range, or too many coordinates for a dense matrix.
         ConvergenceError: the eigenvalue iteration did not end, or missed one of several equal eigenvalues.
 
     Example:
@@ -100,20 +157,74 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         >>> modes = jamlab.lowest_modes(p, 6)
         >>> bool((np.diff(modes.eigenvalues) >= 0).all()), modes.vectors.shape
         (True, (6, 32, 2))
+        >>> jamlab.lowest_modes(p, None).vectors.shape
+        (64, 32, 2)
     """
     moving = free_coordinates(packing)
     size = len(moving)
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
-        raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
+    count = size if count is None else count
+    if isinstance(count, bool) or not 0 < count <= size:
+        raise InputError(f"count = {count!r}: must be a whole number from 1 to {size}, or None for all")
     matrix = _free_hessian(packing, prestress)
-    if size <= SOFT.dense or count > size // 4:
+    if size <= SOFT.dense or count > ITERATION.part * size:
+        if size > ITERATION.most:
+            raise InputError(
+                f"{count} modes of {size} coordinates: the dense matrix takes at most {ITERATION.most}; "
+                f"give count = {int(ITERATION.part * size)} or less, or a smaller packing"
+            )
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
         values, vectors = _find_lowest(matrix, count, packing.frame.all_free)
-    unit, everywhere = packing.unit_names.stress, np.zeros((count, 2 * len(packing.positions)))
+    everywhere = np.zeros((count, 2 * len(packing.positions)))
     everywhere[:, moving] = vectors.T
-    return Modes(values, everywhere.reshape(count, -1, 2), unit)
+    return Modes(
+        eigenvalues=values,
+        vectors=everywhere.reshape(count, -1, 2),
+        particle=packing.particle,
+        degrees_of_freedom=size,
+        rounding=_rounding(packing, matrix, prestress),
+        unit=packing.unit_names.stress,
+    )
+
+
+@checked
+def density_of_states(
+    packings: Packing | Sequence[Packing],
+    bins: int | ArrayLike = HISTOGRAM.bins,
+    *,
+    rattlers: bool = True,
+    prestress: bool = True,
+) -> DensityOfStates:
+    """Return D(omega), the number of modes per frequency over the degrees of freedom, as a mean over packings.
+
+    All modes of every packing are found, see `lowest_modes`. Zero modes and modes with a negative eigenvalue are not in
+    the bins: the shares `zero_modes` and `unstable` of the result tell how many there are, and the integral of D over
+    all frequencies is 1 less these two.
+
+    Args:
+        packings: one or several of one kind: they differ in nothing but their random start.
+        bins: number of bins of one width, or their edges, ascending.
+        rattlers: False leaves out particles without load-bearing contacts, and their degrees of freedom. Rattlers of
+            disks have zero modes only, but droplets also change their shape.
+        prestress: False replaces contacts by unstressed springs; of disks only.
+
+    Raises:
+        InputError: packings of several kinds, edges that are not ascending, or too many coordinates.
+
+    Example:
+        >>> packings = [jamlab.pack(n=32, pressure=1e-3, seed=seed) for seed in (1, 2, 3)]
+        >>> d = jamlab.density_of_states(packings, bins=20, rattlers=False)
+        >>> d.density.shape, d.packings, bool(d.zero_modes > 0)  # translations
+        ((20,), 3, True)
+    """
+    each = [packings] if isinstance(packings, Packing) else [*packings]
+    if not each:
+        raise InputError("packings: give one or more")
+    if len(kinds := group_by_kind(each)) > 1:
+        raise InputError(f"packings of {len(kinds)} kinds have no common mean: {'; '.join(kinds)}. Give those of one")
+    kept = each if rattlers else [remove_rattlers(packing) for packing in each]
+    return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
 
 
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
@@ -140,13 +251,18 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         True
     """
     matrix = _free_hessian(packing, prestress)
-    terms = energy_terms(packing, prestress=prestress)  # what cancels in their sum, as images of one disk, is rounding
-    largest = max((float(np.abs(term.hessian).max()) for term in terms if len(term.hessian)), default=0.0)
-    shift = ITERATION.zero * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
+    shift = _rounding(packing, matrix, prestress)
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
+
+
+def _rounding(packing: Packing, matrix: sparse.csc_array, prestress: bool) -> float:
+    """Up to which an eigenvalue of the Hessian counts as zero."""
+    terms = energy_terms(packing, prestress=prestress)  # what cancels in their sum, as images of one disk, is rounding
+    largest = max((float(np.abs(term.hessian).max()) for term in terms if len(term.hessian)), default=0.0)
+    return ITERATION.zero * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
 
 
 def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> tuple[Array, Array]:

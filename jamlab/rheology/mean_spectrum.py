@@ -24,7 +24,7 @@ from jamlab.plotting.palette import COLOURS, ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
-from jamlab.rheology.like_packings import group_by_kind
+from jamlab.mechanics.like_packings import group_by_kind
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.cli.gstar import _summary, check_output, print_spectra, save
-from jamlab.rheology.like_packings import group_by_kind
+from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.rheology.mean_spectrum import MeanSpectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
