@@ -83,6 +83,7 @@ ARGUMENTS = (
     Concept("dt timestep time_step", "tolerance", "", {kind: "`tolerance`: time steps follow from the error that they "
             "may make" for kind in ("shear", "creep", "oscillate", "relax_stress", "flow_curve", "stop_flow")}),
     Concept("n_cycles num_cycles periods", "cycles"),
+    Concept("points n_points rows_per_cycle", "points_per_cycle rows"),
     Concept("line_tension surface_tension", "gamma"),
     Concept("solver algorithm", "method"),
     Concept("parallel", "processes ranks"),

@@ -315,7 +315,7 @@ def oscillate(
     """
     from jamlab.flow.oscillate import oscillate as flow
 
-    how: dict[str, Any] = {"cycles": cycles, "points": points, "trajectory_error": trajectory_error}
+    how: dict[str, Any] = {"cycles": cycles, "points_per_cycle": points, "trajectory_error": trajectory_error}
     found = job.drive(flow, "oscillate", omega, amplitude, **how)
     note = f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"
     job.give(found, _IN_TIME, note)

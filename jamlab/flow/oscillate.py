@@ -38,14 +38,14 @@ class Oscillation(FlowRun):
     Attributes:
         omega: angular frequency, 1/tau_1.
         amplitude: strain amplitude.
-        points: rows in a cycle.
+        points_per_cycle: rows of a cycle.
         cycle_harmonics: (cycles, k) complex G'_k + i G''_k of each cycle, k = 1, 2, ...
         finished: whether it repeats: the first harmonic of the last two cycles differs by less than the tolerance.
     """
 
     omega: float
     amplitude: float
-    points: int
+    points_per_cycle: int
     cycle_harmonics: Complex
     finished: bool
 
@@ -102,7 +102,7 @@ class Oscillation(FlowRun):
         `against` is "strain" (the area is what is lost) or "rate".
         """
         check_choice("against", against, ("strain", "rate"))
-        rows = slice(len(self.time) - 1 - self.points, None)  # of the last cycle, both its ends included
+        rows = slice(len(self.time) - 1 - self.points_per_cycle, None)  # of the last cycle, both its ends included
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]
         name = label or rf"$\gamma_0$ = {self.amplitude:g}, $\omega\,\tau_1$ = {self.omega:g}"
@@ -151,7 +151,7 @@ def oscillate(
     damping: DragLaw | None = None,
     *,
     cycles: int = 20,
-    points: int = 32,  # rows in a cycle: about as many as there are steps at high frequencies
+    points_per_cycle: int = 32,  # about as many as there are steps at high frequencies
     tolerance: float = SMALL_STRAIN_TOLERANCE,
     background_drag: float = SMALL_STRAIN_BACKGROUND,
     trajectory_error: bool = False,
@@ -176,7 +176,7 @@ def oscillate(
         damping: see `shear`.
         cycles: largest number of cycles, at least 2. The run ends when the first harmonic changes by less than the
             tolerance.
-        points: rows per cycle, at least 16.
+        points_per_cycle: rows of a cycle, at least 16.
         tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3. It does not bound the error of
             stresses where contacts change, see `shear`.
         background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
@@ -193,28 +193,32 @@ def oscillate(
     check_number("amplitude", amplitude, OSCILLATION_LIMITS.largest_amplitude, FLOW_LIMITS.least_strain)
     check_number("cycles", cycles, OSCILLATION_LIMITS.most_cycles, 2)
     check_flow_tolerance(tolerance, trajectory_error)
-    check_number("points", points, OSCILLATION_LIMITS.most_points, 2 * HARMONICS + 2)
+    check_number("points_per_cycle", points_per_cycle, OSCILLATION_LIMITS.most_points, 2 * HARMONICS + 2)
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
-    how = {"omega": omega, "amplitude": amplitude, "points": points}
+    how = {"omega": omega, "amplitude": amplitude, "points_per_cycle": points_per_cycle}
     period = 2 * np.pi / omega
     accuracy, end = (tolerance, background_drag), End(2 * period, shorter)
     with TimedRun(Oscillation, packing, damping, accuracy, how, end, path, progress, at_rest=True) as flow:
         found = list(flow.before.cycle_harmonics) if flow.before else []
         flow.warn_beyond("cycles", len(found), cycles)
         flow.facts |= how | _answer(found, tolerance)
-        flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", period / points)
+        flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", period / points_per_cycle)
         while len(found) < cycles and not flow.facts["finished"]:
             flow.session.end = end._replace(time=max(2, len(found) + 1) * period)  # one cycle tells nothing
-            rows = [flow.advance() for _ in range(points)]
+            rows = [flow.advance() for _ in range(points_per_cycle)]
             time, stress = (np.array([getattr(row, name) for row in rows]) for name in ("time", "stress"))
             harmonics = fit_harmonics(time, stress, omega, amplitude)
-            work = rows[-1].work - flow.rows[-1 - points].work
+            work = rows[-1].work - flow.rows[-1 - points_per_cycle].work
             harmonics[0] = complex(harmonics[0].real, work / (np.pi * amplitude**2))
             found.append(harmonics)
             flow.facts |= _answer(found, tolerance)
             flow.report(len(found) / cycles, f"cycle {len(found)}")
         if trajectory_error:
-            same: dict[str, Any] = {"cycles": cycles, "points": points, "background_drag": background_drag}
+            same: dict[str, Any] = {
+                "cycles": cycles,
+                "points_per_cycle": points_per_cycle,
+                "background_drag": background_drag,
+            }
             flow.measure_trajectory_error(
                 lambda finer, told: oscillate(
                     packing, omega, amplitude, damping, tolerance=finer, progress=told, **same

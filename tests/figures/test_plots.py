@@ -148,7 +148,12 @@ def oscillation(omega=0.1, amplitude=0.1, third=0.1):
     known = {"time": phase / omega, "strain": strain, "rate": amplitude * omega * np.cos(phase), "stress": stress}
     found = np.array([fit_harmonics(known["time"][1:33], stress[1:33], omega, amplitude)] * 2)
     return jamlab.results.Oscillation(
-        **flow_rows(**known), omega=omega, amplitude=amplitude, points=32, cycle_harmonics=found, finished=True
+        **flow_rows(**known),
+        omega=omega,
+        amplitude=amplitude,
+        points_per_cycle=32,
+        cycle_harmonics=found,
+        finished=True,
     )
 
 

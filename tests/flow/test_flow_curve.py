@@ -176,7 +176,7 @@ def test_steps_that_remain_are_counted_in_every_cycle(disks, monkeypatch):
             change_steps(monkeypatch, most=1.0)
 
     with pytest.raises(jamlab.ConvergenceError, match=r": at least \d[.e+\d]* more would be needed"):
-        jamlab.oscillate(disks, 1.0, 0.2, cycles=4, points=16, tolerance=1e-4, progress=give_up)
+        jamlab.oscillate(disks, 1.0, 0.2, cycles=4, points_per_cycle=16, tolerance=1e-4, progress=give_up)
 
 
 def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):

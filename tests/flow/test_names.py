@@ -15,6 +15,7 @@ P = None  # in place of a packing: names are looked at before values
         ("step", "strain_step", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
         ("tolerance", "force_tolerance", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
         ("strain", "amplitude", lambda **how: jamlab.nonlinear_modulus(P, [1.0], **how)),
+        ("points", "points_per_cycle", lambda **how: jamlab.oscillate(P, 1.0, 1e-3, **how)),
         ("every", "snapshot_every", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
     ],
 )

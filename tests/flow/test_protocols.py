@@ -145,7 +145,7 @@ def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
 def test_the_loss_of_droplets_is_the_work_of_a_cycle():
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
     found = jamlab.oscillate(droplets, 0.1, 0.1, cycles=2, background_drag=1e-2)
-    work = np.diff(found.work[:: found.points])
+    work = np.diff(found.work[:: found.points_per_cycle])
     assert np.pi * 0.1**2 * found.cycle_harmonics[:, 0].imag == pytest.approx(work, rel=1e-12)
 
 

@@ -27,7 +27,7 @@ def test_oscillation(backbone, damping):
     assert found.state == "periodic" and "periodic" in repr(found)
     assert abs(complex(found.storage, found.loss) - wanted) < 1e-3 * abs(wanted)
     assert found.third_over_first < 1e-3 and found.summary["changing contacts"] == 0
-    lost = np.diff(found.dissipated[[-1 - found.points, -1]])[0]
+    lost = np.diff(found.dissipated[[-1 - found.points_per_cycle, -1]])[0]
     assert lost == pytest.approx(np.pi * found.loss * 1e-10, rel=2e-3)
 
 
@@ -163,7 +163,7 @@ def test_disks_that_do_not_touch_are_refused(disks, call):
         ("omega = 0.0", lambda p: jamlab.oscillate(p, 0.0, 0.1)),
         ("cycles = 1", lambda p: jamlab.oscillate(p, 1.0, 0.1, cycles=1)),
         ("cycles = -52", lambda p: jamlab.oscillate(p, 1.0, 0.1, cycles=-52)),
-        ("points = 4", lambda p: jamlab.oscillate(p, 1.0, 0.1, points=4)),
+        ("points_per_cycle = 4", lambda p: jamlab.oscillate(p, 1.0, 0.1, points_per_cycle=4)),
         ("stress = -1.0", lambda p: jamlab.creep(p, -1.0, 1.0)),
         ("η_F = 0", lambda p: jamlab.creep(p, 1.0, 1.0, jamlab.StokesDrag(eta_f=0.0))),
         ("duration = 0.01", lambda p: jamlab.relax_stress(p, 1e-3, 0.01)),

@@ -137,7 +137,7 @@ def creep(folder):
 @scenario
 def oscillation(folder):
     p, law = read(folder, "sp16"), jamlab.ContactDamping()
-    return [jamlab.oscillate(p, *how, law, cycles=3, points=16) for how in ((1.0, 1e-4), (0.1, 0.02))]
+    return [jamlab.oscillate(p, *how, law, cycles=3, points_per_cycle=16) for how in ((1.0, 1e-4), (0.1, 0.02))]
 
 
 @scenario

@@ -386,7 +386,9 @@ CASES = {
     "hexatic_order": Case(_order),
     "oscillate": Case(
         _fields(
-            lambda p: jamlab.oscillate(p, 10.0, 1e-4, cycles=2, points=16, tolerance=1e-2), storage=STRESS, loss=STRESS
+            lambda p: jamlab.oscillate(p, 10.0, 1e-4, cycles=2, points_per_cycle=16, tolerance=1e-2),
+            storage=STRESS,
+            loss=STRESS,
         ),
         FLOW,
         LONG,

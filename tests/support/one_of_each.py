@@ -42,7 +42,7 @@ def objects():
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
         jamlab.scaling_collapse([0.03, 0.02, 0.01], spectra, resamples=0),
         jamlab.results.ModeCharacter(*np.linspace(0.1, 1.0, 21).reshape(7, 3)),
-        jamlab.oscillate(p, 1.0, 1e-4, damping, cycles=2, points=16),
+        jamlab.oscillate(p, 1.0, 1e-4, damping, cycles=2, points_per_cycle=16),
         jamlab.creep(p, 2e-3, 1.0, damping),
         jamlab.relax_stress(p, 1e-3, 1.0, damping),
         jamlab.stop_flow(run, 1.0),
