@@ -16,6 +16,7 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
+from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -24,7 +25,6 @@ from jamlab.plotting.palette import COLOURS, ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
-from jamlab.mechanics.like_packings import group_by_kind
 
 if TYPE_CHECKING:
     import pandas as pd
