@@ -243,7 +243,7 @@ FIELD = (
     Concept("residuals log_fit plot_fit r2 aic bic predict fit_curve fitted slope log_slope", "", "",
             {"FlowCurve": "`herschel_bulkley()`, with misfit and plot()"}),
     Concept("friction dilatancy dilation", "", "", {"FlowCurve": "`stress / pressure`, or `pressure`"}),
-    Concept("perim perims", "", "", {"Micrograph": "`shape`, perimeter squared over 4 pi area"}),
+    Concept("perim perims", "", "", {"Micrograph": "`shape_factor`, perimeter squared over 4 pi area"}),
     Concept("bounding_boxes bounding_box", "", "", {"Micrograph": "`outlines`, or `labels`"}),
     Concept("diams diam", "", "", {"Micrograph": "`np.sqrt(4 * areas / np.pi)`", "Packing": "`diameters`"}),
     Concept("nuclei seg objects blobs contour otsu", "", "", {"Micrograph": "`labels` or `outlines`"}),

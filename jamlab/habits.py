@@ -270,7 +270,7 @@ CONCEPTS = (
     Concept("psi6 psi_6 hexatic bond_order boo steinhardt bond_angles bond_orientational_order hexatic_order "
             "orientational_order", "local psi_6",
             "`jamlab.hexatic_order({p})`"),
-    Concept("circularity shape_factor shape_index asphericity deformation anisotropy shape", "shape",
+    Concept("circularity shape_factor shape_index asphericity deformation anisotropy shape", "shape_factor",
             "`jamlab.shape_factors({p})`",
             {"Contacts": "`r`: the fabric is the mean of its directions", "Packing": "`jamlab.shape_factors({p})`, "
              "`jamlab.evaluate({p}).stress`, or `jamlab.contacts({p}).r` for the fabric"}),
@@ -279,7 +279,7 @@ CONCEPTS = (
              "FlowRun": "`jamlab.particle_areas(packing)`"}),
     Concept("perimeter perimeters", "perimeters perimeter", "`jamlab.shape_factors({p})`",
             {"Packing": "`polygons.perimeters`, or `jamlab.shape_factors({p})`",
-             "Micrograph": "`shape`, perimeter squared over 4 pi area"}),
+             "Micrograph": "`shape_factor`, perimeter squared over 4 pi area"}),
     Concept("packing_fraction area_fraction phi density rho volume_fraction solid_fraction liquid_fraction "
             "packing_density",
             "phi rho packing_fraction to", "`jamlab.packing_fraction({p})`",
@@ -289,7 +289,7 @@ CONCEPTS = (
              "FlowRun": "`jamlab.packing_fraction(packing)`"}),
     Concept("jamming_point phi_j phi_c phi_J find_jamming onset jamming jamming_onset phi_jam rcp "
             "critical_density critical_packing_fraction jamming_density jamming_fraction "
-            "random_close_packing", "onset",
+            "random_close_packing", "phi_J rho_J",
             "`jamlab.jam(n).phi`"),
     Concept("void_fraction porosity", "", "`1 - jamlab.packing_fraction({p})`", {"Micrograph": "`1 - rho`"}),
     Concept("void pores holes pore_sizes", "voids", "`jamlab.voids({p})`"),

@@ -296,11 +296,11 @@ def _count_processes(left: int, seconds: float, most: int | None) -> int:
     return count if left * seconds * (1 - 1 / count) > TIMES.start else 1
 
 
-_OF_VOIDS = ("voids", "void_sides", "void_area", "void_shape")
+_OF_VOIDS = ("voids", "void_sides", "void_area", "void_shape_factor")
 _NEEDED: dict[str, str] = {  # quantity -> method of the model that it needs
     **dict.fromkeys(_OF_VOIDS, "boundary"),
-    **dict.fromkeys(("shape", "shape_rim"), "outline"),
-    **dict.fromkeys(("psi_6", "psi_6_overall"), "power_points"),
+    **dict.fromkeys(("shape_factor", "shape_factor_rim"), "outline"),
+    **dict.fromkeys(("psi_6", "psi_6_global"), "power_points"),
     "area": "relative_areas",
 }
 _Observe = Callable[[Packing], dict[str, float]]
@@ -343,7 +343,7 @@ def _edges(packing: Packing) -> dict[str, float]:
     return {"shortest_edge": shortest, "longest_edge": packing.kind.longest_edge(packing), "contact_length": mean}
 
 
-@_observes("rho", "voids", "void_sides", "void_area", "void_shape")
+@_observes("rho", "voids", "void_sides", "void_area", "void_shape_factor")
 def _cover(packing: Packing) -> dict[str, float]:
     known = "exact" in packing.kind.fraction_methods
     rho = {"rho": packing_fraction(packing) if known else float("nan")}
@@ -362,7 +362,7 @@ def _cover(packing: Packing) -> dict[str, float]:
         "voids": float(len(found.area)),
         "void_sides": mean(found.sides),
         "void_area": mean(found.area),
-        "void_shape": mean(found.shape),
+        "void_shape_factor": mean(found.shape_factor),
     }
 
 
@@ -379,17 +379,17 @@ def _moduli(packing: Packing) -> dict[str, float]:
     }
 
 
-@_observes("psi_6", "psi_6_overall")
+@_observes("psi_6", "psi_6_global")
 def _order(packing: Packing) -> dict[str, float]:
     order = hexatic_order(packing)
-    return {"psi_6": order.mean_local, "psi_6_overall": order.global_order}
+    return {"psi_6": order.mean_local, "psi_6_global": order.global_order}
 
 
 _ALONE: dict[str, Callable[[Packing], float]] = {
     "phi": lambda packing: packing.phi,
     "pressure": pressure,
     "max_force": lambda packing: float(np.hypot(*forces(packing).T).max()),
-    "shape": lambda packing: float(np.nanmean(shape_factors(packing))),
-    "shape_rim": lambda packing: float(np.nanmean(shape_factors(packing, rim=True))),
+    "shape_factor": lambda packing: float(np.nanmean(shape_factors(packing))),
+    "shape_factor_rim": lambda packing: float(np.nanmean(shape_factors(packing, rim=True))),
     "area": lambda packing: float(relative_areas(packing).mean()),
 }

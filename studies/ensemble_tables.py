@@ -24,10 +24,10 @@ BY_LAW = {  # of droplets, by name: column of states, and the abscissa and place
     "void_090": ("void", "rho", 0.90),
     "void_098": ("void", "rho", 0.98),
     "g": ("g", "d_rho", 0.15),
-    "shape": ("shape", "rho", 0.9895),
+    "shape_factor": ("shape_factor", "rho", 0.9895),
     "z_010": ("z", "d_rho", 0.1),
 }
-DAMPING = ["law", "beta", "eta_f"]
+DAMPING = ["damping", "beta", "eta_f"]
 SHARED = "shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
@@ -61,19 +61,19 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
     """
     if "lost" in states:
         return states
-    s = states[states["onset"].notna()]  # packings at a pressure have none
+    s = states[states["rho_J"].notna()]  # packings at a pressure have none
     s = s if "z_strong" in s else s.assign(z_strong=np.nan)
-    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)[["z", "z_strong", "shape"]].add_suffix("_J")
+    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)[["z", "z_strong", "shape_factor"]].add_suffix("_J")
     s = s.join(first, on=PACKING_OF_STATES)
     s = s[s["converged"].astype(bool) & s["z"].notna()]
     return s.assign(
-        d_rho=s["rho"] - s["onset"],
-        d_phi=s["phi"] - s["onset_phi"],
+        d_rho=s["rho"] - s["rho_J"],
+        d_phi=s["phi"] - s["phi_J"],
         d_z=s["z"] - s["z_J"],
         d_z_strong=s["z_strong"] - s["z_strong_J"],
         overlap=s["phi"] - s["rho"],
-        lost=1 - s["rho"] / s["phi"] * s["onset_phi"] / s["onset"],
-        excess=np.where(s["model"] == "sp", s["shape"] - 1, s["shape"] - s["shape_J"]),
+        lost=1 - s["rho"] / s["phi"] * s["phi_J"] / s["rho_J"],
+        excess=np.where(s["model"] == "sp", s["shape_factor"] - 1, s["shape_factor"] - s["shape_factor_J"]),
         u=s["energy"] / s["n"],
     )
 
@@ -120,7 +120,7 @@ def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFram
 def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     """Count voids of each state: of all, of those with three sides, and the sum of the shape factors of these."""
     three = voids["sides"] == 3
-    counted = voids.assign(voids=1, three=three.astype(int), shape_of_three=np.where(three, voids["shape"], 0.0))
+    counted = voids.assign(voids=1, three=three.astype(int), shape_of_three=np.where(three, voids["shape_factor"], 0.0))
     sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
     rows = _join_states(states, sums)
     if SHARED not in rows:
@@ -131,7 +131,7 @@ def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
 def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     """Reduce each sweep or onset of droplets, of any law, to what Boromand et al. print of theirs: rho_J, z_J, the mean
     shape factor of voids with three sides at onset, rho where z is 6, and `BY_LAW` between states; else nan."""
-    three = voids[voids["sides"] == 3].groupby(["task", "state"])["shape"].mean().rename("void")
+    three = voids[voids["sides"] == 3].groupby(["task", "state"])["shape_factor"].mean().rename("void")
     rows = states[(states["model"] == "dp") & states["converged"].astype(bool)].join(three, on=["task", "state"])
     found = []
     for law, part in rows.sort_values("rho").groupby(["n", "seed", *ALL_LAW]):
@@ -203,39 +203,48 @@ def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
 
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
-    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
+    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape_factor"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
 # what every state has: curves of these are made at once, in the time of one
-_TOGETHER = ("rho", "phi", "z", "d_rho", "d_phi", "d_z", "shape", "overlap", "lost", "excess", "u")
+_TOGETHER = ("rho", "phi", "z", "d_rho", "d_phi", "d_z", "shape_factor", "overlap", "lost", "excess", "u")
 # of slow shear: critical slopes without rotations, lengths of correlation in other lanes and at zero stress
 OWN = (
     *("storage_slope", "loss_slope", "length", "length_half_lane", "length_quarter_lane", "length_imaginary"),
-    *("rms_approach", "rms_sliding", "contact_density"),
+    *("rms_normal", "rms_tangential", "contact_density"),
 )
-BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  # and means beside medians
+BESIDE = (
+    "median_nonaffine_tangential",
+    "mean_normal",
+    "mean_tangential",
+    "mean_nonaffine",
+    *OWN,
+)  # and means beside medians
 # what packings from before lack: G along x, rho by eq 12 as printed, z without contacts that only stop a droplet
 LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
 _OF = ("model", "n", "seed", "ensemble")  # what tells packings apart; with laws and settings of flows
 _MADE = (*_OF, "protocol", "definitions")  # and versions of what made and measured them, where that is known
-_FLOW = (*_OF, "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha", "background", "tolerance")
+_FLOW = (*_OF, "phi", "rho", "target_pressure", "damping", "beta", "eta_f", "alpha", "background_drag", "tolerance")
 _SHEARED = ("n", "seed", "ensemble", "pressure", "prestress")
-_MOVED = ("approach", "sliding", "nonaffine", *BESIDE)
-_FLOWED = ("stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
+_MOVED = ("median_normal", "median_tangential", "median_nonaffine", *BESIDE)
+_FLOWED = (
+    *("stress", "stress_stderr", "elastic_stress", "elastic_stress_stderr"),
+    *("flow_pressure", "flow_pressure_stderr"),
+)
 COLUMNS = {  # of the tables that figures are drawn from
     "states": (*_MADE, *STATES[3:], *LATER),
     "stabilized_disks": (*_MADE, "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
     "onset": (*_MADE, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
-    "void_counts": (*_OF, "onset", "rho", "sides", "voids", "area", "shape"),
+    "void_counts": (*_OF, "at_onset", "rho", "sides", "voids", "area", "shape_factor"),
     "spectra": (
-        *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"),
+        *("n", "seed", "ensemble", "target_pressure", "damping", "beta", "eta_f", "prestress"),
         *("omega", "storage", "loss", "g0", "eta0", "eta_inf", "converged"),
     ),
     "quasistatic": (*_SHEARED, *_MOVED),
-    "correlation": (*_SHEARED, "law", "beta", "eta_f", "omega", "box", "delta", "c"),
+    "correlation": (*_SHEARED, "damping", "beta", "eta_f", "omega", "box", "delta", "c"),
     "flow": (*_FLOW, "rate", *_FLOWED, "peak_stress", "peak_strain", "converged"),
     "oscillation": (
-        *(*_FLOW, "omega", "amplitude", "storage", "loss", "third_over_first", "error"),
+        *(*_FLOW, "omega", "amplitude", "storage", "loss", "third_over_first", "change"),
         *("equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
     ),
     "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
@@ -296,14 +305,14 @@ def _by_strong(read: Callable[[str], pd.DataFrame], name: str) -> pd.DataFrame:
 
 def count_voids(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     """Sum over the voids of each state of the sweeps that figures of the papers show, by bin of rho (0.01) and number
-    of sides; onset (state 0) is kept apart. Columns: voids: their number; area: sum of areas over the mean particle's;
-    shape: sum of shape factors. A packing can still be resampled as a whole from these."""
+    of sides; those of state 0, at_onset, are kept apart. Columns: voids: their number; area: sum of areas over the mean
+    particle's; shape_factor: their sum. A packing can still be resampled as a whole from these."""
     voids = voids.merge(add_distances(of_papers(states))[["task", "state"]])  # no other law, no other ensemble
     at_onset = voids["state"] == 0
-    rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
-    v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
-    keys = ["model", "n", "seed", "ensemble", "onset", "rho", "sides"]
-    return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
+    rho = np.where(at_onset, voids["rho_J"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
+    v = voids.assign(at_onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
+    keys = ["model", "n", "seed", "ensemble", "at_onset", "rho", "sides"]
+    return v.groupby(keys, as_index=False)[["voids", "area", "shape_factor"]].sum()
 
 
 class EnsembleTables:
@@ -365,7 +374,7 @@ class EnsembleTables:
     @cached_property
     def quasistatic(self) -> pd.DataFrame:
         """One row per packing and pressure, with and without pre-stress: motion in slow shear."""
-        table = _require_rows("quasistatic", self.read("quasistatic")).dropna(subset=["sliding"])
+        table = _require_rows("quasistatic", self.read("quasistatic")).dropna(subset=["median_tangential"])
         return _require_rows("quasistatic", _at_targets(self._joined(table, OWN)))
 
     def _joined(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:

@@ -15,7 +15,7 @@ from studies.ensemble_tables import COLUMNS, NAMES, EnsembleTables
 from studies.tables import DATA, AbsentTableError, read_manifest, read_table, write_table
 
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
-_DIGITS |= {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "d_phi": 9, "d_rho": 9, "overlap": 9, "shape": 7}
+_DIGITS |= {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "d_phi": 9, "d_rho": 9, "overlap": 9, "shape_factor": 7}
 
 
 def open_tables(source: Path = DATA) -> EnsembleTables:

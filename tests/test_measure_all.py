@@ -98,16 +98,16 @@ def test_every_quantity_is_that_of_its_function(sweep):
             "pressure": e.pressure,
             "energy": e.energy,
             "contact_energy": e.contact_energy / len(packing.positions),
-            "shape": np.nanmean(jamlab.shape_factors(packing)),
-            "shape_rim": np.nanmean(jamlab.shape_factors(packing, rim=True)),
+            "shape_factor": np.nanmean(jamlab.shape_factors(packing)),
+            "shape_factor_rim": np.nanmean(jamlab.shape_factors(packing, rim=True)),
             "area": jamlab.relative_areas(packing).mean(),
             "contact_length": jamlab.contact_lengths(packing).length.mean() if droplets else np.nan,
             "shortest_edge": edges.min(),
             "longest_edge": edges.max(),
             "voids": len(v.area),
-            **{f"void_{name}": getattr(v, name)[closed].mean() for name in ("sides", "area", "shape")},
+            **{f"void_{name}": getattr(v, name)[closed].mean() for name in ("sides", "area", "shape_factor")},
             "psi_6": order.mean_local,
-            "psi_6_overall": order.global_order,
+            "psi_6_global": order.global_order,
         }
         assert closed.all() == (packing is not beside)
         wanted |= dict.fromkeys(("g", "g_x", "b"), np.nan)

@@ -98,7 +98,7 @@ def test_files_and_pictures_hold_it(onset, dense, tmp_path):
     assert len(axes.collections[0].get_paths()) >= dense.n
     assert jamlab.measure(dense, "rho")["rho"] == pytest.approx(0.93, abs=1e-6)
     measured = jamlab.measure(dense)
-    unsaid = {"shape", "shape_rim", "area", "voids", "void_sides", "void_area", "void_shape"}
+    unsaid = {"shape_factor", "shape_factor_rim", "area", "voids", "void_sides", "void_area", "void_shape_factor"}
     of_edges = {"shortest_edge", "longest_edge", "contact_length"}
     assert {name for name, value in measured.items() if np.isnan(value)} == (unsaid | of_edges) & measured.keys()
     jamlab.write_page(tmp_path / "d.html", [onset, dense])
@@ -138,7 +138,7 @@ def test_a_universe_gives_it_back_also_where_the_box_has_cut_it(dense):
 def test_what_it_leaves_out_is_refused_by_name(dense):
     asked = {
         "Shape.boundary": lambda: jamlab.voids(dense),
-        "Shape.outline": lambda: jamlab.measure(dense, ["z", "shape"]),
+        "Shape.outline": lambda: jamlab.measure(dense, ["z", "shape_factor"]),
         "Shape.relative_areas": lambda: jamlab.measure([dense, dense], "area"),
         "Flow.jacobian": lambda: jamlab.complex_modulus(dense, [1.0]),
         "Flow.carrier": lambda: jamlab.shear(dense, rate=1e-2, strain=0.01),
@@ -185,7 +185,7 @@ def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monk
     states = campaign.table("states")
     assert set(states["model"]) == {"twin"} and states["converged"].all()
     assert (np.diff(states["rho"]) > 0).all() and states["strongest"].iloc[-1] > states["strongest"].iloc[0] > 0
-    assert states["shape"].isna().all() and not states["g"].isna().all()
+    assert states["shape_factor"].isna().all() and not states["g"].isna().all()
     with pytest.raises(jamlab.InputError, match="pressures are for model sp: give twins a separate sweep"):
         jamlab.open_campaign(written(file, model="twin", n=8, compress=None, pressures=[1e-2]))
 

@@ -61,7 +61,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
 
     # every state of every packing is a row
     states = campaign.table("states", sweep="compressed")
-    print(states[["n", "seed", "state", "onset", "rho", "z", "g", "pressure", "converged"]].head())
+    print(states[["n", "seed", "state", "rho_J", "rho", "z", "g", "pressure", "converged"]].head())
 
     # means over packings, with intervals from bootstrap over packings
     edges = np.geomspace(1e-4, 0.2, 8)
@@ -69,7 +69,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
     print(campaign.aggregate(["rho_J"], by=["n"], table="onset").to_string())
 
     # spectra; rows where a packing is unstable are nan and not converged
-    curves = campaign.aggregate(["storage", "loss"], by=["law", "target_pressure", "omega"], table="spectra")
+    curves = campaign.aggregate(["storage", "loss"], by=["damping", "target_pressure", "omega"], table="spectra")
     print(curves.to_string())
 
     # the packings themselves

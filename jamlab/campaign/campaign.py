@@ -361,8 +361,8 @@ class Campaign(Hinted):
         Args:
             values: columns to average.
             by: columns that define the groups.
-            table: to take them from; "states" has two more columns here, d_rho = rho - onset and
-                d_phi = phi - onset_phi.
+            table: to take them from; "states" has two more columns here, d_rho = rho - rho_J and
+                d_phi = phi - phi_J.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
             along: a further column, cut into bins.
@@ -376,7 +376,7 @@ class Campaign(Hinted):
         """
         frame = self.table(table, sweep)
         if table == "states":
-            frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
+            frame = frame.assign(d_rho=frame["rho"] - frame["rho_J"], d_phi=frame["phi"] - frame["phi_J"])
         if converged:
             if "converged" not in frame:  # its rows converged as far as their states did
                 states = self.table("states", sweep)[["task", "state", "converged"]]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jamlab.campaign.observable import LAW, STATE, Driven, FileTable, Grid, Row
+from jamlab.campaign.observable import DAMPING, STATE, Driven, FileTable, Grid, Row
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep_and_relaxation import RAMP, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
@@ -43,7 +43,7 @@ class _Driving(FileTable):
 
     alpha: Annotated[float, Field(ge=DRAG_LIMITS.alpha, le=1)] = 1.0  # power in contact damping
     # drag beside contact damping, over k tau_1; default for steady flow: as in `jamlab.shear`
-    background: Background | None = SMALL_STRAIN_BACKGROUND
+    background_drag: Background | None = SMALL_STRAIN_BACKGROUND
     tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
 
 
@@ -55,7 +55,7 @@ class Flowing(_Driving):
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     strain_step: Annotated[float, Field(ge=1e-6, le=LIMITS.strain_step)] = 1e-3  # at rate 0
-    background: Background | None = None
+    background_drag: Background | None = None
     tolerance: FlowTolerance = TOLERANCE
 
 
@@ -80,8 +80,8 @@ class Creeping(_Driving):
 class _Run(Driven):
     """An observable with a row for each state, damping law and point of its table of the campaign file."""
 
-    _FLOW: ClassVar = ("phi", "rho", "background", "tolerance", *STATE, *LAW, "alpha")
-    _ENDED: ClassVar = ("unsettled", "converged")  # contact changes, as in `FlowRun`
+    _FLOW: ClassVar = ("phi", "rho", "background_drag", "tolerance", *STATE, *DAMPING, "alpha")
+    _ENDED: ClassVar = ("ambiguous_contacts", "converged")  # contact changes, as in `FlowRun`
 
     @property
     def how(self) -> Any:
@@ -101,19 +101,19 @@ class _Run(Driven):
 
     def check(self, sites: float) -> None:
         super().check(sites)
-        for key in ("alpha", "background"):
-            laws = self.damping.contact or (key == "background" and self.damping.others)
+        for key in ("alpha", "background_drag"):
+            laws = self.damping.contact or (key == "background_drag" and self.damping.others)
             if key in self.how.model_fields_set and not laws:
                 said = f"{self.name}.{key} applies to contact damping, but damping has none"
                 raise ValueError(f"{said}: leave it out")
 
     def check_law(self, law: DragLaw) -> None:
-        background = self.how.background if law.at_contacts else None
+        background = self.how.background_drag if law.at_contacts else None
         check_flowing(law, self.how.tolerance, background or 0.0)
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
-        background = np.nan if self.how.background is None else self.how.background
-        settings = {"background": background, "tolerance": self.how.tolerance}
+        background = np.nan if self.how.background_drag is None else self.how.background_drag
+        settings = {"background_drag": background, "tolerance": self.how.tolerance}
         points = [settings | point for point in self.points()]
         return [({"law": law, "row": columns | p}, columns | p) for law, columns in self.laws() for p in points]
 
@@ -129,10 +129,10 @@ class SteadyFlow(_Run):
 
     name, needs = "flow", "a table with rates"
     _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
-        *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
-        *("normal_stress_difference_error", "dissipation", "plastic_events", "z_all", "z_all_error"),
+        *("stress", "stress_stderr", "elastic_stress", "elastic_stress_stderr", "normal_stress_difference"),
+        *("normal_stress_difference_stderr", "dissipation", "plastic_events", "z_all", "z_all_stderr"),
     )
-    _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
+    _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_stderr", "peak_stress", "peak_strain")
     columns = (*_Run._FLOW, "rate", *_STEADY, *_OTHERS, *_Run._ENDED)
 
     flow: Flowing
@@ -153,7 +153,7 @@ class SteadyFlow(_Run):
         how = self.flow
         strain = how.strain + how.discard
         if rate := row["rate"]:
-            background = how.background if law.at_contacts else None  # Stokes drag is itself one
+            background = how.background_drag if law.at_contacts else None  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
             run: ShearRun = shear(
                 packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background_drag=background
@@ -162,12 +162,12 @@ class SteadyFlow(_Run):
             run = quasistatic_shear(packing, strain, how.strain_step)
         mean, peak = steady_point(run, how.discard), run.peak
         return {
-            **{name: mean[name.replace("_error", "_stderr")] for name in self._STEADY},
+            **{name: mean[name] for name in self._STEADY},
             "flow_pressure": mean["pressure"],
-            "flow_pressure_error": mean["pressure_stderr"],
+            "flow_pressure_stderr": mean["pressure_stderr"],
             "peak_stress": peak.stress if peak else np.nan,
             "peak_strain": peak.strain if peak else np.nan,
-            "unsettled": float(run.ambiguous_contacts),
+            "ambiguous_contacts": float(run.ambiguous_contacts),
             "converged": run.steady(discard=how.discard).steady,
         }
 
@@ -176,7 +176,7 @@ class OscillationOfStates(_Run):
     """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
 
     name, needs = "oscillation", "a table with omega and amplitudes"
-    _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # error: relative change of the last cycle
+    _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "change")  # change: relative, of the last cycle
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
     columns = (*_Run._FLOW, "omega", "amplitude", *_OF_RUN, *_EQUIVALENT, *_Run._ENDED)
 
@@ -188,15 +188,13 @@ class OscillationOfStates(_Run):
 
     def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.oscillation
-        background = how.background if law.at_contacts else 0.0  # Stokes drag is itself one
+        background = how.background_drag if law.at_contacts else 0.0  # Stokes drag is itself one
         accuracy: Any = {"cycles": how.cycles, "tolerance": how.tolerance, "background_drag": background}
         run = oscillate(packing, row["omega"], row["amplitude"], law, **accuracy)
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = (
-            {name: getattr(run, name) for name in self._OF_RUN[:-1]}
-            | {"unsettled": float(run.ambiguous_contacts)}
-            | {"error": run.change}
-        )
+        found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {
+            "ambiguous_contacts": float(run.ambiguous_contacts)
+        }
         return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
@@ -230,12 +228,12 @@ class CreepOfStates(_Run):
 
     def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.creep
-        background = how.background if law.at_contacts else 0.0  # Stokes drag is itself one
+        background = how.background_drag if law.at_contacts else 0.0  # Stokes drag is itself one
         accuracy: Any = {"tolerance": how.tolerance, "background_drag": background}
         run = creep(packing, row["stress"], how.duration, law, largest_strain=how.largest_strain, **accuracy)
         return {
             **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
             **{"final_time": float(run.time[-1]), "final_strain": float(run.strain[-1])},
             **{"rests": float(run.state == "rests"), "flows": float(run.state == "flows")},
-            **{"unsettled": float(run.ambiguous_contacts), "converged": run.finished},
+            **{"ambiguous_contacts": float(run.ambiguous_contacts), "converged": run.finished},
         }

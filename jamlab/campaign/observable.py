@@ -126,13 +126,13 @@ class DampingLaws(FileTable):
         none, laws = {"beta": np.nan, "eta_f": np.nan, "alpha": np.nan}, list[tuple[DragLaw, Row]]()
         for beta in self.contact:
             law = make_law("contact", {"beta": beta, "alpha": alpha})
-            laws.append((law, none | {"law": law.name, "beta": beta, "alpha": alpha}))
+            laws.append((law, none | {"damping": law.name, "beta": beta, "alpha": alpha}))
         for eta_f in self.stokes:
             law = make_law("stokes", {"eta_f": eta_f})
-            laws.append((law, none | {"law": law.name, "eta_f": eta_f}))
+            laws.append((law, none | {"damping": law.name, "eta_f": eta_f}))
         for law in (make_law(name, numbers) for name, tables in self.others.items() for numbers in tables):
             own = {f"{law.name}_{name}": getattr(law, name) for name in law.parameters()}
-            laws.append((law, none | {"law": law.name} | own))
+            laws.append((law, none | {"damping": law.name} | own))
         return laws
 
 
@@ -144,7 +144,7 @@ class Tolerances(FileTable):
 
 
 # columns of the state of a row: the frame, its pressure at rest, and the one aimed at; of its damping law
-STATE, LAW = ("state", "pressure", "target_pressure"), ("law", "beta", "eta_f")
+STATE, DAMPING = ("state", "pressure", "target_pressure"), ("damping", "beta", "eta_f")
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class Driven(Observable):
 
     def more_columns(self) -> list[str]:
         """Parameters of laws that are neither contact damping nor Stokes drag."""
-        known = {*LAW, "alpha"}
+        known = {*DAMPING, "alpha"}
         return list(dict.fromkeys(name for _, row in self.laws() for name in row if name not in known))
 
     def check_law(self, law: DragLaw) -> None:

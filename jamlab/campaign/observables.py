@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from jamlab.campaign.flow_observables import CreepOfStates, OscillationOfStates, SteadyFlow
-from jamlab.campaign.observable import LAW, STATE, Driven, Frequencies, Observable, Prestress, Row
+from jamlab.campaign.observable import DAMPING, STATE, Driven, Frequencies, Observable, Prestress, Row
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.voids.voids import voids
@@ -42,14 +42,14 @@ class SpectraOfStates(Linear):
     """The complex modulus over frequency; nan and not converged where a packing is unstable."""
 
     name = "spectra"
-    _OF_MODULUS: ClassVar = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
-    columns = (*STATE, *LAW, "prestress", "omega", *_OF_MODULUS, "converged")
+    _OF_MODULUS: ClassVar = ("storage", "loss", "g0", "eta0", "eta_inf", "error_bound")
+    columns = (*STATE, *DAMPING, "prestress", "omega", *_OF_MODULUS, "converged")
 
     omega: Frequencies
 
     def one(self, packing: Packing, **how: Any) -> list[Row]:
         spectrum = linear_modulus(packing, self.omega, how["law"], prestress=how["prestress"])
-        found = {name: getattr(spectrum, name) for name in self._OF_MODULUS[:-1]} | {"error": spectrum.error_bound}
+        found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
         return [{"omega": spectrum.omega, **found, "converged": spectrum.error_bound <= SPECTRUM_ERROR}]
 
     def refused(self) -> list[Row]:
@@ -57,12 +57,13 @@ class SpectraOfStates(Linear):
 
 
 class Quasistatic(Observable):
-    """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
+    """Medians and means of lengths of the linear motion in slow shear, see `NonaffineResponse`; nan where unstable."""
 
     name = "quasistatic"
-    _KINDS: ClassVar = ("approach", "sliding", "nonaffine", "sheared")
+    _KINDS: ClassVar = ("normal", "tangential", "nonaffine", "nonaffine_tangential")
+    _MEDIANS: ClassVar = tuple(f"median_{kind}" for kind in _KINDS)
     _MEANS: ClassVar = tuple(f"mean_{kind}" for kind in _KINDS)
-    columns = (*STATE, "prestress", *_KINDS, *_MEANS)
+    columns = (*STATE, "prestress", *_MEDIANS, *_MEANS)
 
     prestress: Prestress = Field(default=[True])
 
@@ -77,7 +78,7 @@ class Quasistatic(Observable):
         motion = nonaffine_response(packing, prestress=how["prestress"])
         lengths = np.abs([motion.normal, motion.tangential, motion.nonaffine_tangential])
         parts = (lengths[0], lengths[1], np.hypot(*motion.nonaffine.T), lengths[2])
-        medians = dict(zip(self._KINDS, map(np.median, parts), strict=True))
+        medians = dict(zip(self._MEDIANS, map(np.median, parts), strict=True))
         return [medians | dict(zip(self._MEANS, map(np.mean, parts), strict=True))]
 
     def refused(self) -> list[Row]:
@@ -88,7 +89,7 @@ class Correlation(Linear):
     """Correlation of displacements over distance, at some frequencies; no rows where a packing is unstable."""
 
     name = "correlation"
-    columns = (*STATE, *LAW, "prestress", "omega", "delta", "c", "box")
+    columns = (*STATE, *DAMPING, "prestress", "omega", "delta", "c", "box")
 
     correlation_omega: Frequencies
 
@@ -104,7 +105,7 @@ class ModesOfStates(Driven):
 
     name = "modes"
     _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeCharacter`
-    columns = (*STATE, *LAW, *_OF_MODES)
+    columns = (*STATE, *DAMPING, *_OF_MODES)
 
     @staticmethod
     def serves(kind: Model[Any]) -> bool:
@@ -126,31 +127,32 @@ class VoidsOfStates(Observable):
 
     name = "voids"
     refusal = BoundaryError  # of outlines that cross
-    columns = ("state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area")
+    _OF_VOIDS: ClassVar = ("sides", "area", "perimeter", "shape_factor")
+    columns = ("state", "rho", "rho_J", *_OF_VOIDS, "particle_area")
 
     def one(self, packing: Packing, **how: Any) -> list[Row]:
         found = voids(packing)
         closed = found.percolating == 0
-        row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
+        row: Row = {name: getattr(found, name)[closed] for name in self._OF_VOIDS}
         return [row | {"particle_area": (packing.area - found.area.sum()) / packing.n}] if closed.any() else []
 
 
 class OrderOfStates(Observable):
     """Bond-orientational order of every state over Delaunay neighbours, and the shares of particles with 5, 6 and 7.
 
-    psi_6 is the mean of |psi_6| over particles, psi_6_overall |mean of psi_6|; both are 1 in a triangular crystal, of
+    psi_6 is the mean of |psi_6| over particles, psi_6_global |mean of psi_6|; both are 1 in a triangular crystal, of
     which 1 - share_6 counts the disclinations.
     """
 
     name = "order"
     refusal = InputError  # of particles that lie on each other
     _NEIGHBOURS: ClassVar = (5, 6, 7)
-    columns = (*STATE, "rho", "psi_6", "psi_6_overall", *(f"share_{k}" for k in (5, 6, 7)))
+    columns = (*STATE, "rho", "psi_6", "psi_6_global", *(f"share_{k}" for k in (5, 6, 7)))
 
     def one(self, packing: Packing, **how: Any) -> list[Row]:
         found = hexatic_order(packing)
         shares = {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBOURS}
-        return [{"psi_6": found.mean_local, "psi_6_overall": found.global_order} | shares]
+        return [{"psi_6": found.mean_local, "psi_6_global": found.global_order} | shares]
 
     def refused(self) -> list[Row]:
         return [{}]

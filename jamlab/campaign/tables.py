@@ -14,7 +14,7 @@ import numpy as np
 
 from jamlab.arrays import ArrayLike, Indices
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.observable import LAW, TableColumns
+from jamlab.campaign.observable import DAMPING, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.campaign.task_file import TaskRows
 from jamlab.campaign.tasks import Batch
@@ -52,7 +52,7 @@ _OF_LAWS = (*_LAW[DROPLETS.name], *_LAW[DISKS.name], "contact")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
-        *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
+        *("units", "state", "rho_J", "phi_J", "target_pressure", "converged", *COLUMNS),
         *_OF_LAWS,
     ),
     "onset": (*_WHO, "rho_J", "phi_J", "z_J", "rattlers", "converged"),
@@ -169,8 +169,8 @@ def _states(file: TaskRows) -> dict[str, Any]:
     return {
         "units": file.units,
         "state": np.arange(len(file.converged)) - np.repeat(_first(file), file.frames),
-        "onset": np.repeat(onset["rho_J"], file.frames) if onset else np.nan,
-        "onset_phi": np.repeat(onset["phi_J"], file.frames) if onset else np.nan,
+        "rho_J": np.repeat(onset["rho_J"], file.frames) if onset else np.nan,
+        "phi_J": np.repeat(onset["phi_J"], file.frames) if onset else np.nan,
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
@@ -187,7 +187,7 @@ def _of_named_law(file: TaskRows) -> dict[str, Any]:
         return {}
     own = MODELS.get(file.parameters.model).parameters(None, law)
     values = {name: law.get(name, each.default) for name, each in own.items() if name not in {*UNITS, "law"}}
-    return {"force_law": law["law"], **{name: value for name, value in values.items() if name not in _OF_LAWS}}
+    return {"law": law["law"], **{name: value for name, value in values.items() if name not in _OF_LAWS}}
 
 
 def _own(file: TaskRows, known: dict[str, str]) -> dict[str, Any]:
@@ -266,9 +266,9 @@ def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
 
 def _check_alike(part: pd.DataFrame) -> None:
     """Refuse a group of rows that were made or measured in different ways."""
-    laws = tuple(f"{law}_" for law in part["law"].unique()) if "law" in part else ()
+    laws = tuple(f"{name}_" for name in part["damping"].unique()) if "damping" in part else ()
     # columns of what is never averaged over: which particles, in which box, driven how
-    alike = ("model", "ensemble", "units", *_OF_LAWS, *LAW, "alpha", "prestress")
+    alike = ("model", "ensemble", "units", "law", *_OF_LAWS, *DAMPING, "alpha", "prestress")
     for name in (*alike, *(each for each in part if str(each).startswith(laws))):
         if name in part and part[name].nunique(dropna=False) > 1:
             found = " and ".join(sorted(map(str, part[name].unique())))

@@ -250,7 +250,7 @@ def _make(
     count = len(states.packings)
     known: TableColumns = {name: measured[name] for name in ("rho", "phi", "pressure")}
     known |= {"state": np.arange(count), "target_pressure": np.array(states.target_pressures)}
-    known["onset"] = np.full(count, measured["rho"][0] if parameters.from_onset else np.nan)
+    known["rho_J"] = np.full(count, measured["rho"][0] if parameters.from_onset else np.nan)
     for name, wanted in parameters.observables.items():
         if name not in tables:
             tables[name] = wanted.measure(states, known)

@@ -40,7 +40,7 @@ _ALSO_CALLED = {
     "rates": ("shear_rate", "shear_rates", "strain_rate", "strain_rates", "gamma_dot", "gammadot"),
     "amplitudes": ("strain", "strains", "gamma0"),
     "cycles": ("periods",),
-    "background": ("background_drag",),
+    "background_drag": ("background", "eta_bg"),
 }
 
 

@@ -49,7 +49,7 @@ class TableOfWays:
 WAYS = TableOfWays()
 
 ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
-_MEASURED = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides"}  # of `jamlab.measure`
+_MEASURED = {"z": "z", "g": "g", "b": "b", "a": "shape_factor", "void_sides": "void_sides"}  # of `jamlab.measure`
 
 
 @dataclass(frozen=True)

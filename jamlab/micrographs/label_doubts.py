@@ -62,8 +62,9 @@ class Odd:
 
 ODD = Odd()
 
-EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_rim": 4.0, "voids": 4.0}  # limits; a wider interval says nothing
-WORDS = {"area": "the mean area", "shape_rim": "A", "voids": "the number of voids"}
+# limits; a wider interval says nothing
+EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_factor_rim": 4.0, "voids": 4.0}
+WORDS = {"area": "the mean area", "shape_factor_rim": "𝒜", "voids": "the number of voids"}
 
 
 def doubt_labels(droplets: SeenDroplets) -> Array:
@@ -147,7 +148,7 @@ def bounds_of_labels(droplets: SeenDroplets, doubt: Mapping[str, float]) -> dict
         "area": typical * (share["area"] + (1 + edge / radius) ** 2 - 1),
         "rho": float(edge * beside + merged * void) / ground.size if beside else 1.0,
         "z": z,
-        "shape_rim": LIMITS["shape"] + rough + ODD.odd_shape * share["shape_rim"],
+        "shape_factor_rim": LIMITS["shape"] + rough + ODD.odd_shape * share["shape_factor_rim"],
         "voids": guessed_contacts(droplets) + near + ODD.voids * doubt["voids"] + ODD.voids_z * _touched(droplets) * z,
     }
 
@@ -158,7 +159,7 @@ def limits_of_labels(droplets: SeenDroplets) -> dict[str, float]:
         "area": ODD.limit * float(droplets.areas[droplets.whole].mean()),
         "rho": LIMITS["rho"],
         "z": LIMITS["z"] + ODD.odd_z * ODD.most_odd,
-        "shape_rim": LIMITS["shape"] + ODD.odd_shape * ODD.most_odd,
+        "shape_factor_rim": LIMITS["shape"] + ODD.odd_shape * ODD.most_odd,
         "voids": ODD.limit_voids * _touched(droplets),
     }
 
@@ -187,7 +188,7 @@ def widths_of_labels(
     edge = f"edges of labels are uncertain by {label_edge(droplets):.1f} pixels"
     gap = f"labels up to {widest_gap(droplets):.0%} of a diameter apart count as touching"
     pairs = f"it is uncertain whether {guessed_contacts(droplets):.0f} pairs of droplets touch"
-    causes = {"area": edge, "rho": edge, "z": gap, "shape_rim": edge, "voids": pairs}
+    causes = {"area": edge, "rho": edge, "z": gap, "shape_factor_rim": edge, "voids": pairs}
     found = []
     for name, limit in limits_of_labels(droplets).items():
         number, word = numbers[name], WORDS.get(name, name)

@@ -138,7 +138,7 @@ def _radius(areas: Array) -> float:
 
 
 LAST = {2**bits - 1: bits for bits in (8, 16, 32)}  # largest numbers of files of labels, and their bits
-PIECES = frozenset(("count", "area", "rho", "z", "shape_rim", "voids"))  # numbers that droplets in doubt concern
+PIECES = frozenset(("count", "area", "rho", "z", "shape_factor_rim", "voids"))  # numbers that droplets in doubt concern
 SIZES = frozenset(("count", "area"))  # that small droplets concern, which hold no others
 
 

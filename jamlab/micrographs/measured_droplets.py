@@ -45,7 +45,7 @@ class Micrograph(Result):
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
         areas: (n,) with half of each film; of labels up to their edges.
-        shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
+        shape_factor: (n,) perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_factor_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
@@ -59,8 +59,8 @@ class Micrograph(Result):
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
-        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, standard `error` over the
-            droplets, `bound` of the systematic error, 95 % `interval` of both, its own `quality` and
+        numbers: count, area (mean), rho, z, shape_factor_rim, voids (count), each with `value`, standard `error` over
+            the droplets, `bound` of the systematic error, 95 % `interval` of both, its own `quality` and
             `reasons`; the names are those of `jamlab.measure`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted,
@@ -86,7 +86,7 @@ class Micrograph(Result):
     labels: Indices
     centres: Array
     areas: Array
-    shape: Array
+    shape_factor: Array
     cells: Array
     contacts: Indices
     neighbours: Indices
@@ -110,7 +110,7 @@ class Micrograph(Result):
     touching: Array = field(repr=False)
 
     def __repr__(self) -> str:
-        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
+        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("𝒜", "shape_factor_rim", ".3f"))
         numbers = ", ".join(f"{name} = {self.numbers[key].text(form)}" for name, key, form in shown)
         return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.quality})"
 
@@ -154,7 +154,7 @@ class Micrograph(Result):
                 "y": self.centres[:, 1],
                 "area": self.areas,
                 "radius": np.sqrt(self.areas / np.pi),
-                "shape": self.shape,
+                "shape_factor": self.shape_factor,
                 "contacts": self.contacts,
                 "rattler": self.rattlers,
                 "cell": self.cells,
@@ -257,7 +257,7 @@ class Micrograph(Result):
         look |= {"c": [SIDE_COLOURS.get(count, OTHER) for count in sides], "s": np.clip(0.3 * points, 1.5, 7.0) ** 2}
         axes.scatter(*self.voids.centroid.T / pixel, **look)
         axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[])
-        parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
+        parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), (r"$\mathcal{A}$", "shape_factor_rim", ".3f"))
         means = ", ".join(f"{sign} = {self.numbers[name].text(form)}" for sign, name, form in parts)
         why = f" ({len(self.reasons)} reason{'s'[: len(self.reasons) > 1]})" if self.reasons else ""
         axes.set_title(f"{self.count} droplets; quality: {self.quality}{why}\n{means}", fontsize=11)

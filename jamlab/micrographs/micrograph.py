@@ -190,7 +190,7 @@ def _measured(grey: Array, droplets: SeenDroplets, pixel: float | None, unit: st
     checks = _checks(droplets, rattlers, z.value)
     voids = find_voids(walls.void, cells, darkness.values, droplets.segments.radius, scale)
     numbers = {"count": Number(float(len(kept))), "area": mean_of(areas), "rho": share_of(areas, owned, checks.rho)}
-    numbers |= {"z": z, "shape_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
+    numbers |= {"z": z, "shape_factor_rim": mean_of(shape), "voids": Number(float(len(voids.sides)))}
     bounds = find_bounds(droplets, checks)
     bounds["area"] *= scale**2
     numbers = {name: replace(number, bound=bounds[name]) for name, number in numbers.items()}
@@ -203,7 +203,7 @@ def _measured(grey: Array, droplets: SeenDroplets, pixel: float | None, unit: st
         labels=np.where(walls.inside > 0, names[cells], 0),
         centres=centres[kept] * scale,
         areas=areas,
-        shape=shape,
+        shape_factor=shape,
         cells=owned,
         contacts=contacts[kept],
         neighbours=np.bincount(touching.ravel(), minlength=n)[kept],

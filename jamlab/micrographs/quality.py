@@ -60,8 +60,8 @@ DOUBT = Doubt()
 EVEN = {"rho": 0.83, "z": 0.83}  # scatter of windows over the error of a mean: neighbours even out what they share
 RHO = LIMITS["rho"]  # difference between rho by mean grey and by dark pixels: the accuracy that "good" promises
 
-ALL = frozenset(("count", "area", "rho", "z", "shape_rim", "voids"))
-WALLS = frozenset(("rho", "z", "shape_rim", "voids"))  # what rests on where walls are and where they touch
+ALL = frozenset(("count", "area", "rho", "z", "shape_factor_rim", "voids"))
+WALLS = frozenset(("rho", "z", "shape_factor_rim", "voids"))  # what rests on where walls are and where they touch
 CONTACTS = frozenset(("z", "voids"))
 
 
@@ -107,13 +107,13 @@ def find_bounds(droplets: SeenDroplets, checks: Checks) -> dict[str, float]:
     areas = droplets.areas[droplets.whole]
     bounds = {name: LIMITS[name] for name in ("count", "rho", "z")}
     bounds |= {"area": LIMITS["rho"] / max(checks.rho, LIMITS["rho"]) * float(areas.mean())}
-    return bounds | {"shape_rim": LIMITS["shape"], "voids": ODD.limit_voids * len(areas)}
+    return bounds | {"shape_factor_rim": LIMITS["shape"], "voids": ODD.limit_voids * len(areas)}
 
 
 def doubt_few(numbers: Mapping[str, Number], labelled: bool = False) -> Doubts:
     """Reasons why means over the droplets of a picture may differ from means over more droplets: of labels their
     intervals say so, but for a few labels. `numbers`: as in `Micrograph.numbers`."""
-    count, words = int(numbers["count"].value), {"rho": "rho", "z": "z", "shape_rim": "A"}
+    count, words = int(numbers["count"].value), {"rho": "rho", "z": "z", "shape_factor_rim": "𝒜"}
     if labelled:
         few = {name for name in words if 0 < numbers[name].count < DOUBT.fewest_labels}
         fewest = min((numbers[name].count for name in few), default=0)
@@ -123,7 +123,7 @@ def doubt_few(numbers: Mapping[str, Number], labelled: bool = False) -> Doubts:
         return [(f"{count} whole droplets only, needs {DOUBT.fewest}: means over more may differ", frozenset(words))]
     found = []
     for name, word in words.items():
-        mean, limit = numbers[name], LIMITS["shape" if name == "shape_rim" else name]
+        mean, limit = numbers[name], LIMITS["shape" if name == "shape_factor_rim" else name]
         if EVEN.get(name, 1.0) * mean.half_width > limit:
             known = f"within {mean.half_width:.2g} over {mean.count} droplets (95 %)"
             found.append((f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
@@ -186,6 +186,6 @@ def _rules_of_droplets(droplets: SeenDroplets, checks: Checks) -> Rules:
         (labelled and checks.rho == 1, "every pixel is labelled: labels are cells, or droplets without voids", ALL),
         (rattling, loose, CONTACTS if labelled else WALLS),  # a wall that is seen as void is missing in rho
         (not rattling and wavers and not labelled, changes, CONTACTS),
-        (free, ground, WALLS - {"shape_rim"} if labelled else WALLS),
+        (free, ground, WALLS - {"shape_factor_rim"} if labelled else WALLS),
         (abs(checks.rho - checks.rho_by_pixels) > RHO, differ, ALL),
     ]

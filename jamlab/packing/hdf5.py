@@ -262,7 +262,7 @@ def frames_of(where: str, record: Mapping[str, Any]) -> list[Packing]:
 
 def _packing(where: str, record: Mapping[str, Any], frame: int) -> Packing:
     parts = {place.removeprefix(_PARAMETERS): value for place, value in record.items() if place.startswith(_PARAMETERS)}
-    positions, box, phi_J = record[_POSITIONS], record[_EDGES], float(parts["phi_J"][frame])
+    positions, box, onset = record[_POSITIONS], record[_EDGES], float(parts["phi_J"][frame])
     history = _read_history(where, parts["provenance"][frame], frame)
     known = _read_known(where, parts["state"][frame])
     sizes = {name: parts.get(name) for name in _SIZES}
@@ -273,7 +273,7 @@ def _packing(where: str, record: Mapping[str, Any], frame: int) -> Packing:
         "positions": positions[frame, :, :2],
         "params": {name: value.item() if isinstance(value, np.generic) else value for name, value in law.items()},
         **sizes,
-        "phi_J": None if np.isnan(phi_J) else phi_J,
+        "phi_J": None if np.isnan(onset) else onset,
         **known,
         "provenance": history,
     }

@@ -34,8 +34,10 @@ MEASURED = {
     "g": Quantity("G", STRESS, "relaxed shear modulus, mean over directions; nan between walls", ".5g"),
     "g_x": Quantity("G_xy", STRESS, "relaxed shear modulus G_xy, for shear along x of the box", ".5g"),
     "b": Quantity("B", STRESS, "relaxed bulk modulus -A dp/dA", ".5g"),
-    "shape": Quantity("A", NUMBER, "mean shape factor, disks cut by their power cells; DP: bare polygons", ".5g"),
-    "shape_rim": Quantity("A rim", NUMBER, "mean shape factor; DP: polygons with their rims"),
+    "shape_factor": Quantity(
+        "𝒜", NUMBER, "mean shape factor, disks cut by their power cells; DP: bare polygons", ".5g"
+    ),
+    "shape_factor_rim": Quantity("𝒜 rim", NUMBER, "mean shape factor; DP: polygons with their rims"),
     "area": Quantity("a/a0", NUMBER, "mean of area over area at rest"),
     "contact_length": Quantity("contact length", LENGTH, f"mean over pairs {_OF_POLYGONS}"),
     "shortest_edge": Quantity("shortest edge", LENGTH, f"shortest edge {_OF_POLYGONS}"),
@@ -43,10 +45,10 @@ MEASURED = {
     "voids": Quantity("voids", NUMBER, "number of voids, nan where outlines of polygons cross"),
     "void_sides": Quantity("void sides", NUMBER, f"particles around a void, {_CLOSED}", ".4f"),
     "void_area": Quantity("void area", AREA, f"area of a void, {_CLOSED}"),
-    "void_shape": Quantity("void shape", NUMBER, f"shape factor of a void, {_CLOSED}"),
+    "void_shape_factor": Quantity("void 𝒜", NUMBER, f"shape factor of a void, {_CLOSED}"),
     "max_force": Quantity("max force", FORCE, "largest force left: how near to a minimum the packing is", ".1e"),
     "psi_6": Quantity("ψ6", NUMBER, "mean of |psi_6|", standard=False),
-    "psi_6_overall": Quantity("Ψ6", NUMBER, "|mean of psi_6|", standard=False),
+    "psi_6_global": Quantity("Ψ6", NUMBER, "|mean of psi_6|", standard=False),
 }
 QUANTITIES = tuple(MEASURED)
 COLUMNS = tuple(name for name, quantity in MEASURED.items() if quantity.standard)

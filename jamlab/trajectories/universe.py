@@ -400,7 +400,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
 
     Args:
         u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
-        quantities: names as in `jamlab.measure`, or psi_6, psi_6_overall.
+        quantities: names as in `jamlab.measure`, or psi_6, psi_6_global.
         relaxed: relax every frame first.
         reading: radii, units, params and box, as in `jamlab.from_universe`.
         verbose: show a progress bar.

@@ -33,7 +33,7 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
     usual = droplets_with(table)
     out, axes = drawing("beyond-droplet-modes", 2, 4, 4.1, 3.7)
     for row, law in enumerate(DRAGS):
-        rows = usual[usual["law"] == law]
+        rows = usual[usual["damping"] == law]
         panels = axes[4 * row : 4 * row + 4]
         for part, rho in zip(panels, SHOWN, strict=False):
             _draw_spectrum(out, part, rows[np.isclose(rows["rho"], rho)])
@@ -98,7 +98,7 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
 
 def _keep_rates(out: Drawing, table: pd.DataFrame) -> None:
     """Keep how mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
-    here = table[np.isclose(table["rho"], SCANNED) & (table["law"] == "contact")]
+    here = table[np.isclose(table["rho"], SCANNED) & (table["damping"] == "contact")]
     tensions = values_of(here, "gamma")
     if len(tensions) < 3:
         return

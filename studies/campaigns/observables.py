@@ -99,10 +99,10 @@ def root_mean_squares(packing: Packing) -> dict[str, float]:
     try:
         motion = nonaffine_response(packing, prestress=False)
     except ConvergenceError:  # not stable
-        return dict.fromkeys(("rms_approach", "rms_sliding", "contact_density"), np.nan)
+        return dict.fromkeys(("rms_normal", "rms_tangential", "contact_density"), np.nan)
     normal, tangential = (float(np.sqrt(np.mean(part**2))) for part in (motion.normal, motion.tangential))
     density = len(motion.normal) / packing.area
-    return {"rms_approach": normal, "rms_sliding": tangential, "contact_density": density}
+    return {"rms_normal": normal, "rms_tangential": tangential, "contact_density": density}
 
 
 def slopes_without_rotations(packing: Packing) -> dict[str, float]:

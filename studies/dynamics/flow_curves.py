@@ -18,7 +18,7 @@ from studies.papers.statements import caption, paper
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"
-SETTINGS = {"n": 256, "background": 1e-2, "tolerance": 5e-2}  # of the runs that are averaged
+SETTINGS = {"n": 256, "background_drag": 1e-2, "tolerance": 5e-2}  # of the runs that are averaged
 ONSET = 0.84  # packing fraction nearest to onset
 JAMMED = 0.86  # of the fit with a yield stress
 HIGHEST = 1e-2  # rate up to which laws are fitted: beyond, contacts themselves limit the flow
@@ -28,7 +28,7 @@ _STANDS = 1e-15  # rate that adds nothing to a yield stress
 def balanced_disks(table: pd.DataFrame, alpha: float = 1.0, **wanted: Any) -> pd.DataFrame:
     """Select disks in boxes of fixed shape, balanced contact drag as a power of velocity; phi to four digits."""
     rows = table.assign(phi=table["phi"].round(4), alpha=table["alpha"].round(4))
-    kinds = {"model": "sp", "ensemble": "fixed-box", "law": "contact", "beta": 1.0, "alpha": round(alpha, 4)}
+    kinds = {"model": "sp", "ensemble": "fixed-box", "damping": "contact", "beta": 1.0, "alpha": round(alpha, 4)}
     return select(rows, **kinds, **wanted)
 
 
@@ -126,7 +126,7 @@ def slope_at_onset(rates: Array, stress: Array, highest: float = HIGHEST) -> flo
 
 
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
-SWEPT = {"n": 64, "background": 1e-2}  # disks of the sweeps of amplitude
+SWEPT = {"n": 64, "background_drag": 1e-2}  # disks of the sweeps of amplitude
 PRESSURES = (3e-3, 1e-2, 3e-2)  # of the same
 SOFT = 0.7  # of the storage modulus at small amplitude that is left; 0.9 is lost in noise of 64 disks
 
@@ -193,7 +193,7 @@ ALLOWED = 10.0  # %
 
 def equivalent_damping(tables: EnsembleTables) -> Drawing:
     """Error of the equivalent linear damping against frequency and the power of the drag."""
-    small = {"n": 64, "target_pressure": 1e-2, "amplitude": 1e-4, "background": 1e-4}
+    small = {"n": 64, "target_pressure": 1e-2, "amplitude": 1e-4, "background_drag": 1e-4}
     table = select(tables.oscillation, **small).dropna(subset=["equivalent_time"]).round({"alpha": 4})
     table = table.assign(reduced=table["omega"] * table["equivalent_time"])
     powers = sorted(table["alpha"].unique())

@@ -128,7 +128,7 @@ def uneven(k):
     voids = {name: rng.random(k) for name in VoidsOfStates.columns}
     voids |= {"state": np.zeros(k, dtype=int)} | ({} if k == 4 else {"sides": rng.integers(3, 9, k)})
     laws = {name: np.full(rows, [np.nan, 1.0][k % 2]) for name in SpectraOfStates.columns}
-    laws |= {"law": np.array(["contact", "stokes"][:rows])}
+    laws |= {"damping": np.array(["contact", "stokes"][:rows])}
     own = {"a": rng.random(1)} | ({"extra": rng.random(1)} if k == 3 else {})
     return {"voids": voids, "spectra": laws, "own:f": own}
 

@@ -90,7 +90,7 @@ def droplets(**law):
         ({"prestress": [False]}, "prestress is given, but no observable"),
         (pressed(0.01, tolerances={"step_error": 0.1}), "step_error"),
         (flows("flow", strain_step=1e-2), "flow.strain_step"),
-        *((flows("flow", **{key: 0.5}) | STOKES, f"flow.{key}") for key in ("alpha", "background")),
+        *((flows("flow", **{key: 0.5}) | STOKES, f"flow.{key}") for key in ("alpha", "background_drag")),
         # what every task would refuse
         *(({"compress": how, "onset": not how or None, **sticky()}, "sticky disks") for how in (None, {"to": 0.9})),
         (flows("flow", rates=[0.0, 1.0], strain_step=0.1, strain=1.0), "flow.strain_step = 0.1"),

@@ -9,7 +9,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import flow_observables
 
-FLOW = {"rates": [0.5, 1.0], "strain": 1.0, "discard": 0.1, "background": 1e-2}
+FLOW = {"rates": [0.5, 1.0], "strain": 1.0, "discard": 0.1, "background_drag": 1e-2}
 SWEEP = {
     **{"n": 16, "seeds": 2, "compress": None, "pressures": [2e-2], "observables": ["flow"], "flow": FLOW},
     "damping": {"contact": [1.0], "stokes": [0.5]},
@@ -20,17 +20,17 @@ def test_means_over_packings(tmp_path):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"] * 2
     table = campaign.table("flow")
-    assert len(table) == 2 * 2 * 2 and set(table["law"]) == {"contact", "stokes"}  # seeds, laws, rates
-    row = table.query("law == 'contact' and seed == 1 and rate == 0.5").iloc[0]
+    assert len(table) == 2 * 2 * 2 and set(table["damping"]) == {"contact", "stokes"}  # seeds, laws, rates
+    row = table.query("damping == 'contact' and seed == 1 and rate == 0.5").iloc[0]
     packing = jamlab.pack(n=16, pressure=2e-2, seed=1)
     curve = jamlab.flow_curve(packing, [0.5], strain=1.0, discard=0.1, background_drag=1e-2)
     assert row["stress"] == pytest.approx(curve.stress[0], rel=0.05)
-    assert row["z_all"] == pytest.approx(curve.z_all[0], rel=0.05) and row["z_all_error"] > 0
-    means = campaign.aggregate(["stress", "flow_pressure"], by=["law", "rate"], table="flow", converged=False)
-    contact = table.query("law == 'contact' and rate == 1.0")["stress"]
-    found = means.query("law == 'contact' and rate == 1.0").iloc[0]
+    assert row["z_all"] == pytest.approx(curve.z_all[0], rel=0.05) and row["z_all_stderr"] > 0
+    means = campaign.aggregate(["stress", "flow_pressure"], by=["damping", "rate"], table="flow", converged=False)
+    contact = table.query("damping == 'contact' and rate == 1.0")["stress"]
+    found = means.query("damping == 'contact' and rate == 1.0").iloc[0]
     assert found["stress"] == pytest.approx(contact.mean()) and found["stress_packings"] == 2
-    stokes = means.query("law == 'stokes'").sort_values("rate")["stress"].to_numpy()
+    stokes = means.query("damping == 'stokes'").sort_values("rate")["stress"].to_numpy()
     assert np.all(stokes > 0.5 * np.array([0.5, 1.0]))
 
 
@@ -66,23 +66,23 @@ def test_oscillation(tmp_path):
 def test_creep(tmp_path):
     """Under a small stress packings come to rest at the strain stress/G, under a large one they flow; loose ones have
     no answer."""
-    creep = {"stresses": [2e-2, 1e-7], "duration": 300.0, "largest_strain": 1.0, "background": 1e-2}
+    creep = {"stresses": [2e-2, 1e-7], "duration": 300.0, "largest_strain": 1.0, "background_drag": 1e-2}
     changes = {"flow": None, "observables": ["creep"], "creep": creep, "seeds": 1, "pressures": None, "phi": [0.6, 0.9]}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
     table = campaign.table("creep")
-    assert len(table) == 2 * 2 * 2 and not table.query("state == 0 and law == 'contact'")["converged"].any()
+    assert len(table) == 2 * 2 * 2 and not table.query("state == 0 and damping == 'contact'")["converged"].any()
     _, jammed = campaign.packings(campaign.finished()[0])
     for law in ("contact", "stokes"):
-        small, large = table[(table["state"] == 1) & (table["law"] == law)].to_dict("records")
+        small, large = table[(table["state"] == 1) & (table["damping"] == law)].to_dict("records")
         assert small["rests"] == 1 == large["flows"] and small["flows"] == 0 == large["rests"]
         assert small["final_strain"] * jamlab.shear_modulus(jammed) == pytest.approx(1e-7, rel=1e-3)
         assert large["final_strain"] > 1 and large["final_time"] < 300 and small["final_time"] == pytest.approx(300)
-        assert small["residual"] == large["residual"] and small["unsettled"] == 0
+        assert small["residual"] == large["residual"] and small["ambiguous_contacts"] == 0
     for law, background in ((jamlab.ContactDamping(), 1e-2), (jamlab.StokesDrag(0.5), 0.0)):
         run = jamlab.creep(jammed, 2e-2, 300.0, law, largest_strain=1.0, background_drag=background)
         name = "contact" if background else "stokes"
-        same = table[(table["state"] == 1) & (table["law"] == name) & (table["stress"] == 2e-2)].iloc[0]
+        same = table[(table["state"] == 1) & (table["damping"] == name) & (table["stress"] == 2e-2)].iloc[0]
         assert (same["final_rate"], same["slope"]) == (run.final_rate, run.slope)
 
 
@@ -115,6 +115,6 @@ def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
     for name in ("flow", "oscillation", "creep"):
-        assert set(campaign.table(name)["unsettled"]) == {7.0}
-    equivalent = campaign.table("oscillation").set_index("law")["equivalent_storage"]
+        assert set(campaign.table(name)["ambiguous_contacts"]) == {7.0}
+    equivalent = campaign.table("oscillation").set_index("damping")["equivalent_storage"]
     assert np.isfinite(equivalent["contact"]) and np.isnan(equivalent["stokes"])  # known of contact damping alone

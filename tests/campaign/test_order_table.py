@@ -18,7 +18,7 @@ def triangular(columns, rows):
 
 def test_a_crystal_has_order_one_and_no_disclinations():
     (row,) = OrderOfStates().one(triangular(6, 4))
-    assert row["psi_6"] == pytest.approx(1, abs=1e-12) and row["psi_6_overall"] == pytest.approx(1, abs=1e-12)
+    assert row["psi_6"] == pytest.approx(1, abs=1e-12) and row["psi_6_global"] == pytest.approx(1, abs=1e-12)
     assert (row["share_5"], row["share_6"], row["share_7"]) == (0, 1, 0)
 
 
@@ -28,9 +28,9 @@ def test_the_table_has_a_row_for_each_state_of_both_models(tmp_path):
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"] * 2
     table = campaign.table("order")
     packings = [packing for task in table["task"] for packing in campaign.packings(task)]
-    measured = pd.DataFrame(jamlab.measure(packings, ["psi_6", "psi_6_overall", "rho"]))
+    measured = pd.DataFrame(jamlab.measure(packings, ["psi_6", "psi_6_global", "rho"]))
     assert len(table) == 2
-    pd.testing.assert_frame_equal(table[["psi_6", "psi_6_overall", "rho"]], measured)
+    pd.testing.assert_frame_equal(table[["psi_6", "psi_6_global", "rho"]], measured)
     sides = np.array([jamlab.hexatic_order(packing).neighbors for packing in packings])
     for k in (5, 6, 7):
         assert table[f"share_{k}"].tolist() == (sides == k).mean(axis=1).tolist()

@@ -22,16 +22,16 @@ def test_a_law_of_another_package_is_driven_and_told_apart(tmp_path):
     packing = campaign.packings(campaign.finished()[0])[0]
     for tau in (2.0, 3.0):
         own = rows[rows["carried_bubble_tau"] == tau]
-        assert set(own["law"]) == {"carried_bubble"} and own["beta"].isna().all()
+        assert set(own["damping"]) == {"carried_bubble"} and own["beta"].isna().all()
         expected = jamlab.complex_modulus(packing, [0.1, 1.0], CarriedBubbleDrag(tau))
         np.testing.assert_allclose(own["loss"], expected.loss, rtol=1e-9)
-    assert set(rows[rows["law"] == "contact"]["beta"]) == {1.0}
+    assert set(rows[rows["damping"] == "contact"]["beta"]) == {1.0}
     driven = campaign.table("oscillation")
     assert driven["carried_bubble_tau"].dropna().tolist() == [2.0, 3.0] and driven["loss"].notna().all()
-    with pytest.raises(jamlab.InputError, match="mixes rows of law"):
+    with pytest.raises(jamlab.InputError, match="mixes rows of damping"):
         aggregate(rows, ["loss"], by=["omega"])
     with pytest.raises(jamlab.InputError, match="mixes rows of carried_bubble_tau"):
-        aggregate(rows, ["loss"], by=["omega", "law"])
+        aggregate(rows, ["loss"], by=["omega", "damping"])
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 def check_sum(packing, found, tolerance=1e-12):
     rho = packing_fraction(packing)
     np.testing.assert_allclose(found.area.sum() / packing.area + rho, 1.0, rtol=0, atol=tolerance)
-    for values in (found.area, found.perimeter, found.shape, found.centroid[found.percolating == 0]):
+    for values in (found.area, found.perimeter, found.shape_factor, found.centroid[found.percolating == 0]):
         assert np.isfinite(values).all()
-    assert (found.area > 0).all() and (found.shape >= 1 - 1e-9)[found.percolating == 0].all()
+    assert (found.area > 0).all() and (found.shape_factor >= 1 - 1e-9)[found.percolating == 0].all()
 
 
 def test_three_touching_disks_enclose_a_plateau_border():
@@ -29,7 +29,7 @@ def test_three_touching_disks_enclose_a_plateau_border():
     np.testing.assert_array_equal([found.sides[inner], found.islands[inner]], [[3], [0]])
     np.testing.assert_allclose(found.area[inner], (np.sqrt(3) - np.pi / 2) / 4, rtol=1e-13)
     np.testing.assert_allclose(found.perimeter[inner], np.pi / 2, rtol=1e-13)
-    np.testing.assert_allclose(found.shape[inner], np.pi / (4 * np.sqrt(3) - 2 * np.pi), atol=1e-10, rtol=0)
+    np.testing.assert_allclose(found.shape_factor[inner], np.pi / (4 * np.sqrt(3) - 2 * np.pi), atol=1e-10, rtol=0)
     np.testing.assert_allclose(PLATEAU_BORDER, 4.8706, atol=5e-5)
     np.testing.assert_allclose(found.centroid[inner], [TRIANGLE.mean(axis=0) + 3], rtol=1e-13)
 
@@ -37,7 +37,7 @@ def test_three_touching_disks_enclose_a_plateau_border():
 @pytest.mark.parametrize("gap", [-1e-15, -1e-13, 0.0, 1e-16, 1e-13])
 def test_disks_touch_within_rounding(gap):
     found = voids(disks(TRIANGLE * (1 + gap) + 3, 1.0))
-    np.testing.assert_allclose(found.shape.max(), PLATEAU_BORDER, rtol=1e-5 if gap == -1e-13 else 1e-6)
+    np.testing.assert_allclose(found.shape_factor.max(), PLATEAU_BORDER, rtol=1e-5 if gap == -1e-13 else 1e-6)
 
 
 @pytest.mark.parametrize("radius", [0.5, 0.55, 0.6, 0.7])
@@ -55,7 +55,7 @@ def test_square_lattice_of_a_disk_larger_than_half_the_box(radius):
 def test_covered_cell_has_no_voids(radius):
     """sqrt(1/2): four disks meet in one point."""
     found = voids(disks([0.3, 0.9], 2 * radius, np.eye(2)))
-    assert [len(a) for a in (found.sides, found.area, found.shape, found.centroid)] == [0, 0, 0, 0]
+    assert [len(a) for a in (found.sides, found.area, found.shape_factor, found.centroid)] == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
@@ -140,10 +140,14 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
     assert (total.sides.tolist(), total.number.tolist(), total.percolating) == ([3, 4], [2, 1], 1)
     np.testing.assert_allclose(total.probability, [2 / 3, 1 / 3], rtol=1e-14)
     np.testing.assert_allclose(total.area, [crystal.area.mean(), lattice.area[0]], rtol=1e-12)
-    np.testing.assert_allclose(total.plateau, crystal.shape[0] / PLATEAU_BORDER, rtol=1e-12)
+    np.testing.assert_allclose(total.plateau, crystal.shape_factor[0] / PLATEAU_BORDER, rtol=1e-12)
     found = voids(random_disks(1, 40))
-    spread = [found.shape[(found.sides == k) & (found.percolating == 0)].std() for k in void_statistics(found).sides]
-    np.testing.assert_allclose(void_statistics(found).shape_spread, spread, atol=1e-6)  # of one void alone it is 0
+    spread = [
+        found.shape_factor[(found.sides == k) & (found.percolating == 0)].std() for k in void_statistics(found).sides
+    ]
+    np.testing.assert_allclose(
+        void_statistics(found).shape_factor_spread, spread, atol=1e-6
+    )  # of one void alone it is 0
     with pytest.raises(InputError):
         void_statistics()
     assert np.isnan(void_statistics(lattice).plateau)

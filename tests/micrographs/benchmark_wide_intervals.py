@@ -46,7 +46,7 @@ def scattered(count, share, radius, aspect, rng):
         if wide < cx < size - wide and high < cy < size - high:
             areas.append(np.pi * a * b)
     truth = {"count": len(areas), "area": np.mean(areas), "rho": (labels > 0).mean()}
-    return labels, truth | {"shape_rim": shape_of_ellipse(aspect)}
+    return labels, truth | {"shape_factor_rim": shape_of_ellipse(aspect)}
 
 
 def masks_of(packing, rng):
@@ -69,7 +69,7 @@ def masks_of(packing, rng):
     known = drawn(26)
     for aspect in (1.5, 2, 3):
         rows = np.floor(np.arange(0, len(known.labels) - 1, aspect) + 0.25).astype(int)
-        changed = {"area": known.truth["area"] / aspect, "shape_rim": shape_of_ellipse(aspect)}
+        changed = {"area": known.truth["area"] / aspect, "shape_factor_rim": shape_of_ellipse(aspect)}
         yield "ellipses that touch", known.labels[rows], known.truth | changed
 
 

@@ -157,7 +157,7 @@ def test_few_small_droplets_and_lines_widen_intervals_and_leave_them_good():
 @pytest.mark.parametrize("aspect", [2, 3])
 def test_elongated_droplets_are_droplets_and_halves_of_round_ones_are_none(window, aspect):
     """Pressed flat, all of them are ellipses of one shape; of halves, bands and pairs none are."""
-    known = window.truth | {"area": window.truth["area"] / aspect, "shape_rim": {2: 1.1889, 3: 1.5141}[aspect]}
+    known = window.truth | {"area": window.truth["area"] / aspect, "shape_factor_rim": {2: 1.1889, 3: 1.5141}[aspect]}
     found = jamlab.micrograph(labels=window.labels[::aspect])
     assert found.quality == "good" and outside(found, known) == [], found.reasons
     halves = jamlab.micrograph(labels=label_masks.cracks(window.labels, np.random.default_rng(1)))

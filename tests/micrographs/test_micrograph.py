@@ -56,12 +56,12 @@ def test_films_between_large_droplets_are_not_taken_for_the_ground(dp_dense):
 def test_hexagonal_lattice(touching):
     assert touching.count >= DOUBT.fewest and touching.cut > 0 and touching.quality == "good"
     np.testing.assert_allclose(touching.areas.mean(), np.pi * 8**2, rtol=0.1)  # films and their corners
-    np.testing.assert_allclose(touching.shape, 1.0, atol=0.02)
+    np.testing.assert_allclose(touching.shape_factor, 1.0, atol=0.02)
     np.testing.assert_allclose(touching.cells.mean(), np.sqrt(0.75) * 16.5**2, rtol=0.02)
     assert touching.z == 6.0 and not touching.rattlers.any()
     assert touching.voids.probability == {3: 1.0}
     means = {name: number for name, number in touching.numbers.items() if number.count}
-    assert means.keys() - COLUMNS == set() and means["shape_rim"].value == touching.shape.mean()
+    assert means.keys() - COLUMNS == set() and means["shape_factor_rim"].value == touching.shape_factor.mean()
 
 
 def test_means_say_how_far_they_are_known(rendered):
@@ -148,7 +148,7 @@ def test_four_periods_of_a_rendered_packing_come_back(dp_dense):
     found = jamlab.micrograph(picture, contrast="bright", pixel=dp_dense.box[0, 0] / 150)
     known = jamlab.measure(dp_dense)
     assert abs(found.rho - known["rho"]) < 0.015 and abs(found.z - known["z"]) <= 0.4
-    assert abs(found.shape.mean() - known["shape_rim"]) < 0.02
+    assert abs(found.shape_factor.mean() - known["shape_factor_rim"]) < 0.02
     own, distance = droplets_seen(dp_dense, found)
     assert distance.max() < 0.05 and len(set(own)) == dp_dense.n < found.count
     local = jamlab.local_packing_fraction(dp_dense)[own]
@@ -189,7 +189,7 @@ def test_command_writes_overlay_and_csv_and_names_the_unit(rendered, tmp_path):
     # few droplets: the verdict is beside the means that it concerns, its reason below
     assert "quality: doubtful" in done.stdout and "whole droplets only" in done.stdout
     doubtful = [line.split()[0] for line in done.stdout.partition("cut:")[0].splitlines() if "?" in line]
-    assert len(rows) > 1 and doubtful == ["rho", "z", "shape_rim"]
+    assert len(rows) > 1 and doubtful == ["rho", "z", "shape_factor_rim"]
 
 
 SQUARE = np.eye(20)

@@ -35,7 +35,7 @@ def odd(values, value):
     return changed
 
 
-WALLS, CONTACTS = {"rho", "z", "shape_rim", "voids"}, {"z", "voids"}
+WALLS, CONTACTS = {"rho", "z", "shape_factor_rim", "voids"}, {"z", "voids"}
 CONCERNS = dict.fromkeys(("small", "open edge", "loose"), WALLS) | dict.fromkeys(
     ("labels apart", "z", "z, blind"), CONTACTS
 )
@@ -89,12 +89,12 @@ def test_each_rule_objects_alone(clean, rule, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("count", "change"), [(19, {}), (40, {"rho": 0.012}), (40, {"z": 0.3}), (40, {"shape_rim": 0.012})]
+    ("count", "change"), [(19, {}), (40, {"rho": 0.012}), (40, {"z": 0.3}), (40, {"shape_factor_rim": 0.012})]
 )
 def test_few_droplets_are_doubted(count, change):
-    known = {name: Number(1.0, 0.001, 40) for name in ("rho", "z", "shape_rim")} | {"count": Number(40.0)}
+    known = {name: Number(1.0, 0.001, 40) for name in ("rho", "z", "shape_factor_rim")} | {"count": Number(40.0)}
     assert quality.doubt_few(known) == []
     worse = {name: Number(1.0, error, 40) for name, error in change.items()} | {"count": Number(float(count))}
     ((_, concerned),) = quality.doubt_few({**known, **worse})
-    assert concerned == (change.keys() or {"rho", "z", "shape_rim"})
+    assert concerned == (change.keys() or {"rho", "z", "shape_factor_rim"})
     assert quality.doubt_few({**known, **worse}, labelled=True) == []  # intervals of labels say it

@@ -28,10 +28,10 @@ def sweeps(draw):
     frames = []
     for _ in range(draw(st.integers(1, 3))):
         shift = draw(st.tuples(st.floats(-5, 5), st.floats(-5, 5)))
-        phi_J = draw(st.none() | st.floats(0.1, 1.0))
+        onset = draw(st.none() | st.floats(0.1, 1.0))
         box = first.box * draw(st.floats(0.9, 1.1))
         place = {"box": box, "positions": first.positions + shift}
-        frames.append(first.with_state(**place, phi_J=phi_J, provenance=draw(histories)))
+        frames.append(first.with_state(**place, phi_J=onset, provenance=draw(histories)))
     return frames
 
 

@@ -18,7 +18,7 @@ from studies.speed_accuracy.size_scaling import PARTS, STUDY
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
 SWEEP = pd.DataFrame({"task": "t", "state": [0, 1], "rho": [0.85, 0.87], "phi": [0.86, 0.88], "converged": True, **LAW})
-DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
+DRAG = {"damping": "stokes", "beta": np.nan, "eta_f": 1.0}
 
 
 def kept(name, number):

@@ -101,7 +101,7 @@ def test_no_packing_is_averaged_over_two_ensembles():
         "states": paper_tables.both_models(),
         "flow": flow_tables.flow(),
     }
-    changes = {"spectra": {"storage": 3.0, "loss": 3.0, "eta0": 3.0}, "quasistatic": {"sliding": 3.0}}
+    changes = {"spectra": {"storage": 3.0, "loss": 3.0, "eta0": 3.0}, "quasistatic": {"median_tangential": 3.0}}
     changes |= {"states": {"z": 2.0}, "flow": {"stress": 3.0}}
     mixed = {name: both_ensembles(table, **changes[name]) for name, table in one.items()}
     both, alone = (EnsembleTables(given.__getitem__) for given in (mixed, one))
@@ -114,7 +114,7 @@ def test_no_packing_is_averaged_over_two_ensembles():
 def test_sweeps_from_onset_are_drawn_beside_many_more_packings_at_pressures():
     """Those have no onset, other units and another ensemble, but the same seeds. Droplets of another law are apart."""
     sweep = pd.concat([paper_tables.states(sizes=(64,)), paper_tables.states("dp", sizes=(64,)).assign(gamma=0.4)])
-    pressures = sweep.assign(units="k", ensemble="shear-stabilized", onset=np.nan, onset_phi=np.nan, z=9.0)
+    pressures = sweep.assign(units="k", ensemble="shear-stabilized", rho_J=np.nan, phi_J=np.nan, z=9.0)
     other = sweep.query("model == 'dp'").assign(gamma=4.0, z=8.0)
     voids = paper_tables.voids()
     parts = [pressures.assign(task="p" + pressures["task"]), sweep, other.assign(task="o" + other["task"])]

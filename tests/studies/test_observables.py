@@ -77,8 +77,8 @@ def test_squares_of_approach_add_up_to_the_modulus():
     packing = jamlab.pack(32, 1e-2, 1)
     found = root_mean_squares(packing)
     static = jamlab.complex_modulus(packing, [1e-9], prestress=False).g0
-    assert found["contact_density"] * found["rms_approach"] ** 2 == pytest.approx(static, rel=1e-9)
-    assert found["rms_sliding"] > found["rms_approach"]
+    assert found["contact_density"] * found["rms_normal"] ** 2 == pytest.approx(static, rel=1e-9)
+    assert found["rms_tangential"] > found["rms_normal"]
 
 
 @pytest.mark.parametrize("name", ["reference", "beyond_the_papers", "dynamics"])

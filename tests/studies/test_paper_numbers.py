@@ -54,7 +54,7 @@ def test_the_loss_of_the_fluid_alone_is_no_critical_slope():
     """G'' of a fluid of viscosity 1 rises with omega; what it adds to G'' ~ omega^0.5 is taken off. G'' itself, which
     the paper collapses, is another analysis, as G' is beside G' - G_0."""
     table = TABLES["spectra"]()
-    fluid = (table["law"] == "stokes") & (table["eta_f"] == 1)
+    fluid = (table["damping"] == "stokes") & (table["eta_f"] == 1)
     table.loc[fluid, "loss"] += table.loc[fluid, "omega"]
     found = measure("T6-Delta-loss", EnsembleTables({"spectra": table}.get))
     assert found.value == pytest.approx(0.5, abs=0.02)
@@ -208,7 +208,7 @@ def told(given):
     small, large, most = (bound.filter(like=name, axis=0).to_numpy()[0] for name in ("512", "32768", "bound"))
     yield f"from {most[0]:.2f} at p = 10⁻² to {most[1]:.3f}"
     yield f"{small[0]:.2f} and {large[1]:.3f}, with an exponent of {number('T5-mean-approach', given):.2f}"
-    stressed = given.quasistatic.query("prestress == 1").groupby("pressure")["mean_approach"].mean().dropna()
+    stressed = given.quasistatic.query("prestress == 1").groupby("pressure")["mean_normal"].mean().dropna()
     yield f"our mean falls from {stressed.iloc[-1]:.2f} to {stressed.iloc[0]:.3f}"
     yield "go as $p^{{{:.2f}}}$ and $p^{{{:.2f}}}$".format(
         *(number(f"T5-rms-{k}", given) for k in ("approach", "sliding"))

@@ -80,7 +80,7 @@ def droplets_at(tables, quantity, rho):
     """
     if quantity == ONSET:
         return np.asarray(_of_droplets(tables.onset)["rho_J"])
-    column = {"a": "shape", "void_sides": "z"}.get(quantity, quantity)
+    column = {"a": "shape_factor", "void_sides": "z"}.get(quantity, quantity)
     found = []
     for _, packing in _of_droplets(tables.states).sort_values("rho").groupby("seed"):
         x, y = packing["rho"].to_numpy(), packing[column].to_numpy()

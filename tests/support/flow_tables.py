@@ -10,9 +10,9 @@ YIELD, HERSCHEL = 8e-4, 0.52  # of quasi-static shear; exponent at packing fract
 SEEDS = range(1, 7)
 FRACTIONS = (0.80, 0.82, 0.83, 0.84, 0.85, 0.86, 0.88)
 SOFT_OVER_PRESSURE = 0.3
-_DISKS = {"model": "sp", "ensemble": "fixed-box", "law": "contact", "beta": 1.0, "eta_f": np.nan, "rho": np.nan}
+_DISKS = {"model": "sp", "ensemble": "fixed-box", "damping": "contact", "beta": 1.0, "eta_f": np.nan, "rho": np.nan}
 _DISKS["target_pressure"] = np.nan
-_USUAL = {**_DISKS, "n": 256, "alpha": 1.0, "background": 1e-2, "tolerance": 5e-2}
+_USUAL = {**_DISKS, "n": 256, "alpha": 1.0, "background_drag": 1e-2, "tolerance": 5e-2}
 
 
 def _noise(seed, size=0.02):
@@ -28,9 +28,9 @@ def _stress(phi, rate, critical=False):
 
 def _flow_row(seed, stress, **entries):
     noisy = stress * _noise(seed)
-    steady = {"stress": noisy, "stress_error": 0.02 * noisy, "elastic_stress": 0.8 * noisy}
+    steady = {"stress": noisy, "stress_stderr": 0.02 * noisy, "elastic_stress": 0.8 * noisy}
     peak = {"peak_stress": 1.3 * noisy, "peak_strain": 0.3, "flow_pressure": 4 * noisy}
-    errors = {"elastic_stress_error": 0.02 * noisy, "flow_pressure_error": 0.02 * noisy, "converged": True}
+    errors = {"elastic_stress_stderr": 0.02 * noisy, "flow_pressure_stderr": 0.02 * noisy, "converged": True}
     return {**_USUAL, "seed": seed, **steady, **peak, **errors, **entries}
 
 
@@ -52,14 +52,14 @@ def oscillation():
         modulus = 0.3 * p**0.5 * _noise(seed) / (1 + 3 / 7 * amplitude / (SOFT_OVER_PRESSURE * p))
         rows.append(_oscillation_row(seed, p, omega, amplitude, modulus, 0.5 * modulus))
     for seed, alpha, omega in product(SEEDS, (0.5, 0.75, 1.0), (1e-3, 1e-2, 1e-1)):
-        how = {"alpha": alpha, "background": 1e-4, "factor": 1.3 if alpha == 0.5 else 1.0}
+        how = {"alpha": alpha, "background_drag": 1e-4, "factor": 1.3 if alpha == 0.5 else 1.0}
         rows.append(_oscillation_row(seed, 1e-2, omega, 1e-4, 0.03 * _noise(seed), 0.03, **how))
     return pd.DataFrame(rows)
 
 
 def _oscillation_row(seed, pressure, omega, amplitude, storage, loss, factor=1.0, **entries):
     linear = {"equivalent_storage": factor * storage, "equivalent_loss": factor * loss, "equivalent_time": 1.0}
-    found = {"storage": storage, "loss": loss, "third_over_first": 0.0, "error": 0.0, "converged": True}
+    found = {"storage": storage, "loss": loss, "third_over_first": 0.0, "change": 0.0, "converged": True}
     place = {"n": 64, "phi": np.nan, "target_pressure": pressure, "omega": omega, "amplitude": amplitude}
     return {**_USUAL, "seed": seed, **place, **linear, **found, **entries}
 

@@ -85,7 +85,7 @@ def trial(
         "area": float(area[kinds].mean()) if whole.any() else np.nan,
         "rho": float((depth > 0).mean()),
         "z": float(number[held].mean()) if held.any() else np.nan,
-        "shape_rim": float(shape[kinds].mean()) if whole.any() else np.nan,
+        "shape_factor_rim": float(shape[kinds].mean()) if whole.any() else np.nan,
         "voids": float(_voids(packing, size, corner, extent, box, float(area.mean()))),
     }
     centres = shapely.get_coordinates(shapely.centroid([each for _, each in images]))[whole]

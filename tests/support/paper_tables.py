@@ -35,9 +35,9 @@ def states(model="sp", sizes=None, z0=3.7, c=1.0):
                 rho, phi = onset + x, onset + x
                 shape, energy = 1.02 + tilt * x**1.0, 7.0 * n
                 z, g = 3.97 + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
-            place = {"ensemble": "fixed-box", "state": state, "onset": onset, "onset_phi": onset}
+            place = {"ensemble": "fixed-box", "state": state, "rho_J": onset, "phi_J": onset}
             found = {"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g}
-            rows.append({**who, **place, **found, "pressure": 0.3 * x, "energy": energy, "shape": shape})
+            rows.append({**who, **place, **found, "pressure": 0.3 * x, "energy": energy, "shape_factor": shape})
     return pd.DataFrame(rows)
 
 
@@ -67,9 +67,9 @@ def voids():
     for model, seed, (state, rho), k in product(("sp", "dp"), SEEDS, enumerate(np.arange(0.84, 1.0, 0.01)), range(10)):
         sides = 3 if k < 4 or rho > 0.97 else 4 if k < 8 else 5
         who = {"task": f"{model}64-{seed}", "model": model, "n": 64, "seed": seed, "state": state}
-        place = {"ensemble": "fixed-box", "rho": rho, "onset": 0.84}
+        place = {"ensemble": "fixed-box", "rho": rho, "rho_J": 0.84}
         void = {"sides": sides, "area": 0.1 * (1 - rho) + 1e-4 * seed, "perimeter": 1.0}
-        rows.append({**who, **place, **void, "shape": 4.87 if sides == 3 else 3.0, "particle_area": 1.0})
+        rows.append({**who, **place, **void, "shape_factor": 4.87 if sides == 3 else 3.0, "particle_area": 1.0})
     return pd.DataFrame(rows)
 
 
@@ -100,8 +100,8 @@ def spectra():
                         storage, loss, eta0 = np.full(omega.shape, g0), g0 * omega, g0
                 who = {"n": n, "seed": seed, "ensemble": ensemble, "target_pressure": p, "prestress": prestress}
                 curve = {"omega": omega, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0}
-                of = {"law": law, "beta": beta, "eta_f": eta_f}
-                rows.append({**who, **of, **curve, "eta_inf": 1.0, "error": 1e-9, "converged": True})
+                of = {"damping": law, "beta": beta, "eta_f": eta_f}
+                rows.append({**who, **of, **curve, "eta_inf": 1.0, "error_bound": 1e-9, "converged": True})
     return unrolled(rows, ["omega", "storage", "loss"])
 
 
@@ -118,9 +118,10 @@ def quasistatic(powers=None):
         f = (1 + 0.01 * rng.normal()) * p ** (powers or {}).get(n, 0.25)
         rows.append({"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p * 1.0000001})
         rows[-1] |= {"target_pressure": p, "prestress": prestress}
-        rows[-1] |= {"approach": f, "sliding": 1 / f, "nonaffine": 2 / f, "sheared": 1 / f}
-        rows[-1] |= {"mean_approach": 2 * f, "mean_sliding": 2 / f, "mean_nonaffine": 4 / f}
-        rows[-1] |= {"rms_approach": 3 * f, "rms_sliding": 3 / f, "contact_density": 2.0}
+        rows[-1] |= {"median_normal": f, "median_tangential": 1 / f, "median_nonaffine": 2 / f}
+        rows[-1] |= {"median_nonaffine_tangential": 1 / f}
+        rows[-1] |= {"mean_normal": 2 * f, "mean_tangential": 2 / f, "mean_nonaffine": 4 / f}
+        rows[-1] |= {"rms_normal": 3 * f, "rms_tangential": 3 / f, "contact_density": 2.0}
         rows[-1] |= {"storage_slope": 0.5, "loss_slope": 0.5, "length": 2.0}
         rows[-1] |= {"length_half_lane": 2.0, "length_quarter_lane": 2.0, "length_imaginary": 3.0}
     return pd.DataFrame(rows)
@@ -138,7 +139,7 @@ def correlation():
             if law == "stokes" and omega > 1e-6:
                 length = 12 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65
             c = 1 - delta / length * (1 + 0.01 * rng.normal())
-            who = {"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "law": law, "prestress": True}
+            who = {"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "damping": law, "prestress": True}
             drag = {"beta": 1.0 if law == "contact" else np.nan, "eta_f": 1.0}
             rows.append({**who, **drag, "omega": omega, "box": box, "delta": delta, "c": c})
     return unrolled(rows, ["delta", "c"])

@@ -77,7 +77,7 @@ def measured_errors(picture: Array, known: Truth) -> dict[str, Any]:
         "count": float(found.count - known.count),
         "rho": found.rho - known.rho,
         "z": found.z - known.z,
-        "shape": float(found.shape.mean()) - known.shape,
+        "shape": float(found.shape_factor.mean()) - known.shape,
     }
     right = all(abs(errors[name]) <= limit for name, limit in LIMITS.items())
     return errors | {"quality": found.quality, "reasons": "; ".join(found.reasons), "right": right}

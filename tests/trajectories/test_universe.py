@@ -214,7 +214,7 @@ def long():
 
 
 def test_frames_are_measured_as_one_by_one(long):
-    names = ("rho", "phi", "z", "rattlers", "pressure", "voids", "psi_6", "psi_6_overall")
+    names = ("rho", "phi", "z", "rattlers", "pressure", "voids", "psi_6", "psi_6_global")
     found = jamlab.PackingAnalysis(long, names).run()
     rows = [jamlab.measure(packing, names) for packing in jamlab.from_universe(long)]
     assert len(rows) == found.n_frames == 60

@@ -12,10 +12,10 @@ import jamlab
 onset = jamlab.jam(n=64, seed=1)
 u = jamlab.universe([onset, *jamlab.compress(onset, to=0.95, step=0.01)])
 print(u, u.trajectory.n_frames, "frames")
-a = jamlab.measure(jamlab.from_universe(u), ["rho", "psi_6", "shape"])
+a = jamlab.measure(jamlab.from_universe(u), ["rho", "psi_6", "shape_factor"])
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
 axes[0].plot(a["rho"], a["psi_6"], "o-", color="#0072B2")
 axes[0].set(xlabel="ρ", ylabel="mean |ψ₆|")
-axes[1].plot(a["rho"], a["shape"], "o-", color="#D55E00")
+axes[1].plot(a["rho"], a["shape_factor"], "o-", color="#D55E00")
 axes[1].set(xlabel="ρ", ylabel="mean shape factor")

@@ -84,7 +84,7 @@ function describe({state, head, shown}, {kind, index}) {
   const size = sizes ? `${sizes.name} ${number(sizes.values[index], 4)} [${length}]` : two;
   const lines = [
     `${name} ${index}, ${size}${particles.rattler[index] ? ', rattler' : ''}`,
-    ...known('A', particles.shape[index]),
+    ...known('𝒜', particles.shape[index]),
     `z ${particles.z[index]}`,
     ...known('area', particles.area[index], ` [${area}]`),
     ...known('cell', particles.cell[index], ` [${area}]`),

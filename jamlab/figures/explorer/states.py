@@ -257,7 +257,7 @@ def curves(packing: Packing) -> list[ShownQuantity]:
     """The curves beside the picture; in motion, where no rule tells rattlers, z is that of all contacts."""
     stress = unit_labels(packing)["stress"]
     moving = "flow_rate" in packing.provenance
-    of_all = ShownQuantity("z_all", "z", "contacts per particle z, of all that press")
+    of_all = ShownQuantity("z_all", "z all", "contacts per particle z, of all that press")
     return [
         of_all if moving else ShownQuantity("z", "z", "contacts per particle z, without rattlers"),
         ShownQuantity("g", "G", f"G: {MEASURED['g'].words}", stress),

@@ -58,11 +58,11 @@ class Voids(Result):
 
     Example:
         >>> v = jamlab.voids(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> len(v.sides) == len(v.area) == len(v.shape), int(v.sides.min())
+        >>> len(v.sides) == len(v.area) == len(v.shape_factor), int(v.sides.min())
         (True, 3)
     """
 
-    _rows = ("sides", "area", "perimeter", "shape", "centroid", "percolating", "islands")
+    _rows = ("sides", "area", "perimeter", "shape_factor", "centroid", "percolating", "islands")
     _apart = ("void", "image")
 
     sides: Indices
@@ -77,7 +77,7 @@ class Voids(Result):
     packing: Packing = field(repr=False, compare=False)
 
     @property
-    def shape(self) -> Array:
+    def shape_factor(self) -> Array:
         """(m,) shape factor perimeter^2/(4 pi area); Plateau border of three equal disks: 4.8706."""
         return np.asarray(self.perimeter**2 / (4 * np.pi * self.area))
 
@@ -270,8 +270,8 @@ class VoidStatistics(Result):
         number: (m,) int64, voids with l sides.
         probability: (m,) P_l, which adds up to 1 over l (Boromand et al. fig 8).
         area: (m,) mean area.
-        shape: (m,) mean shape factor.
-        shape_spread: (m,) standard deviation of the shape factor.
+        shape_factor: (m,) mean shape factor.
+        shape_factor_spread: (m,) standard deviation of the shape factor.
         percolating: number of voids that percolate.
 
     Example:
@@ -280,21 +280,21 @@ class VoidStatistics(Result):
         (True, array([3, 4]))
     """
 
-    _rows = ("sides", "number", "probability", "area", "shape", "shape_spread")
+    _rows = ("sides", "number", "probability", "area", "shape_factor", "shape_factor_spread")
 
     sides: Indices
     number: Indices
     probability: Array
     area: Array
-    shape: Array
-    shape_spread: Array
+    shape_factor: Array
+    shape_factor_spread: Array
     percolating: int
 
     @property
     def plateau(self) -> float:
         """Mean shape factor of three-sided voids over 4.8706, the value of a Plateau border; nan without such voids."""
         found = np.flatnonzero(self.sides == 3)
-        return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
+        return float(self.shape_factor[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
 
     @drawn('bars, such as edgecolor="none"')
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -334,7 +334,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
     closed = np.concatenate([v.percolating == 0 for v in found])
     sides, area, shape = (
         np.concatenate(values)[closed]
-        for values in ([v.sides for v in found], [v.area for v in found], [v.shape for v in found])
+        for values in ([v.sides for v in found], [v.area for v in found], [v.shape_factor for v in found])
     )
     kinds, which, number = np.unique(sides, return_inverse=True, return_counts=True)
     means = [np.bincount(which, values) / number for values in (area, shape, shape**2)]

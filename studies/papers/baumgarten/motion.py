@@ -46,10 +46,10 @@ HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k: eq 22 is a law of sma
 PLATEAU_FROM = 1e-4  # a pressure down from which the mean approach might be constant, for illustration
 LEAST = 1e-3  # pressure up to which a is taken in the limit of small p
 TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
-MOTIONS = {
-    "approach": r"approach $|\Delta u^\parallel|$",
-    "sliding": r"sliding $|\Delta u^\perp|$",
-    "nonaffine": r"non-affine $|u_{na}|$",
+MOTIONS = {  # what the paper calls them -> column without its prefix, label
+    "approach": ("normal", r"approach $|\Delta u^\parallel|$"),
+    "sliding": ("tangential", r"sliding $|\Delta u^\perp|$"),
+    "nonaffine": ("nonaffine", r"non-affine $|u_{na}|$"),
 }
 MANY = 2048  # N with twenty packings: the five of the size that is drawn tell no length from another
 PRESSURES = (1e-2, 1e-3, 1e-4)  # of the drawn packings
@@ -96,8 +96,8 @@ def root_mean_squares(tables: EnsembleTables) -> dict[str, dict[float, Array]]:
     groups = sorted(sampled(spectra(tables, "contact", prestress=False)).items())
     density = {p: least + rise * p**0.5 for p, _ in groups}
     return {
-        "approach": {p: (g.g0 / density[p]) ** 0.5 for p, g in groups},
-        "sliding": {p: ((g.eta0 - g.g0) / density[p]) ** 0.5 for p, g in groups},
+        "normal": {p: (g.g0 / density[p]) ** 0.5 for p, g in groups},
+        "tangential": {p: ((g.eta0 - g.g0) / density[p]) ** 0.5 for p, g in groups},
     }
 
 
@@ -122,19 +122,19 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         out.curve(panel, series, p, mean, label=text, **look)
         return p, mean
 
-    for index, (name, text) in enumerate(MOTIONS.items()):
+    for index, (name, (column, text)) in enumerate(MOTIONS.items()):
         printed = paper(f"T5-{name}")
-        p, mean = draw(axes, text, SIZE, name, **style(index))
+        p, mean = draw(axes, text, SIZE, f"median_{column}", **style(index))
         beside = 1.25 if printed < 0 else 0.6
         out.slope(axes, printed, (p[0], p[-1]), beside * float(mean.value[0]), above=printed < 0)
-        if f"rms_{name}" in tables.quasistatic:
+        if f"rms_{column}" in tables.quasistatic:
             look = style(index) | {"fillstyle": "none", "linestyle": "none"}
-            draw(axes, f"root mean square {name}", FEWER, f"rms_{name}", None, **look)
+            draw(axes, f"root mean square {name}", FEWER, f"rms_{column}", None, **look)
     for n in (SIZE, FEWER):
         look = size_style(n) | {"linestyle": "none"}
-        p, mean = draw(bound, f"mean approach, N = {n}", n, "mean_approach", **look)
+        p, mean = draw(bound, f"mean approach, N = {n}", n, "mean_normal", **look)
     with suppress(InputError):
-        squares = root_mean_squares(tables)["approach"]
+        squares = root_mean_squares(tables)["normal"]
         most = mean_over_packings(list(squares.values()))
         out.curve(bound, r"bound $(G_0 V / k N_c)^{1/2}$", list(squares), most, color=BLACK, linewidth=1.6)
         level = float(np.interp(np.log(PLATEAU_FROM), np.log(p), mean.value))

@@ -31,9 +31,9 @@ SCANNED = {"n": 2048, "target_pressure": 1e-4}  # packings under many values of 
 FIXED, STABILIZED = "fixed-box", "shear-stabilized"
 LARGE = 25.0  # p N^2 from which packings take part in fits of exponents: below, their size decides, fig 8
 LAWS: dict[str, dict[str, Any]] = {
-    "contact": {"law": "contact", "beta": 1.0},
-    "stokes": {"law": "stokes", "eta_f": 1.0},
-    "undamped": {"law": "contact", "beta": 0.0},
+    "contact": {"damping": "contact", "beta": 1.0},
+    "stokes": {"damping": "stokes", "eta_f": 1.0},
+    "undamped": {"damping": "contact", "beta": 0.0},
 }
 FEWER = 512  # disks of packings with columns of their own
 MODULUS = r"[$k$]"
@@ -110,7 +110,7 @@ def sampled(groups: dict[float, Group], large: bool = True) -> dict[float, Group
 
 def scan(tables: EnsembleTables, law: str, parameter: str) -> dict[float, Group]:
     """Give the spectra at the scanned size and pressure, with pre-stress, by the value of a parameter of damping."""
-    rows = select(tables.spectra, law=law, prestress=True, ensemble=FIXED, **SCANNED)
+    rows = select(tables.spectra, damping=law, prestress=True, ensemble=FIXED, **SCANNED)
     values: list[float] = sorted(rows[parameter].unique().tolist())
     found = {value: group_by_pressure(rows[rows[parameter] == value]) for value in values}
     return {value: next(iter(groups.values())) for value, groups in found.items() if groups}

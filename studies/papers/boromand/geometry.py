@@ -106,7 +106,7 @@ def _draw_shapes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         x, shape = tables.curve(model, N, by, "excess", DISTANCES[:22]).band
         out.curve(axes, f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})", shape.value, x, **look)
         if model == "dp":
-            x, shape = tables.curve(model, N, by, "shape", DISTANCES[:22]).band
+            x, shape = tables.curve(model, N, by, "shape_factor", DISTANCES[:22]).band
             out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"color": ORANGE, "marker": "*"})
     s, steep, flat = np.geomspace(3e-3, 0.1, 20), paper("B4-lambda"), paper("B11-omega-large-sp")
     out.curve(axes, rf"form of $\omega = {flat}$, height free", s, 0.165 * (s / 0.07) ** flat, **PAPER)

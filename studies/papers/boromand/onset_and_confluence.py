@@ -96,7 +96,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     rho = np.linspace(onset + 1e-4, 1.0, 60)
     out.curve(a, "paper: fit of table 1", rho, SUBTRACTED + fit(rho - onset), **PAPER)
     a.axhline(6.0, color="#777777", linewidth=0.9, linestyle=":")
-    x, y = tables.curve("dp", 64, "rho", "shape", FRACTIONS).band
+    x, y = tables.curve("dp", 64, "rho", "shape_factor", FRACTIONS).band
     out.curve(b, name, y.value - 1, x, **look)
     out.curve(c, name, *tables.curve("dp", 64, "left", "missing", LEFT).band, **look)
     out.slope(c, paper("B9-exponent-dp"), (8e-3, 0.03), 0.2)

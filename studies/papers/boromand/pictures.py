@@ -79,14 +79,14 @@ def figure_2(tables: EnsembleTables) -> Drawing:
 def _zoom_on_borders(axes: Any, found: Voids) -> None:
     """Zoom on the three-sided void of median shape, and write A into those around it."""
     three = np.flatnonzero(found.sides == 3)
-    shapes = found.shape[three]
+    shapes = found.shape_factor[three]
     middle = found.centroid[three[np.argsort(shapes)[len(three) // 2]]]
     look: dict[str, Any] = {"fontsize": 10, "weight": "bold", "ha": "center", "va": "center"}
     half = CLOSE * float(found.packing.box[0, 0])
     for k in three:
         place = found.centroid[k]
         if (np.abs(place - middle) < 0.9 * half).all():
-            axes.annotate(f"{found.shape[k]:.2f}", place, xytext=(36, 0), textcoords="offset points", **look)
+            axes.annotate(f"{found.shape_factor[k]:.2f}", place, xytext=(36, 0), textcoords="offset points", **look)
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
     for text in list(axes.texts):

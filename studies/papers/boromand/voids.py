@@ -23,7 +23,7 @@ PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the pape
     "void_098": (r"$\mathcal{A}_3$ at $\rho = 0.98$", paper("B8-A3-dense-dp"), 0.05),
     "rho_star": (r"$\rho^*$, where $z = 6$", 1.0, 0.005),
     "g": (r"$G$ at $\Delta\rho = 0.15$  [$\epsilon_r/l^2$]", float(table_fit("DP(ρ)", "G")(0.15)), 0.02),
-    "shape": (r"mean $\mathcal{A}$ at $\rho = 0.99$", paper("B4-A-099-dp"), 0.005),
+    "shape_factor": (r"mean $\mathcal{A}$ at $\rho = 0.99$", paper("B4-A-099-dp"), 0.005),
     "z_010": (r"$z$ at $\Delta\rho = 0.1$", float(SUBTRACTED + table_fit("DP(ρ)", "z")(0.1)), 0.02),
 }
 
@@ -32,7 +32,7 @@ PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the pape
 def void_sums(tables: EnsembleTables, model: str, onset: bool) -> tuple[Array, Array]:
     """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
     part = select(tables.void_counts, model=model, n=N)
-    part = part[part["onset"].astype(bool) == onset]
+    part = part[part["at_onset"].astype(bool) == onset]
     part = part.assign(rho=0.0) if onset else part
     seeds = np.sort(part["seed"].unique())
     held = part.groupby("rho")["seed"].nunique()
@@ -41,7 +41,7 @@ def void_sums(tables: EnsembleTables, model: str, onset: bool) -> tuple[Array, A
     cube = np.zeros((len(seeds), len(rho), 8, 3))
     sides = np.minimum(part["sides"].to_numpy(dtype=int), 7)
     place = (np.searchsorted(seeds, part["seed"]), np.searchsorted(rho, part["rho"]), sides)
-    np.add.at(cube, place, part[["voids", "area", "shape"]].to_numpy(dtype=np.float64))
+    np.add.at(cube, place, part[["voids", "area", "shape_factor"]].to_numpy(dtype=np.float64))
     return np.asarray(rho, dtype=np.float64), cube
 
 
