@@ -26,7 +26,7 @@ Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageErro
 
     onset = jamlab.jam(n=32, seed=1)
     for p in jamlab.compress(onset, to=0.9, step=0.02):
-        print(jamlab.contacts(p).z, jamlab.shear_modulus(p, average=True))
+        print(jamlab.contacts(p).z, jamlab.shear_modulus(p))
 
 `help(jamlab.jam)` has arguments, units, errors and an example; so has every name. Shell: `jamlab --help`.
 """

@@ -196,7 +196,7 @@ CONCEPTS = (
             "`jamlab.nonaffine_response({p})`",
             {"Micrograph": "`jamlab.nonaffine_response(m.packing('sp'))`"}),
     # elasticity
-    Concept("G_xy g_xy", "g_x g0", "`jamlab.shear_modulus({p})`"),
+    Concept("G_xy g_xy", "g_x g0", "`jamlab.shear_modulus({p}, direction='simple')`"),
     Concept("G g shear_modulus shear_mod shear_moduli", "g0 g", "`jamlab.shear_modulus({p})`",
             {"ElasticTensor": "`to_dataframe()['g']`, or `jamlab.shear_modulus(packing)`", "NonlinearModulus":
              "`storage`"}),

@@ -153,7 +153,7 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
         slower = replace(linear, tau=law.tau * float(time))  # type: ignore[type-var]  # laws are dataclasses
         arguments = {"omega": [omega], "damping": slower}
     else:
-        function = shear_modulus
+        function, arguments = shear_modulus, {"direction": "simple"}
     return Choice(
         way=way, bound={"G*": errors[way]}, options=options, function=function, arguments=arguments, strain=strain,
         modulus=values.get(way), outside=outside,

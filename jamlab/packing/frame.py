@@ -230,7 +230,8 @@ class RoughWalls(FixedParticles[P]):
     squeeze = ALONG_Y
     limits = "between walls, which take simple shear along x and compression along y alone"
     remedy = (
-        "use direction='simple', shear_modulus(p) (g_x) and bulk_modulus(p) (b), or remove the walls with "
+        "use direction='simple', as in shear_modulus(p, direction='simple') (g_x), and bulk_modulus(p) (b), or remove "
+        "the walls with "
         "packing.with_state(walls=False, fixed=None)"
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jamlab.arguments.choices import Direction, ShearName
 from jamlab.arrays import Array
 from jamlab.checks import is_number
 from jamlab.errors import InputError
@@ -43,21 +44,19 @@ class ShearDirection:
         return float(np.einsum("ij,ijkl,kl->", m, curvature, m) - np.sum(stress * (m @ m)))
 
 
-Direction = str | float  # see `shear_direction`
-_GENERATORS = {"simple": SIMPLE_SHEAR, "pure": np.diag([0.5, -0.5])}
+_GENERATORS: dict[ShearName, Array] = {"simple": SIMPLE_SHEAR, "pure": np.diag([0.5, -0.5])}
 
 
-def shear_direction(packing: Packing, direction: Direction, angle: float = 0.0) -> ShearDirection:
+def shear_direction(packing: Packing, direction: Direction) -> ShearDirection:
     """Read a direction in which a packing is sheared, which its boundary conditions must admit. "simple": along x, with
     the gradient along y. "pure": without rotation, longer along x and shorter along y, by half the strain each. A
-    number: simple shear along (cos, sin) of that angle, radian. `angle`: by which all of this is turned."""
+    number: simple shear along (cos, sin) of that angle, radian."""
     name, turn = (direction, 0.0) if isinstance(direction, str) else ("simple", direction)
     if name not in _GENERATORS or not is_number(turn):
         raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radians')
-    c, s = np.cos(turn + angle), np.sin(turn + angle)
+    c, s = np.cos(turn), np.sin(turn)
     found = ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
-    what = f"shear in the direction {direction!r}{f' + {angle:g}' if angle else ''}"
-    packing.frame.check_admitted(found.generator, what)
+    packing.frame.check_admitted(found.generator, f"shear in the direction {direction!r}")
     return found
 
 

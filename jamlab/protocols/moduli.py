@@ -7,12 +7,14 @@ not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import Direction, ModulusMethod
 from jamlab.arrays import Array, ArrayLike
-from jamlab.checks import check_choice, check_number, checked
+from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -26,76 +28,78 @@ from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
-from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
+from jamlab.packing.shear_direction import ShearDirection, shear_direction
 from jamlab.protocols.relaxation import relax_session
-
-METHODS = ("linear-response", "finite-strain", "affine")
 
 # At small strain soft modes turn a force f that is left into an error of the stress of 100 f and more; Newton steps on
 # LAMMPS forces reach `Model.least_force`, the minimisers of plain decks do not.
 _LEFT = 1e3  # times that may be left: rounding leaves ten times as much, a minimum that was missed far more
 
 
+@overload
+def shear_modulus(
+    packing: Packing,
+    method: ModulusMethod = "linear-response",
+    *,
+    direction: Direction | None = None,
+    strain_step: float | None = None,
+) -> float: ...
+@overload
+def shear_modulus(
+    packing: Packing,
+    method: ModulusMethod = "linear-response",
+    *,
+    direction: Sequence[float] | Array,
+    strain_step: float | None = None,
+) -> Array: ...
+
+
 @checked
 def shear_modulus(
     packing: Packing,
-    method: str = "linear-response",
+    method: ModulusMethod = "linear-response",
     *,
-    direction: Direction = "simple",
-    angle: ArrayLike = 0.0,
-    average: bool = False,
-    strain: float | None = None,
+    direction: Direction | ArrayLike | None = None,
+    strain_step: float | None = None,
 ) -> float | Array:
-    """Shear modulus G of a packing at an energy minimum, in its units of stress.
+    """Shear modulus G of a packing at an energy minimum, in its units of stress: the mean over all directions of shear.
 
     G is the second derivative of the energy per area with respect to the strain. Small packings are anisotropic; in a
-    fixed box G can be negative near onset. Between walls shear along x alone is defined.
+    fixed box G can be negative near onset. Between walls shear along x alone is defined, so `direction="simple"`.
 
     Args:
         packing: SP or DP.
         method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
-            by +-strain/2 and minimises; the strain is halved until no contact changes. "affine": without relaxation.
-        direction: "simple": along x; "pure": extension along x, compression along y; or an angle in radians: simple
-            shear along (cos, sin).
-        angle: rotation of the direction in radians, one or (m,).
-        average: return the mean over all directions.
-        strain: first strain of "finite-strain"; default 1e-6, DP 3e-7.
+            by +-strain_step/2 and minimises; the strain is halved until no contact changes. "affine": without
+            relaxation.
+        direction: None, the default: the mean over all directions of simple shear. "simple": along x; "pure":
+            extension along x, compression along y; an angle in radians: simple shear along (cos, sin); or (m,) such
+            angles.
+        strain_step: first strain of "finite-strain"; default 1e-6, DP 3e-7.
 
     Returns:
-        G; an array if `angle` is one.
+        G; (m,) float64 if `direction` is an array.
 
     Warns:
         JamlabWarning: G is negative: the packing is unstable to shear at its box shape.
 
     Raises:
-        InputError: invalid method, direction, angle or strain; a direction that walls do not define.
+        InputError: invalid method, direction or strain_step; a mean or a direction that walls do not define.
         ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> mean = jamlab.shear_modulus(p, average=True)
-        >>> along = jamlab.shear_modulus(p, angle=np.linspace(0, np.pi, 8, endpoint=False))
-        >>> bool(np.isclose(along.mean(), mean))
+        >>> g, along_x = jamlab.shear_modulus(p), jamlab.shear_modulus(p, direction="simple")
+        >>> along = jamlab.shear_modulus(p, direction=np.linspace(0, np.pi, 8, endpoint=False))
+        >>> bool(np.isclose(along.mean(), g)), bool(along[0] == along_x)
+        (True, True)
+        >>> bool(np.isclose(g, jamlab.shear_modulus(p, "finite-strain"), rtol=1e-3))
         True
-        >>> bool(np.isclose(jamlab.shear_modulus(p), jamlab.shear_modulus(p, "finite-strain"), rtol=1e-3))
-        True
-        >>> jamlab.shear_modulus(p, "affine") > jamlab.shear_modulus(p)
+        >>> jamlab.shear_modulus(p, "affine") > g
         True
     """
-    check_choice("method", method, METHODS)
-    asked = np.asarray(angle, dtype=np.float64)
-    if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
-        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give an angle in radians, or a 1D array")
-    if average:
-        if direction != "simple" or asked.any():
-            raise InputError(
-                f"average = True: the mean over all directions has no direction = {direction!r} and angle = {angle!r}; "
-                "leave them out"
-            )
-        packing.frame.check_admitted(np.eye(4), "the mean over directions")
-    angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
-    directions = [shear_direction(packing, direction, each) for each in angles.tolist()]
-    first = _first_strain(packing, method, strain)
+    directions = _directions(packing, direction)
+    first = _first_strain(packing, method, strain_step)
     if method == "finite-strain":
         moduli = _sheared(packing, directions, first)
     else:
@@ -103,13 +107,30 @@ def shear_modulus(
         moduli = np.array(
             [each.modulus(tensor.affine if method == "affine" else tensor.relaxed, now) for each in directions]
         )
-    found = float(moduli.mean()) if average or not asked.ndim else moduli
-    warn_of_negative(packing, {"G, the mean over directions," if average else "G": found})
+    one = direction is None or np.ndim(direction) == 0
+    found = float(moduli.mean()) if one else moduli
+    warn_of_negative(packing, {"G, the mean over directions," if direction is None else "G": found})
     return found
 
 
+def _directions(packing: Packing, direction: Direction | ArrayLike | None) -> list[ShearDirection]:
+    """Directions of shear that are asked for; the mean of those of None is the mean over all."""
+    if direction is None:
+        packing.frame.check_admitted(np.eye(4), "the mean over directions, which `direction=None` asks for,")
+        return [shear_direction(packing, angle) for angle in AVERAGING_ANGLES.tolist()]
+    if isinstance(direction, str):
+        return [shear_direction(packing, direction)]
+    angles = np.asarray(direction, dtype=np.float64)
+    if angles.ndim > 1 or not angles.size or not np.isfinite(angles).all():
+        given = " ".join(repr(direction).split())
+        raise InputError(f"direction = {given:.80}: give an angle in radians, a 1D array of angles, or a name")
+    return [shear_direction(packing, angle) for angle in np.atleast_1d(angles).tolist()]
+
+
 @checked
-def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
+def bulk_modulus(
+    packing: Packing, method: ModulusMethod = "linear-response", *, strain_step: float | None = None
+) -> float:
     """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
 
     p = -dU/dA is the pressure of `jamlab.evaluate`: (S_xx + S_yy)/2 in a box of fixed shape; between walls the normal
@@ -118,13 +139,13 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     Args:
         packing: SP or DP.
         method: as in `shear_modulus`.
-        strain: initial relative area change for "finite-strain"; default as in `shear_modulus`.
+        strain_step: first relative change of the area for "finite-strain"; default as in `shear_modulus`.
 
     Warns:
         JamlabWarning: B is negative: the packing is unstable to compression.
 
     Raises:
-        InputError: unknown method, or a strain that is no number.
+        InputError: unknown method, or a strain_step that is no number.
         ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
 
     Example:
@@ -132,8 +153,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         >>> round(jamlab.bulk_modulus(p), 3)
         0.486
     """
-    check_choice("method", method, METHODS)
-    first = _first_strain(packing, method, strain)
+    first = _first_strain(packing, method, strain_step)
     if method == "finite-strain":
         found = _compressed(packing, first)
     else:
@@ -143,14 +163,16 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     return found
 
 
-def _first_strain(packing: Packing, method: str, strain: float | None) -> float:
-    if strain is not None and method != "finite-strain":
-        raise InputError(f"strain = {strain!r}: method {method!r} uses no strain; leave it out or use 'finite-strain'")
-    if strain is None:
+def _first_strain(packing: Packing, method: ModulusMethod, strain_step: float | None) -> float:
+    if strain_step is not None and method != "finite-strain":
+        raise InputError(
+            f"strain_step = {strain_step!r}: method {method!r} strains nothing; leave it out or use 'finite-strain'"
+        )
+    if strain_step is None:
         first = numbers("strain")
         return first.get(f"strain_{packing.model}", first["strain"])
-    check_number("strain", strain, 0.1)
-    return strain
+    check_number("strain_step", strain_step, 0.1)
+    return strain_step
 
 
 @in_natural_units(STRESS)

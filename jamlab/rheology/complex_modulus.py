@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import check_choice, checked, finite_array
 from jamlab.errors import ConvergenceError, InputError, warn
@@ -14,7 +15,6 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.shear_direction import Direction
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
@@ -76,7 +76,7 @@ class ComplexModulus(Result):
         omega: (m,) angular frequencies, 1/tau_1.
         storage: (m,) G' in the direction of shear.
         loss: (m,) G''.
-        g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
+        g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p, direction=...)` of the same direction;
             negative if the packing is unstable to shear at its box shape.
         eta0: lim G''/omega at low frequency. Floppy modes of a network follow the motion of least dissipation.
         eta_inf: lim G''/omega at high frequency.
@@ -162,7 +162,8 @@ def complex_modulus(
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> s = jamlab.complex_modulus(p, [1e-6, 1.0], damping=jamlab.ContactDamping(beta=1.0))
-        >>> bool(np.isclose(s.storage[0], jamlab.shear_modulus(p))), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
+        >>> g = jamlab.shear_modulus(p, direction="simple")
+        >>> bool(np.isclose(s.storage[0], g)), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
         (True, True)
     """
     found = linear_modulus(packing, omega, damping, direction=direction, prestress=prestress, method=method)

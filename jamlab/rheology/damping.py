@@ -9,13 +9,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
+from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array
 from jamlab.checks import checked_class
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.packing.shear_direction import Direction
 from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
 
 

@@ -15,13 +15,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from scipy import sparse
 
+from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.floppy_modes import PASSES
 from jamlab.packing.packing import Packing
-from jamlab.packing.shear_direction import Direction, shear_direction
+from jamlab.packing.shear_direction import shear_direction
 from jamlab.packing.terms import spread
 from jamlab.registry import Registry
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
@@ -19,7 +20,7 @@ from jamlab.laws.pair_law import PairLaw
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.packing import Packing
-from jamlab.packing.shear_direction import Direction, shear_direction
+from jamlab.packing.shear_direction import shear_direction
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw, nothing_along_walls
 

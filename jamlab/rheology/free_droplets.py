@@ -8,10 +8,11 @@ where k is the column of the shear strain. The three modes of rigid motion have 
 
 import numpy as np
 
+from jamlab.arguments.choices import Direction
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness_of
-from jamlab.packing.shear_direction import Direction, shear_direction
+from jamlab.packing.shear_direction import shear_direction
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
 

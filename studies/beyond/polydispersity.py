@@ -43,7 +43,7 @@ def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
         spectrum = complex_modulus(state, OMEGA)
         return found | {
             "z": contacts(state).z,
-            "g": float(shear_modulus(state, average=True)),
+            "g": shear_modulus(state),
             **{f"storage_{w:g}": float(s) for w, s in zip(OMEGA, spectrum.storage, strict=True)},
             **{f"loss_{w:g}": float(s) for w, s in zip(OMEGA, spectrum.loss, strict=True)},
         }

@@ -42,7 +42,7 @@ def _measure(n: int, stickiness: float, phi: float, seed: int) -> dict[str, Any]
     found = {"converged": packing.converged, "z": contacts(packing).z, "pressure": pressure(packing)}
     found["cluster"] = int(rigid_clusters(packing).sizes[0]) / n
     try:
-        return found | {"g": float(shear_modulus(packing, average=True)), "b": float(bulk_modulus(packing))}
+        return found | {"g": shear_modulus(packing), "b": bulk_modulus(packing)}
     except ConvergenceError as error:
         return found | {"note": str(error)}
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
+from jamlab.arguments.choices import ModulusMethod
 from jamlab.arrays import Complex
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -68,8 +69,10 @@ def _relative(found: float, exact: float) -> float:
     return found / exact - 1
 
 
-def _modulus(start: Packing, force: float, method: str = "linear-response", strain: float | None = None) -> float:
-    return float(shear_modulus(relaxed(start, force), method, average=True, strain=strain))
+def _modulus(
+    start: Packing, force: float, method: ModulusMethod = "linear-response", strain: float | None = None
+) -> float:
+    return shear_modulus(relaxed(start, force), method, strain_step=strain)
 
 
 def dense_modulus(packing: Packing) -> float:

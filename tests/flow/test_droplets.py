@@ -27,7 +27,7 @@ def test_small_oscillations_have_the_modulus_of_the_frequency_domain(droplets, l
 
 def test_a_small_step_relaxes_to_the_modulus_at_rest(droplets):
     found = jamlab.relax_stress(droplets, strain=1e-5, duration=1e5)
-    assert found.modulus[-1] == pytest.approx(jamlab.shear_modulus(droplets), rel=1e-3)
+    assert found.modulus[-1] == pytest.approx(jamlab.shear_modulus(droplets, direction="simple"), rel=1e-3)
     assert np.all(np.diff(found.modulus) < 1e-3 * found.modulus[:-1])  # its tolerance
 
 
@@ -76,7 +76,8 @@ def test_flow_over_a_flip_gives_a_packing(droplets, law, rate, tmp_path):
 def test_quasistatic_shear_of_droplets(droplets):
     found = jamlab.quasistatic_shear(droplets, strain=2e-3, strain_step=5e-4)
     assert found.converged.all()
-    assert found.stress[-1] - found.stress[0] == pytest.approx(2e-3 * jamlab.shear_modulus(droplets), rel=0.05)
+    modulus = jamlab.shear_modulus(droplets, direction="simple")
+    assert found.stress[-1] - found.stress[0] == pytest.approx(2e-3 * modulus, rel=0.05)
 
 
 def test_without_background_droplets_that_slip_are_refused(droplets):

@@ -237,14 +237,14 @@ def _relax(p, own):
 
 @row("shear_modulus")
 def _g(p, own):
-    yield jamlab.shear_modulus(p), own.modulus(SIMPLE), own.stiffness * 1e-2
-    yield jamlab.shear_modulus(p, "affine"), own.modulus(SIMPLE, affine=True), own.stiffness
-    yield jamlab.shear_modulus(p, angle=np.pi), own.modulus(SIMPLE), own.stiffness * 1e-2
+    yield jamlab.shear_modulus(p, direction="simple"), own.modulus(SIMPLE), own.stiffness * 1e-2
+    yield jamlab.shear_modulus(p, "affine", direction="simple"), own.modulus(SIMPLE, affine=True), own.stiffness
+    yield jamlab.shear_modulus(p, direction=np.pi), own.modulus(SIMPLE), own.stiffness * 1e-2
 
 
 @row("shear_modulus angle", **WALLS)
 def _g_angle(p, own):
-    yield jamlab.shear_modulus(p, angle=[TURN, 2 * TURN]), [own.modulus(simple_along(k * TURN)) for k in (1, 2)]
+    yield jamlab.shear_modulus(p, direction=[TURN, 2 * TURN]), [own.modulus(simple_along(k * TURN)) for k in (1, 2)]
     yield jamlab.shear_modulus(p, "affine", direction=TURN), own.modulus(simple_along(TURN), affine=True)
 
 
@@ -256,19 +256,19 @@ def _g_pure(p, own):
 @row("shear_modulus average", **WALLS)
 def _g_average(p, own):
     yield (
-        jamlab.shear_modulus(p, average=True),
+        jamlab.shear_modulus(p),
         np.mean([own.modulus(simple_along(a)) for a in np.pi / 3 * np.arange(3)]),
     )
 
 
 @row("shear_modulus finite-strain", STRAIN)
 def _g_strain(p, own):
-    yield jamlab.shear_modulus(p, "finite-strain"), own.modulus(SIMPLE), own.stiffness * 1e-2
+    yield jamlab.shear_modulus(p, "finite-strain", direction="simple"), own.modulus(SIMPLE), own.stiffness * 1e-2
 
 
 @row("shear_modulus finite-strain angle", STRAIN, **WALLS)
 def _g_strain_angle(p, own):
-    yield jamlab.shear_modulus(p, "finite-strain", angle=TURN), own.modulus(simple_along(TURN))
+    yield jamlab.shear_modulus(p, "finite-strain", direction=TURN), own.modulus(simple_along(TURN))
 
 
 @row("bulk_modulus")

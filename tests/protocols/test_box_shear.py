@@ -81,7 +81,7 @@ def test_minimum_is_one_against_finite_shears_of_the_box(sheared_once):
 
 def test_packings_in_a_fixed_box_may_have_negative_g_and_their_twins_have_not(twins):
     """Of an ensemble some are unstable in some of 36 directions; no twin of same start and pressure is in any."""
-    weakest = np.array([[jamlab.shear_modulus(p, angle=ANGLES).min() for p in pair] for pair in twins])
+    weakest = np.array([[jamlab.shear_modulus(p, direction=ANGLES).min() for p in pair] for pair in twins])
     assert weakest[:, 0].min() < 0 < weakest[:, 1].min()
     for fixed, stabilized in twins:
         assert residue(fixed) > 1e-2 and residue(stabilized) < 1e-8
@@ -100,7 +100,7 @@ def test_two_shears_of_the_box_make_two_contacts_more(onsets):
         assert c.n_contacts == 2 * c.n_backbone - 1 + extra
     fixed, stabilized = onsets
     assert residue(fixed) > 1e-2 and residue(stabilized) < 1e-8
-    assert jamlab.shear_modulus(stabilized, angle=ANGLES).min() > 1e-4  # far above a pressure of 1e-7
+    assert jamlab.shear_modulus(stabilized, direction=ANGLES).min() > 1e-4  # far above a pressure of 1e-7
     e = jamlab.evaluate(stabilized)
     assert 1e-16 <= e.contact_energy / stabilized.n <= 1e-13 and e.max_force <= 1e-12
     assert stabilized.ensemble == "shear-stabilized" and stabilized.phi_J == stabilized.phi

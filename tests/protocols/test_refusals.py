@@ -64,9 +64,9 @@ REFUSED = [
     ("law of droplets in their place", "weight", [1.0]),
     ("law of droplets in their place", "delta", [3.0]),
     ("at_phi", "phi", [2.1]),
-    *((name, "strain", [0.0, -1e-6, 0.2, NAN, "x"]) for name in ("shear_modulus", "bulk_modulus")),
+    *((name, "strain_step", [0.0, -1e-6, 0.2, NAN, "x"]) for name in ("shear_modulus", "bulk_modulus")),
     *((name, "method", ["guess"]) for name in ("shear_modulus", "bulk_modulus", "complex_modulus")),
-    ("shear_modulus", "angle", ["x", NAN, [[0.0]]]),
+    ("shear_modulus", "direction", ["x", NAN, [[0.0]], ["simple"], [0.0, NAN], [], True]),
     ("complex_modulus", "omega", [0.0, -1.0, NAN, np.inf]),
     ("contact drag", "beta", [-1]),
     ("Stokes drag", "eta_f", [-1]),
@@ -143,10 +143,8 @@ def test_what_has_no_modulus_is_refused(random_disks, sp_jammed):
 
 
 UNUSED = [  # what a way to call a function does not use
-    ("strain", lambda p: jamlab.shear_modulus(p, strain=1e-6)),
-    ("strain", lambda p: jamlab.bulk_modulus(p, "affine", strain=1e-6)),
-    ("angle", lambda p: jamlab.shear_modulus(p, average=True, angle=0.3)),
-    ("direction", lambda p: jamlab.shear_modulus(p, average=True, direction="pure")),
+    ("strain_step", lambda p: jamlab.shear_modulus(p, strain_step=1e-6)),
+    ("strain_step", lambda p: jamlab.bulk_modulus(p, "affine", strain_step=1e-6)),
     ("per_decade", lambda p: jamlab.compress(p, 0.9, per_decade=3)),
     ("channel", lambda p: jamlab.micrograph(labels=np.eye(9, dtype=int), channel="red")),
     ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-4, amplitude=1e-3)),

@@ -77,7 +77,7 @@ def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
     assert found.pressure == pytest.approx(1e-2, rel=1e-6)
     voids = jamlab.voids(many)
     assert voids.area.sum() == pytest.approx((1 - jamlab.packing_fraction(many)) * many.area, rel=1e-10)
-    assert jamlab.shear_modulus(many) == pytest.approx(plain_shear_modulus(many), rel=1e-11)
+    assert jamlab.shear_modulus(many, direction="simple") == pytest.approx(plain_shear_modulus(many), rel=1e-11)
     spectrum = jamlab.complex_modulus(many, [0.1])
     expected = plain_complex_modulus(many, 0.1)
     assert spectrum.storage[0] + 1j * spectrum.loss[0] == pytest.approx(expected, rel=1e-11)

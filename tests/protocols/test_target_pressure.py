@@ -51,7 +51,7 @@ def test_the_way_down_keeps_disks_and_ensemble_and_says_where_it_began(ensemble)
     shear = [state.stress[0, 1], state.stress[0, 0] - state.stress[1, 1]]
     if ensemble == "shear-stabilized":
         assert np.abs(shear).max() < 1e-11
-        assert jamlab.shear_modulus(found, angle=np.linspace(0, 90, 7)).min() > 0
+        assert jamlab.shear_modulus(found, direction=np.linspace(0, 90, 7)).min() > 0
     else:
         assert found.box[1, 0] == 0 and found.box[0, 0] == found.box[1, 1] and np.abs(shear).max() > 1e-8
 

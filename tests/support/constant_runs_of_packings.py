@@ -160,10 +160,10 @@ def moduli(folder):
     p, q = read(folder, "sp64"), droplets()
     ways = ("linear-response", "finite-strain", "affine")
     return [
-        *(jamlab.shear_modulus(p, method=way) for way in ways),
+        *(jamlab.shear_modulus(p, method=way, direction="simple") for way in ways),
         *(jamlab.bulk_modulus(p, method=way) for way in ways),
-        jamlab.shear_modulus(p, angle=np.linspace(0, 3, 4)),
-        jamlab.shear_modulus(q, average=True),
+        jamlab.shear_modulus(p, direction=np.linspace(0, 3, 4)),
+        jamlab.shear_modulus(q),
     ]
 
 

@@ -419,7 +419,7 @@ CASES = {
         FLOW,
         LONG,
     ),
-    "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, (*LONG, "sticky")),
+    "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky")),
     "nonaffine_response": Case(_slow, models=DISKS),
     "stop_flow": Case(
         _along(

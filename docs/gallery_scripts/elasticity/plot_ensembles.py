@@ -16,8 +16,8 @@ print("                   p      negative in some direction   along x   mean of 
 for ensemble in ("fixed-box", "shear-stabilized"):
     for pressure in (1e-2, 1e-3, 1e-4):
         packings = [jamlab.pack(n=32, pressure=pressure, seed=seed, ensemble=ensemble) for seed in range(1, 21)]
-        g = np.array([jamlab.shear_modulus(p, angle=angle) for p in packings])
-        along = np.array([jamlab.shear_modulus(p) for p in packings])
+        g = np.array([jamlab.shear_modulus(p, direction=angle) for p in packings])
+        along = np.array([jamlab.shear_modulus(p, direction="simple") for p in packings])
         some = (g.min(axis=1) < 0).sum()
         print(f"{ensemble:17s} {pressure:6.0e} {some:17d} of 20 {(along < 0).sum():12d} {g.mean():11.4f}")
 
@@ -29,7 +29,7 @@ figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", shar
 for ax, ensemble in zip(axes, ("fixed-box", "shear-stabilized"), strict=True):
     for seed in range(1, 7):
         p = jamlab.pack(n=32, pressure=1e-3, seed=seed, ensemble=ensemble)
-        ax.plot(np.degrees(angle), jamlab.shear_modulus(p, angle=angle), color="#0072B2", alpha=0.7)
+        ax.plot(np.degrees(angle), jamlab.shear_modulus(p, direction=angle), color="#0072B2", alpha=0.7)
     ax.axhline(0, color="black", linewidth=0.8)
     ax.set(title=ensemble, xlabel="direction of shear, degrees from x")
 axes[0].set_ylabel("G, k")

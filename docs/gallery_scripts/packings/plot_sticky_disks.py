@@ -19,7 +19,7 @@ for ax, phi in zip(axes, (0.5, 0.62, 0.74), strict=True):
     p = jamlab.pack(n=128, phi=phi, seed=1, law={"stickiness": 0.1})
     jamlab.contacts(p).plot(ax, linewidth=0.8)
     ax.get_legend().remove()
-    share, g = jamlab.rigid_clusters(p).sizes[0] / p.n, jamlab.shear_modulus(p, average=True)
+    share, g = jamlab.rigid_clusters(p).sizes[0] / p.n, jamlab.shear_modulus(p)
     ax.set_title(rf"$\phi$ = {phi}: rigid {share:.0%}, $G$ = {max(g, 0):.3f} $k$")
 
 # %%
