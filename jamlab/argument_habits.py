@@ -16,6 +16,7 @@ ARGUMENTS = (
     Concept("load weight", "stress"),
     Concept("n_eigs n_eigenvalues n_modes neigs", "count"),
     Concept("step snapshot index i", "step frame strain"),
+    Concept("start stop step first last frame", "frames"),
     Concept("freq_max frequency_max max_freq", "omega_max"),
     Concept("freq_min frequency_min min_freq omega", "omega_min"),
     Concept("steps n_steps num_steps nsteps n_rows", "step strain_step rows"),

@@ -115,8 +115,8 @@ def test_an_annotation_that_is_not_read_is_not_checked_and_no_error(hint):
         (str | arrays.ArrayLike | arrays.Mask, ["a", 1.0, [True]], [b"a", None, ["a"]]),
         (choices.Ensemble, ["fixed-box"], ["fixed", "", None, 1, ["fixed-box"]]),
         (choices.Direction | None, ["pure", 0.3, np.float32(1), None], ["affine", True, [0.3]]),
-        (choices.Model, ["sp", "dimers"], [None, 2, ["sp"]]),  # a package may register dimers
-        (choices.Law, ["hertz", {"k": 1.0, "law": "power"}], [2.5, {"k": None}, {1: 2.0}]),
+        (choices.ModelName, ["sp", "dimers"], [None, 2, ["sp"]]),  # a package may register dimers
+        (choices.Law, ["hertz", {"k": 1.0, "law": "power"}, {"a0": [1.0, 2.0]}], [2.5, {1: 2.0}]),
     ],
 )
 def test_types_of_arrays_carry_their_check(hint, good, bad):
@@ -164,7 +164,7 @@ def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.setattr("jamlab.estimates.estimate.make_one", lambda seed, **how: (5.0, 1.0))
     function = getattr(jamlab, name)
     if name == "quasistatic_shear":  # a strain of 2.5 is good
-        function = functools.partial(function, step=0.5)
+        function = functools.partial(function, strain_step=0.5)
     refuse_strange(function, required | made_from if name == "Packing" else required)
 
 

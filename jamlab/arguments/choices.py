@@ -6,15 +6,15 @@ checker; at run time it is that text.
 """
 
 from collections.abc import Mapping
-from typing import Literal, NewType, TypeAlias
+from typing import Any, Literal, NewType, TypeAlias
 
 Registered = NewType("Registered", str)
 
 # making a packing
-Model: TypeAlias = Literal["sp", "dp"] | Registered
-ModelOrAuto: TypeAlias = Literal["auto"] | Model
+ModelName: TypeAlias = Literal["sp", "dp"] | Registered
+ModelOrAuto: TypeAlias = Literal["auto"] | ModelName
 LawName: TypeAlias = Literal["harmonic", "hertz", "power", "sticky"] | Registered
-Law: TypeAlias = LawName | Mapping[str, float | str]  # a mapping holds parameters, and "law" for a registered law
+Law: TypeAlias = LawName | Mapping[str, Any]  # parameters, `law` among them where it is named
 Units: TypeAlias = Literal["eps", "k"]
 Ensemble: TypeAlias = Literal["fixed-box", "shear-stabilized"]
 Search: TypeAlias = Literal["bisection", "incremental"]

@@ -60,7 +60,6 @@ READING = (
     ),
     Argument("rest_areas", "Rest area of each droplet.", "array", default=None, unset="free_areas"),
     Argument("positions", "Positions of disks or vertices, (n, 2).", "array"),
-    Argument("params", "Parameters of the force law, by name."),
     Argument("diameters", "Diameter of each disk.", "array", default=None, unset="of droplets"),
     Argument("offsets", "Where the vertices of each droplet begin.", "array", default=None, unset="of disks"),
     Argument("fixed", "Which particles are held.", "array", default=None, unset="none"),

@@ -57,7 +57,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instea
 def law_values(entries: list[str] | None, function: Callable[..., Any]) -> dict[str, float | str]:
     """Read the entries of `--law`, each NAME=VALUE, as numbers where they are numbers; they go to a function, whose
     own arguments are no parameters of the force law."""
-    own = [each.name for each in signature(function).parameters.values() if each.kind != Parameter.VAR_KEYWORD]
+    own = signature(function).parameters.keys() - {"law"}  # by which a law of another package is named
     found = _named_values("--law", entries or [])
     for name in found:
         if name in own:
@@ -135,7 +135,7 @@ def how_to_read(
     import jamlab
     from jamlab.packing.kinds import model_named
 
-    how: dict[str, Any] = {"units": units, "params": law_values(law, jamlab.read) or None, "style": style}
+    how: dict[str, Any] = {"units": units, "law": law_values(law, jamlab.read) or None, "style": style}
     how["model"] = None if model is None else model_named(model)
     if box is not None:
         how["box"] = lattice(box)

@@ -11,12 +11,11 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
+from jamlab.arguments.choices import Law
 from jamlab.errors import InputError
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.registry import Registry
-
-Law = str | Mapping[str, Any]  # as functions take it: a name, or parameters, `law` among them where it is named
 
 UNNAMED = ("power", "sticky")  # laws of a packing that names none: the second where it has its own parameter
 # names of laws that differ from another one in parameters alone

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jamlab.arguments.choices import Law
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.laws.laws import Law
 from jamlab.micrographs.packing_of_picture import packing_of_picture
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
 from jamlab.models.droplets import DROPLETS

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jamlab.arguments.choices import Law
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.laws.laws import Law
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import Law
 from jamlab.checks import check_seed, checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, warn
@@ -24,7 +25,6 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.laws.laws import Law
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales

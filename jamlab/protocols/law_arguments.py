@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from jamlab.arguments.choices import Law
 from jamlab.checks import name_meant
 from jamlab.errors import InputError
-from jamlab.laws.laws import Law, parameters_of
+from jamlab.laws.laws import parameters_of
 from jamlab.packing.kinds import MODELS
 from jamlab.protocols.makings import making_of
 

@@ -11,11 +11,11 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from jamlab.arguments.choices import Law
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
-from jamlab.laws.laws import Law
 from jamlab.models.disks import DISKS
 from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.kinds import MODELS, model_named

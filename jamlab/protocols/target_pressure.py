@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import Law
 from jamlab.checks import check_choice, check_number, checked, is_number
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.laws.laws import Law, law_class
+from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains

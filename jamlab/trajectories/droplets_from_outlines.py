@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import Law
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError, SelfCrossingError, warn
 from jamlab.geometry.equal_edges import equal_edges
 from jamlab.geometry.vertex_contacts import refuse_crossings, vertex_contacts
-from jamlab.laws.laws import Law
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from jamlab.arguments.choices import AtomStyle, Law, ModelName, Units
 from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
@@ -40,11 +41,11 @@ def read(
     frame: int = -1,
     *,
     radii: Radii = None,
-    units: str | None = None,
-    params: Mapping[str, Any] | None = None,
+    units: Units | None = None,
+    law: Law | None = None,
     box: ArrayLike | None = None,
-    model: str | None = None,
-    style: str | None = None,
+    model: ModelName | None = None,
+    style: AtomStyle | None = None,
 ) -> Packing:
     """Read one frame of a file, by default the last; negative numbers count from the end.
 
@@ -62,7 +63,8 @@ def read(
         frame: number of the frame.
         radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
-        params: some or all parameters of the force law, see `Packing`.
+        law: force law, by its name as in `jamlab.pack`, or some or all of its parameters, see `Packing`; "a0", the rest
+            areas of droplets, may be one number.
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
         model: of the particles, where the file does not say it; by default atoms with molecules or bonds are vertices
             of droplets, the others disks.
@@ -79,7 +81,7 @@ def read(
         >>> np.array_equal(q.positions, p.positions), q.converged
         (True, True)
     """
-    return _read(path, frame, (radii, units, params, box, model), style)[0]
+    return _read(path, frame, (radii, units, law, box, model), style)[0]
 
 
 @checked
@@ -87,11 +89,11 @@ def read_all(
     path: FilePath,
     *,
     radii: Radii = None,
-    units: str | None = None,
-    params: Mapping[str, Any] | None = None,
+    units: Units | None = None,
+    law: Law | None = None,
     box: ArrayLike | None = None,
-    model: str | None = None,
-    style: str | None = None,
+    model: ModelName | None = None,
+    style: AtomStyle | None = None,
 ) -> list[Packing]:
     """Read every frame, in the order written. Arguments and errors as in `read`.
 
@@ -102,14 +104,14 @@ def read_all(
         >>> phi == sorted(phi)
         True
     """
-    return _read(path, None, (radii, units, params, box, model), style)
+    return _read(path, None, (radii, units, law, box, model), style)
 
 
-# radii, units, params, box, model
-_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None, str | None]
+# radii, units, law, box, model
+_Given = tuple[Radii, Units | None, Law | None, ArrayLike | None, ModelName | None]
 
 
-def _read(path: FilePath, frame: int | None, given: _Given, style: str | None) -> list[Packing]:
+def _read(path: FilePath, frame: int | None, given: _Given, style: AtomStyle | None) -> list[Packing]:
     """One frame of a file, or all."""
     kind = _kind(path)
     if style is not None and kind != "data":
@@ -120,7 +122,7 @@ def _read(path: FilePath, frame: int | None, given: _Given, style: str | None) -
         own = read_all_hdf5(path) if frame is None else [read_hdf5(path, frame)]
         if any(value is not None for value in given):
             raise InputError(
-                f"{path} contains box, sizes, units and force law: leave out radii, units, params, box and model"
+                f"{path} contains box, sizes, units and force law: leave out radii, units, law, box and model"
             )
         return own
     packings = []

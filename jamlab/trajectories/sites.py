@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, depth_first_order
 
+from jamlab.arguments.choices import Law, ModelName, Registered, Units
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, typed, warn
+from jamlab.laws.laws import parameters_of
 from jamlab.laws.parameter import UNITS
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
@@ -43,8 +45,8 @@ Radii = ArrayLike | Mapping[Any, float] | None
 
 
 def complete_force_law(
-    model: str, found: Mapping[str, Any], units: str | None, params: Mapping[str, Any] | None
-) -> tuple[str, dict[str, Any], list[str]]:
+    model: str, found: Mapping[str, Any], units: Units | None, params: Mapping[str, Any]
+) -> tuple[Units, dict[str, Any], list[str]]:
     """Complete the force law of a file, rest areas apart, with what the user gives; units are "eps" if neither says.
     Returns units, parameters, and the names of those found in neither, which have the defaults of the decks."""
     if "units" not in found and (scales := [name for name in ("eps", "k") if name in found]):
@@ -53,12 +55,12 @@ def complete_force_law(
     check_choice("units", chosen, UNITS)
     if chosen not in MODELS.get(model).unit_names:
         raise InputError(f"model {model} has no units {chosen!r}")
-    said = {"law": law_name} if (law_name := (params or {}).get("law", found.get("law"))) is not None else {}
+    said = {"law": law_name} if (law_name := params.get("law", found.get("law"))) is not None else {}
     names = law_names(model, chosen, said)
     if foreign := sorted({"law", *shared_parameters(found.get("law"))} & found.keys() - set(names)):
         raise InputError(f"the source has {foreign[0]}, which model {model} in units {chosen} does not have")
     each = {name for name, parameter in MODELS.get(model).parameters(None, said).items() if parameter.each}
-    given = {name: value for name, value in (params or {}).items() if name not in each}
+    given = {name: value for name, value in params.items() if name not in each}
     for name in given:
         if name not in names:
             raise InputError(f"model {model} in units {chosen} has no parameter {name!r}: use {', '.join(names)}")
@@ -70,7 +72,7 @@ def complete_force_law(
     assumed = [name for name in names if name not in law and name not in optional_parameters(model, said)]
     usual = defaults(model)
     if unknown := [name for name in assumed if name not in usual]:
-        raise InputError(f"neither the source nor params has {unknown[0]!r}, which the force law needs")
+        raise InputError(f"neither the source nor law has {unknown[0]!r}, which the force law needs")
     return chosen, law | {name: usual[name] for name in assumed}, assumed
 
 
@@ -218,13 +220,14 @@ class Sites:
     def packing(
         self,
         radii: Radii = None,
-        units: str | None = None,
-        params: Mapping[str, Any] | None = None,
+        units: Units | None = None,
+        law: Law | None = None,
         box: ArrayLike | None = None,
-        model: str | None = None,
+        model: ModelName | None = None,
     ) -> Packing:
         """Make a packing of these atoms; arguments as in `jamlab.read`."""
-        model = self._model(model, units, params)
+        given = parameters_of(law)
+        model = self._model(model, units, given)
         kind, entries = MODELS.get(model), dict(self.entries)
         rings = self._rings() if kind.has_outlines else None
         if rings is not None and self.radius is not None and self.guessed:
@@ -232,7 +235,7 @@ class Sites:
                 least, most = self.radius.min(), self.radius.max()
                 raise InputError(f"vertices have rim radii of {least:g} to {most:g}: all must have the same")
             entries.setdefault("delta", 2 * float(self.radius[0]))
-        units, law, assumed = complete_force_law(model, entries, units, params)
+        units, params, assumed = complete_force_law(model, entries, units, given)
         cell = self._cell(box)
         common: dict[str, Any] = {name: entries[name] for name in STATE if entries.get(name) is not None}
         common |= {"model": model, "box": cell, "units": units}
@@ -244,13 +247,13 @@ class Sites:
         if rings is None:
             common |= {"positions": self._whole(kind, cell), "diameters": self._diameters(radii)[first]}
         elif radii is not None:
-            raise InputError("radii apply to disks only; the rim width of droplets is params['delta']")
+            raise InputError("radii apply to disks only; the rim width of droplets is law['delta']")
         else:
-            law["a0"] = self._rest_areas(rings, (params or {}).get("a0"))
+            params["a0"] = self._rest_areas(rings, given.get("a0"))
             vertices = rings.polygons(self.positions, cell, self.wrapped)
             common |= {"positions": vertices, "offsets": rings.offsets}
         history = {**entries.get("provenance", {}), **self.provenance, **({"assumed": assumed} if assumed else {})}
-        packing = Packing(params=law, provenance=history, **common)
+        packing = Packing(params=params, provenance=history, **common)
         if rings is None and "model" not in self.entries and packing.phi > DOUBTS.dense:
             warn(
                 f"disks cover the box {packing.phi:.3g} times (nominal packing fraction phi): are these diameters? "
@@ -261,7 +264,7 @@ class Sites:
     def _rings(self) -> Rings | None:
         return self.rings() if callable(self.rings) else self.rings
 
-    def _model(self, model: str | None, units: str | None, params: Mapping[str, Any] | None) -> str:
+    def _model(self, model: ModelName | None, units: Units | None, given: Mapping[str, Any]) -> ModelName:
         """The model that is asked for, that the source names, or that has the parameters of the force law."""
         said = self.entries.get("model")
         if model is not None:
@@ -270,8 +273,8 @@ class Sites:
                 raise InputError(f"model = {model!r} was given, but the source has {said!r}")
         wanted = model or said
         if wanted is None:
-            law = {**self.entries, **(params or {})}
-            names = {*({"law", *shared_parameters(law.get("law"))} & self.entries.keys()), *(params or {})}
+            law = {**self.entries, **given}
+            names = {*({"law", *shared_parameters(law.get("law"))} & self.entries.keys()), *given}
             known = MODELS.each()
             own = {name: {*_every_name(name, law), *kind.unit_names} for name, kind in known.items()}
             fit = [name for name, kind in known.items() if names <= own[name] and units in (None, *kind.unit_names)]
@@ -290,7 +293,7 @@ class Sites:
                 "no bonds, and no molecules of three atoms or more, say which vertices make a droplet: check the file, "
                 "or read disks, which have no parameters of droplets"
             )
-        return str(wanted)
+        return Registered(wanted)
 
     def _first_sites(self, kind: Model[Packing]) -> Indices:
         """(n,) the first site of each particle of given sites, which follow each other."""
@@ -357,14 +360,14 @@ class Sites:
         vertices = np.diff(rings.offsets)
         known = None if self.a0 is None else self.a0.take(rings.order).take(rings.offsets[:-1])
         if given is not None:
-            values = finite_array("params['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
+            values = finite_array("law['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
             if known is not None and not np.array_equal(values, known):
-                raise InputError("params['a0'] was given, but the source has other rest areas")
+                raise InputError("law['a0'] was given, but the source has other rest areas")
             return values
         if known is None:
             raise InputError(
                 "the rest areas of the droplets are unknown: give "
-                + typed("params={'a0': one number or one for each}, or model='sp'", "--law a0=AREA, or --model sp")
+                + typed("law={'a0': one number or one for each}, or model='sp'", "--law a0=AREA, or --model sp")
                 + " if these are disks that have molecules or bonds"
             )
         return known

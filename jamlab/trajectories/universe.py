@@ -5,7 +5,7 @@ MDAnalysis holds coordinates in float32, whatever it was read from.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,8 @@ from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from MDAnalysis.exceptions import NoDataError
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, ArrayLike
+from jamlab.arguments.choices import AtomStyle, Law, ModelName, Units
+from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import measure
@@ -83,7 +84,16 @@ class Descriptions(SegmentStringAttr):  # type: ignore[misc]
 
 
 @checked
-def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> Any:
+def universe(
+    source: FilePath | Packing | Iterable[Packing],
+    *,
+    radii: Radii = None,
+    units: Units | None = None,
+    law: Law | None = None,
+    box: ArrayLike | None = None,
+    model: ModelName | None = None,
+    style: AtomStyle | None = None,
+) -> MDAnalysis.Universe:
     """Make an MDAnalysis Universe in memory with one frame per packing.
 
     Atoms are disks, or vertices of droplets, in the order of `Packing.positions`, unwrapped. Residues are particles:
@@ -95,10 +105,10 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
 
     Args:
         source: a packing, several packings of one sweep, or a file for `jamlab.read_all`.
-        reading: keyword arguments of `jamlab.read_all` for a file.
+        radii, units, law, box, model, style: of a file, as in `jamlab.read`; packings know them.
 
     Returns:
-        MDAnalysis.Universe.
+        A Universe in memory.
 
     Raises:
         InputError: no packings, or packings of different sweeps.
@@ -110,7 +120,8 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
         >>> u.atoms.n_atoms, bool(np.allclose(u.atoms.radii, p.diameters / 2))
         (32, True)
     """
-    frames = _frames(source, reading)
+    reading = {"radii": radii, "units": units, "law": law, "box": box, "model": model, "style": style}
+    frames = _frames(source, {name: value for name, value in reading.items() if value is not None})
     first = frames[0]
     made = MDAnalysis.Universe.empty(
         len(first.positions), n_residues=first.n, n_segments=1, atom_resindex=first.particle, trajectory=False
@@ -173,11 +184,11 @@ class UniverseFrames:
         self,
         atoms: Any,
         radii: Radii = None,
-        units: str | None = None,
-        params: Mapping[str, Any] | None = None,
+        units: Units | None = None,
+        law: Law | None = None,
         box: ArrayLike | None = None,
         relaxed: bool = False,
-        model: str | None = None,
+        model: ModelName | None = None,
     ) -> None:
         try:
             self.trajectory = atoms.atoms.universe.trajectory
@@ -186,7 +197,7 @@ class UniverseFrames:
                 f"a {type(atoms).__name__} has no atoms with a trajectory: give a Universe or AtomGroup of MDAnalysis"
             ) from error
         self.group = atoms if isinstance(atoms, UpdatingAtomGroup) else atoms.atoms
-        self._given, self._model = (radii, units, params), model
+        self._given, self._model = (radii, units, law), model
         self._box = None if box is None else plane_box("box", box)
         self._relaxed = relaxed
         if self.trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
@@ -296,15 +307,13 @@ class UniverseFrames:
 def from_universe(
     u: MDAnalysis.Universe | MDAnalysis.AtomGroup,
     radii: Radii = None,
-    units: str | None = None,
+    units: Units | None = None,
     *,
-    params: Mapping[str, Any] | None = None,
+    law: Law | None = None,
     box: ArrayLike | None = None,
     relaxed: bool = False,
-    model: str | None = None,
-    start: int | None = None,
-    stop: int | None = None,
-    step: int | None = None,
+    model: ModelName | None = None,
+    frames: slice | Sequence[int] | Indices | None = None,
 ) -> list[Packing]:
     """Convert the frames of a trajectory to packings.
 
@@ -320,15 +329,16 @@ def from_universe(
         u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
         radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default: as in the Universe.
         units: "eps" or "k", see `Packing`; default: as in the Universe, or "eps".
-        params: parameters of the force law, see `Packing`; `a0` may be one number.
+        law: force law, as in `jamlab.read`; its parameter "a0" may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
         model: of the particles, where the source does not say it; by default atoms with bonds are vertices of droplets,
             the others disks.
-        start, stop, step: frames, as in a slice.
+        frames: a slice or numbers of frames, as in `u.trajectory[frames]`: slice(0, 100, 10), [0, 5, -1]. Default: all.
 
     Raises:
-        InputError: no box, no radii, bonds that are not closed rings, atoms out of the plane, or no valid packing.
+        InputError: no such frame, no box, no radii, bonds that are not closed rings, atoms out of the plane, or no
+            valid packing.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -336,10 +346,27 @@ def from_universe(
         >>> q.converged, bool(np.isclose(jamlab.shear_modulus(q), jamlab.shear_modulus(p), rtol=1e-4))
         (True, True)
     """
-    if step == 0:
-        raise InputError("step = 0: must be a whole number other than 0, such as 10 for every tenth frame")
-    frames = UniverseFrames(u, radii, units, params, box, relaxed, model)
-    return [frames.packing() for _ in frames.trajectory[start:stop:step]]
+    converted = UniverseFrames(u, radii, units, law, box, relaxed, model)
+    count = len(converted.trajectory)
+    return [converted.packing() for _ in converted.trajectory[numbers_of_frames(frames, count)]]
+
+
+def numbers_of_frames(frames: slice | Sequence[int] | Indices | None, count: int) -> list[int]:
+    """Numbers, from 0, of the frames that are asked for, of so many."""
+    if frames is None:
+        return list(range(count))
+    if isinstance(frames, slice):
+        try:
+            return list(range(count)[frames])
+        except (TypeError, ValueError) as error:
+            raise InputError(f"frames = {frames}: {error}; give whole numbers, such as slice(0, 100, 10)") from None
+    if np.ndim(frames) != 1:
+        raise InputError(f"frames = {' '.join(repr(frames).split()):.80}: give a slice or a list, such as [0, 5, -1]")
+    numbers = [int(number) for number in frames]
+    for number in numbers:
+        if not -count <= number < count:
+            raise InputError(f"frames holds {number}: the trajectory has {count} frames, 0 to {count - 1}")
+    return [number % count for number in numbers]
 
 
 def _attribute(group: Any, name: str, default: Any) -> Any:
@@ -402,7 +429,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
         quantities: names as in `jamlab.measure`, or psi_6, psi_6_global.
         relaxed: relax every frame first.
-        reading: radii, units, params and box, as in `jamlab.from_universe`.
+        radii, units, law, box, model: as in `jamlab.from_universe`.
         verbose: show a progress bar.
 
     Raises:
@@ -423,10 +450,14 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         quantities: str | Iterable[str] = ("rho", "z"),
         *,
         relaxed: bool = False,
+        radii: Radii = None,
+        units: Units | None = None,
+        law: Law | None = None,
+        box: ArrayLike | None = None,
+        model: ModelName | None = None,
         verbose: bool = False,
-        **reading: Any,
     ) -> None:
-        self._frames = UniverseFrames(u, relaxed=relaxed, **reading)
+        self._frames = UniverseFrames(u, radii, units, law, box, relaxed, model)
         super().__init__(self._frames.trajectory, verbose=verbose)
         self._quantities = (quantities,) if isinstance(quantities, str) else tuple(quantities)
         for name in self._quantities:

@@ -107,13 +107,13 @@ def test_what_a_file_does_not_say_comes_from_the_decks_or_the_user(tmp_path):
     with pytest.raises(InputError):
         jamlab.read(path)
     assert jamlab.read(path, radii=0.5).provenance["assumed"] == ["eps"]
-    read = jamlab.read(path, units="k", params={"k": 3.0}, radii=0.5)
+    read = jamlab.read(path, units="k", law={"k": 3.0}, radii=0.5)
     assert (read.units, read.params, read.diameters.tolist()) == ("k", {"k": 3.0}, [1.0, 1.0])
     assert "assumed" not in read.provenance
     with pytest.raises(InputError):
         jamlab.read(path, radii={"1": 0.5})
     with pytest.raises(InputError):
-        jamlab.read(path, params={"gamma": 1.0})
+        jamlab.read(path, law={"gamma": 1.0})
 
 
 @pytest.mark.parametrize("make", [disks, polygons])
@@ -122,10 +122,10 @@ def test_values_that_differ_from_those_of_the_file_are_refused(tmp_path, make):
     jamlab.write(tmp_path / "p.data", packing)
     jamlab.write(tmp_path / "p.dump", [packing])
     for path in (tmp_path / "p.data", tmp_path / "p.dump"):
-        for other in ({"params": {"eps": 7.0}}, {"units": "k"}, {"radii": 9.0} if make is disks else {"radii": 1.0}):
+        for other in ({"law": {"eps": 7.0}}, {"units": "k"}, {"radii": 9.0} if make is disks else {"radii": 1.0}):
             with pytest.raises(InputError):
                 jamlab.read(path, **other)
-        assert jamlab.read(path, params={"eps": packing.params["eps"]}, units="eps").difference(packing) is None
+        assert jamlab.read(path, law={"eps": packing.params["eps"]}, units="eps").difference(packing) is None
 
 
 DUMP = """ITEM: TIMESTEP
@@ -175,7 +175,7 @@ def test_wrapped_droplets_become_whole(tmp_path, tilt):
     text = text.replace("2 6.5{xy}", f"0 {box[0, 0] + box[1, 0]:.17g} {box[1, 0]:.17g}")
     fields = {"step": 0, "columns": "id mol x y", "tilt": " xy xz yz", "zero": " 0", "rows": "\n".join(rows[::-1])}
     (tmp_path / "p.dump").write_text(text.format(**fields))
-    read = jamlab.read(tmp_path / "p.dump", params=packing.params)
+    read = jamlab.read(tmp_path / "p.dump", law=packing.params)
     assert read.difference(packing) is None
     np.testing.assert_allclose(read.polygons.edges, packing.polygons.edges, rtol=0, atol=1e-14)
     apart = (read.positions - packing.positions) @ np.linalg.inv(box)
@@ -218,7 +218,7 @@ def test_bonds_that_close_no_ring_are_refused(tmp_path):
     rows = [f"{i} 1 1 {3 + 0.1 * i} {0.2 * i * i} 0" for i in (1, 2, 3)]
     path = data_file(tmp_path / "p.data", "molecular", rows, "\nBonds\n\n1 1 1 2\n2 1 2 3\n")
     with pytest.raises(InputError):
-        jamlab.read(path, params={"a0": 0.1})
+        jamlab.read(path, law={"a0": 0.1})
     path.write_text(path.read_text() + "3 1 3 1\n")
-    read = jamlab.read(path, params={"a0": 0.1})
+    read = jamlab.read(path, law={"a0": 0.1})
     assert read.n == 1 and read.polygons.areas[0] > 0

@@ -103,7 +103,7 @@ def test_a_ring_around_the_box_is_no_droplet():
     u = bare([[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]], [3, 3, 1, 90, 90, 90])
     u.add_TopologyAttr("bonds", [(0, 1), (1, 2), (2, 0)])
     with pytest.raises(InputError):
-        jamlab.from_universe(u, params={"a0": 1.0})
+        jamlab.from_universe(u, law={"a0": 1.0})
 
 
 def bare(positions, dimensions=(4, 4, 1, 90, 90, 90)):
@@ -186,7 +186,7 @@ def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
     written = [make(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS]
     write_gsd(tmp_path / "p.gsd", written)
     params = None if make is disks else written[0].params
-    read = jamlab.read_all(tmp_path / "p.gsd", params=params)
+    read = jamlab.read_all(tmp_path / "p.gsd", law=params)
     for back, packing in zip(read, written, strict=True):
         np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
         apart = (back.positions - packing.positions + 0.5 * packing.box.sum(axis=0)) @ np.linalg.inv(packing.box)
@@ -195,9 +195,9 @@ def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
             np.testing.assert_allclose(back.diameters, packing.diameters, rtol=1e-7)
         else:
             np.testing.assert_allclose(back.polygons.edges, packing.polygons.edges, atol=2e-6)
-    assert jamlab.read(tmp_path / "p.gsd", 1, params=params).box.tolist() == read[1].box.tolist()
+    assert jamlab.read(tmp_path / "p.gsd", 1, law=params).box.tolist() == read[1].box.tolist()
     with pytest.raises(StorageError):
-        jamlab.read(tmp_path / "p.gsd", 4, params=params)
+        jamlab.read(tmp_path / "p.gsd", 4, law=params)
 
 
 def moving_disks(count):
@@ -229,6 +229,35 @@ def test_steps_and_single_quantities(long):
     assert (found.frames.tolist(), found.results.rho.shape) == ([0, 15, 30, 45], (4,))
     assert set(found.results) == {"rho"}
     assert jamlab.PackingAnalysis(long).run(stop=2).results.z.shape == (2,)
+
+
+def test_frames_are_those_of_the_trajectory(long):
+    """Slices and numbers, from either end, as `u.trajectory[frames]` takes them."""
+    every = [q.positions.tobytes() for q in jamlab.from_universe(long)]
+    for frames in (slice(3, 30, 9), slice(None, None, -20), slice(90, 100), [0, 5, -1], (7,), np.array([7, 3, 3]), []):
+        wanted = [every[k] for k in np.arange(60)[frames if isinstance(frames, slice) else np.array(frames, dtype=int)]]
+        assert [q.positions.tobytes() for q in jamlab.from_universe(long, frames=frames)] == wanted
+    for frames in (slice(0, 9, 0), slice("a"), 3, [60], [-61], [[1, 2]], [1.0], "all"):
+        with pytest.raises(InputError, match="frames"):
+            jamlab.from_universe(long, frames=frames)
+
+
+def test_a_law_is_given_by_its_name_or_by_parameters(tmp_path):
+    u = MDAnalysis.Universe.empty(2, trajectory=True)
+    u.atoms.positions, u.dimensions = [[0, 0, 0], [1, 0, 0]], [4, 4, 1, 90, 90, 90]
+    for law, exponent in (("hertz", 2.5), ("harmonic", 2.0), ({"exponent": 2.2}, 2.2)):
+        (p,) = jamlab.from_universe(u, radii=0.5, units="k", law=law)
+        assert p.params["exponent"] == exponent and p.params["k"] == 1.0
+    (tmp_path / "p.csv").write_text("x,y,radius\n0,0,0.5\n1,0,0.5\n")
+    how = {"box": [4, 4], "units": "k", "law": "hertz"}
+    assert jamlab.read(tmp_path / "p.csv", **how).params["exponent"] == 2.5
+    assert jamlab.from_universe(jamlab.universe(tmp_path / "p.csv", **how))[0].params["exponent"] == 2.5
+    jamlab.PackingAnalysis(u, "rho", radii=0.5, units="k", law="hertz").run()
+    for wrong in ("lennard-jones", {"law": "hertz", "exponent": 2.0}, {"gamma": 1.0}):
+        with pytest.raises(InputError):
+            jamlab.from_universe(u, radii=0.5, units="k", law=wrong)
+    with pytest.raises(InputError, match="law"):
+        jamlab.universe(p, law="hertz")
 
 
 def test_moduli_of_relaxed_frames_only(sp_jammed):

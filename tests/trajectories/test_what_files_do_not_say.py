@@ -15,7 +15,7 @@ RNG = np.random.default_rng(3)
 X = RNG.uniform(0, SIDE, (8, 2))
 R = np.where(np.arange(8) % 2, 0.5833333333333334, 0.4166666666666667)
 T = np.where(np.arange(8) % 2, 2, 1)
-GIVEN = {"units": "k", "params": {"k": 1.0}}
+GIVEN = {"units": "k", "law": {"k": 1.0}}
 
 
 def word(value):
@@ -108,7 +108,7 @@ def test_whole_droplets_of_data_files_with_images_keep_their_long_edges(tmp_path
     ring = np.array([[0.2, 0.2], [4.0, 0.2], [4.0, 1.2], [0.2, 1.2]])
     each = [(k + 1, 1, 1, *map(word, x), 0, 0, 0, 0) for k, x in enumerate(ring)]
     bonds = "\nBonds\n\n1 1 1 2\n2 1 2 3\n3 1 3 4\n4 1 4 1\n"
-    p = jamlab.read(data(tmp_path / "p.data", each, "Atoms # molecular", bonds, 1), params={"a0": 3.8})
+    p = jamlab.read(data(tmp_path / "p.data", each, "Atoms # molecular", bonds, 1), law={"a0": 3.8})
     assert p.polygons.areas == pytest.approx(3.8, rel=1e-14)
     same_bonds = jamlab.read(tmp_path / "p.data", model="sp", radii=0.3)  # bonded disks
     assert (same_bonds.model, same_bonds.n) == ("sp", 4)
@@ -136,7 +136,7 @@ def test_disks_may_have_molecules(tmp_path, molecule):
 def test_parameters_of_droplets_given_for_disks_are_refused(tmp_path):
     (tmp_path / "p.dump").write_text(frame("id type x y z radius", PLAIN))
     with pytest.raises(InputError, match="a0"):
-        jamlab.read(tmp_path / "p.dump", params={"a0": 1.0})
+        jamlab.read(tmp_path / "p.dump", law={"a0": 1.0})
 
 
 def test_columns_by_their_own_name_win(tmp_path):
@@ -200,7 +200,7 @@ def test_a_data_file_that_holds_fewer_bonds_than_it_announces_is_cut_off(tmp_pat
         path = data(tmp_path / "d.data", rows, "Atoms # bond", tail, types=1)
         path.write_text(path.read_text().replace("1 atom types", "8 bonds\n1 atom types"))
         if held == 8:
-            assert jamlab.read(path, params={"a0": 1.0}).n == 2
+            assert jamlab.read(path, law={"a0": 1.0}).n == 2
         else:
             with pytest.raises(StorageError, match=f"announces 8 bonds and holds {held}"):
                 jamlab.read(path, radii=0.5)
