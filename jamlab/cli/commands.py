@@ -127,7 +127,7 @@ TOPICS = {
         "Force law and sizes": "law size_ratio fraction_large sizes",
         "Drag law": "drag beta alpha tau stokes eta_f background",
         "Accuracy and cores": "force_tolerance pressure_tolerance tolerance ranks workers",
-        "Files of other programs": "units box radii style",
+        "Files of other programs": "units box radii atom_style",
         "Output": "out plot csv overlay packing overwrite as_json",
     }.items()
     for name in names.split()

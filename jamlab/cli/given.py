@@ -60,20 +60,20 @@ USES = (
     Use(f"{TIMED} gstar", "eta_f", "with --stokes", lambda v: v["stokes"]),
     Use("relax-stress", "step_time", "with a --strain other than 0", lambda v: v["strain"] != 0),
     Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
-    Use("gstar", "frame units box radii law model style", "with FILES", lambda v: bool(v["files"])),
+    Use("gstar", "frame units box radii law model atom_style", "with FILES", lambda v: bool(v["files"])),
     Use("jam pack", "size_ratio fraction_large", "without --sizes", lambda v: v["sizes"] is None),
     Use(
         "jam", "size_ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _has_outlines(v)
     ),
     Use("jam", "ranks", "for disks", _has_ranks),
     Use("analyze", "pixel film contrast channel labels memory overlay packing", "for pictures", is_picture),
-    Use("analyze", "units box radii law style", "for files of packings", lambda v: not is_picture(v)),
+    Use("analyze", "units box radii law atom_style", "for files of packings", lambda v: not is_picture(v)),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),
     Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),
     Use("analyze", "model", "with --packing", lambda v: v["packing"] is not None or not is_picture(v)),
     Use(
         f"{TIMED} gstar analyze explore convert relax compress",
-        "units box radii law model style",
+        "units box radii law model atom_style",
         "for files of other programs: HDF5 files of jamlab contain them",
         _is_foreign,
     ),

@@ -129,13 +129,18 @@ Style = Annotated[str | None, typer.Option(metavar="STYLE", help="Atom style of 
 
 
 def how_to_read(
-    units: Units = None, box: Box = None, radii: Radii = None, law: Law = None, model: Kind = None, style: Style = None
+    units: Units = None,
+    box: Box = None,
+    radii: Radii = None,
+    law: Law = None,
+    model: Kind = None,
+    atom_style: Style = None,
 ) -> dict[str, Any]:
     """Arguments of `jamlab.read` that say what files of other programs lack."""
     import jamlab
     from jamlab.packing.kinds import model_named
 
-    how: dict[str, Any] = {"units": units, "law": law_values(law, jamlab.read) or None, "style": style}
+    how: dict[str, Any] = {"units": units, "law": law_values(law, jamlab.read) or None, "atom_style": atom_style}
     how["model"] = None if model is None else model_named(model)
     if box is not None:
         how["box"] = lattice(box)

@@ -45,7 +45,7 @@ def read(
     law: Law | None = None,
     box: ArrayLike | None = None,
     model: ModelName | None = None,
-    style: AtomStyle | None = None,
+    atom_style: AtomStyle | None = None,
 ) -> Packing:
     """Read one frame of a file, by default the last; negative numbers count from the end.
 
@@ -68,7 +68,7 @@ def read(
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
         model: of the particles, where the file does not say it; by default atoms with molecules or bonds are vertices
             of droplets, the others disks.
-        style: atom style of a LAMMPS data file that names none, such as "sphere".
+        atom_style: of a LAMMPS data file that names none, such as "sphere".
 
     Raises:
         StorageError: no such file or frame, or an incomplete or unknown file.
@@ -81,7 +81,7 @@ def read(
         >>> np.array_equal(q.positions, p.positions), q.converged
         (True, True)
     """
-    return _read(path, frame, (radii, units, law, box, model), style)[0]
+    return _read(path, frame, (radii, units, law, box, model), atom_style)[0]
 
 
 @checked
@@ -93,7 +93,7 @@ def read_all(
     law: Law | None = None,
     box: ArrayLike | None = None,
     model: ModelName | None = None,
-    style: AtomStyle | None = None,
+    atom_style: AtomStyle | None = None,
 ) -> list[Packing]:
     """Read every frame, in the order written. Arguments and errors as in `read`.
 
@@ -104,19 +104,19 @@ def read_all(
         >>> phi == sorted(phi)
         True
     """
-    return _read(path, None, (radii, units, law, box, model), style)
+    return _read(path, None, (radii, units, law, box, model), atom_style)
 
 
 # radii, units, law, box, model
 _Given = tuple[Radii, Units | None, Law | None, ArrayLike | None, ModelName | None]
 
 
-def _read(path: FilePath, frame: int | None, given: _Given, style: AtomStyle | None) -> list[Packing]:
+def _read(path: FilePath, frame: int | None, given: _Given, atom_style: AtomStyle | None) -> list[Packing]:
     """One frame of a file, or all."""
     kind = _kind(path)
-    if style is not None and kind != "data":
+    if atom_style is not None and kind != "data":
         raise InputError(
-            f"style = {style!r}: {path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
+            f"atom_style = {atom_style!r}: {path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
         )
     if kind == "hdf5":
         own = read_all_hdf5(path) if frame is None else [read_hdf5(path, frame)]
@@ -126,7 +126,7 @@ def _read(path: FilePath, frame: int | None, given: _Given, style: AtomStyle | N
             )
         return own
     packings = []
-    for k, atoms in _chosen(_READERS[kind](path, *([style] if kind == "data" else [])), frame):
+    for k, atoms in _chosen(_READERS[kind](path, *([atom_style] if kind == "data" else [])), frame):
         with damage_named(f"{path}, frame {k}"):
             packings.append((atoms() if callable(atoms) else atoms).packing(*given))
     if not packings:

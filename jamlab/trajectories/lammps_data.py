@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import AtomStyle
 from jamlab.arrays import Array
-from jamlab.checks import check_choice
 from jamlab.errors import InputError, typed
 from jamlab.packing.facts import facts_of_columns, lost_names
 from jamlab.packing.lammps_files import described
@@ -44,12 +44,12 @@ STYLES = {
 
 
 def _ask() -> str:
-    return f"write `Atoms # STYLE`, or give {typed('style=', '--style')}, one of {', '.join(STYLES)}"
+    return f"write `Atoms # STYLE`, or give {typed('atom_style=', '--atom-style')}, one of {', '.join(STYLES)}"
 
 
-def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
-    """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds. `style`:
-    of its atoms, if the file does not say."""
+def read_data(path: FilePath, atom_style: AtomStyle | None = None) -> Iterator[Sites]:
+    """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds.
+    `atom_style`: of its atoms, if the file does not say."""
     with text_of(path) as file:
         lines = list(file)
         ended = not lines or lines[-1].endswith("\n")
@@ -66,7 +66,7 @@ def read_data(path: FilePath, style: str | None = None) -> Iterator[Sites]:
         entries = described(lines)
         last = next(reversed(sections.values()))[1]
         check_last_row(last or [[]], len(last[0]) if last else 0, ended, "rounding" in entries)
-        names = _columns(comment, style, rows, header, sections)
+        names = _columns(comment, atom_style, rows, header, sections)
         places = {name: k for k, name in enumerate(names)}
         atoms = Columns.of_rows(rows, places, len(names), "rounding" in entries).by_id()
         place = {int(k): m for m, k in enumerate(atoms.whole("id"))}
@@ -169,9 +169,8 @@ def _columns(
     style has such rows."""
     name, count = comment.partition(" ")[0], len(rows[0])
     if given is not None:
-        check_choice("style", given, STYLES)
         if name not in ("", given):
-            raise InputError(f"style = {given!r} was given, but the file has {name!r}")
+            raise InputError(f"atom_style = {given!r} was given, but the file has {name!r}")
         name = given
     if not name:
         fit = [style for style in ("atomic", "molecular", "charge") if _fits(STYLES[style], rows, header)]

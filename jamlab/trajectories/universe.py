@@ -92,7 +92,7 @@ def universe(
     law: Law | None = None,
     box: ArrayLike | None = None,
     model: ModelName | None = None,
-    style: AtomStyle | None = None,
+    atom_style: AtomStyle | None = None,
 ) -> MDAnalysis.Universe:
     """Make an MDAnalysis Universe in memory with one frame per packing.
 
@@ -105,7 +105,7 @@ def universe(
 
     Args:
         source: a packing, several packings of one sweep, or a file for `jamlab.read_all`.
-        radii, units, law, box, model, style: of a file, as in `jamlab.read`; packings know them.
+        radii, units, law, box, model, atom_style: of a file, as in `jamlab.read`; packings know them.
 
     Returns:
         A Universe in memory.
@@ -120,7 +120,7 @@ def universe(
         >>> u.atoms.n_atoms, bool(np.allclose(u.atoms.radii, p.diameters / 2))
         (32, True)
     """
-    reading = {"radii": radii, "units": units, "law": law, "box": box, "model": model, "style": style}
+    reading = dict(radii=radii, units=units, law=law, box=box, model=model, atom_style=atom_style)
     frames = _frames(source, {name: value for name, value in reading.items() if value is not None})
     first = frames[0]
     made = MDAnalysis.Universe.empty(

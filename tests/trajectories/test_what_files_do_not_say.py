@@ -74,7 +74,7 @@ def test_columns_without_a_style_are_not_guessed_but_taken_as_said(tmp_path, nam
         with pytest.raises(InputError, match="style"):
             jamlab.read(path, radii=radii, **GIVEN)
     if name in ("bpm/sphere", "sphere"):
-        same(jamlab.read(path, style=name, **GIVEN))
+        same(jamlab.read(path, atom_style=name, **GIVEN))
 
 
 def test_five_and_six_columns_are_taken_where_only_one_style_fits(tmp_path):
@@ -82,15 +82,15 @@ def test_five_and_six_columns_are_taken_where_only_one_style_fits(tmp_path):
     for each in (rows(T, X0, X1, ZERO), rows(T, ZERO.astype(float) + 0.5, X0, X1, ZERO), rows(ZERO, T, X0, X1, ZERO)):
         same(jamlab.read(data(tmp_path / "p.data", each), radii=radii, **GIVEN))
     path = data(tmp_path / "p.data", UNSAID["molecular or charge"])
-    same(jamlab.read(path, radii=radii, style="molecular", **GIVEN))
+    same(jamlab.read(path, radii=radii, atom_style="molecular", **GIVEN))
     for style in ("atomic", "wedge"):
         with pytest.raises(InputError):
-            jamlab.read(path, radii=radii, style=style, **GIVEN)
+            jamlab.read(path, radii=radii, atom_style=style, **GIVEN)
     with pytest.raises(InputError, match="style"):
-        jamlab.read(data(tmp_path / "p.data", UNSAID["sphere"], "Atoms # sphere"), style="atomic")
+        jamlab.read(data(tmp_path / "p.data", UNSAID["sphere"], "Atoms # sphere"), atom_style="atomic")
     (tmp_path / "p.dump").write_text(frame("id type x y z radius", PLAIN))
     with pytest.raises(InputError, match="style"):
-        jamlab.read(tmp_path / "p.dump", style="sphere")
+        jamlab.read(tmp_path / "p.dump", atom_style="sphere")
 
 
 def test_spheres_that_image_counts_stack_are_not_flat(tmp_path):
