@@ -1,6 +1,8 @@
 """Arguments of functions that analyse packings, spectra and tables."""
 
-from jamlab.arguments.argument import REQUIRED, Argument
+import math
+
+from jamlab.arguments.argument import REQUIRED, Argument, InWords
 
 ANALYSIS = (
     Argument(
@@ -11,10 +13,11 @@ ANALYSIS = (
         unit="1/tau_1",
         least=0,
         default=REQUIRED,
-        otherwise={"choose_flow": None, "deck": 0.1},
-        unset="not an oscillation",
-        limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-8, 1e3)),
+        otherwise={"choose_flow": None, "sweep": None, "deck": 0.1},
+        unset="no observable needs it",
+        limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
         habits="omegas frequency frequencies freq f w",
+        highest=1e100,
     ),
     Argument(
         "omega_min",
@@ -65,7 +68,14 @@ ANALYSIS = (
         unset="mean over directions",
         habits="theta direction_angle phi_angle angle",
     ),
-    Argument("prestress", "Keep the contact forces in the Hessian.", "flag", default=True),
+    Argument(
+        "prestress",
+        "Keep the contact forces in the Hessian.",
+        "flag",
+        default=True,
+        otherwise={"sweep": None},
+        unset="with them",
+    ),
     Argument(
         "count",
         "Number of modes.",
@@ -77,19 +87,8 @@ ANALYSIS = (
     Argument(
         "k", "Order of the bond-orientational order.", "integer", least=1, default=6, habits="order n fold l symmetry"
     ),
-    Argument(
-        "threshold", "Smallest overlap of a contact.", "number", default=0.0, habits="eps cutoff r_cut rc distance"
-    ),
     Argument("spacing", "Distance between points of outlines, in mean diameters.", "number", default=0.05),
     Argument("rim", "Include the rims of droplets.", "flag", default=False),
-    Argument(
-        "quantities",
-        "What is measured, by name.",
-        habits="columns names keys properties",
-        default=None,
-        otherwise={"PackingAnalysis": ("rho", "z")},
-        unset="the standard columns",
-    ),
     Argument("quantity", "Quantity whose mean is estimated.", "choice"),
     Argument(
         "workers",
@@ -115,43 +114,58 @@ ANALYSIS = (
         above=True,
     ),
     Argument("resamples", "Number of resamples by the bootstrap.", "integer", least=1, default=200),
-    Argument("pressures", "Pressures.", "array", unit="natural units", each="pressure"),
+    Argument(
+        "pressures",
+        "Pressures.",
+        "array",
+        unit="natural units",
+        each="pressure",
+        otherwise={"sweep": None},
+        unset="another protocol is given",
+    ),
     Argument("spectra", "Spectra of the packings of each pressure."),
-    Argument("found", "Voids of packings."),
     Argument("force", "Amplitude of the force on a contact.", "number", least=0, above=True),
     Argument("stiffness", "Stiffness of a contact.", "number", least=0, above=True, default=1.0),
     Argument(
-        "alpha",
-        "Exponent of contact damping in the relative velocity; 1 is linear.",
-        "number",
-        "α",
-        least=0.4,
-        highest=1,
-        default=1.0,
-        otherwise={"effective_relaxation_time": REQUIRED, "nonlinear_modulus": None},
-        limits_otherwise={"effective_relaxation_time": (0, None), "nonlinear_modulus": (0, None)},
-        unset="of damping",
+        "matrix",
+        "A matrix that is at hand already.",
+        default=None,
+        otherwise={"DragLaw.gears": REQUIRED, "StokesDrag.gears": REQUIRED},
+        unset="computed",
     ),
-    Argument("beta", "Ratio of tangential to normal damping.", "number", "β", least=0, highest=1e12, default=1.0),
-    Argument("tau", "Relaxation time of two disks.", "number", "τ₁", least=0, above=True, default=1.0),
-    Argument("eta_f", "Viscosity of the fluid.", "number", "η_f", unit="k tau_1", least=0, default=1.0),
-    Argument("lever_arms", "Where lever arms of disks end.", "choice", choices=("radius", "contact"), default="radius"),
-    Argument("stokes", "Stokes drag instead of contact damping.", "flag", default=False),
-    Argument("matrix", "A matrix that is at hand already, else computed.", default=None),
     Argument(
-        "table", "Name of a table.", "choice", default="states", otherwise={"choose": None}, unset="that of jamlab"
+        "table",
+        "Name of a table; of decks the file of the table.",
+        "choice",
+        default="states",
+        otherwise={"choose": None, "deck": "${out}.txt"},
+        unset="that of jamlab",
     ),
     Argument("values", "Columns of which means are taken.", "array"),
     Argument("along", "Column along which means are taken.", "text", default=None, unset="over all rows"),
-    Argument("bins", "Edges of bins of the column along.", "array", default=None, unset="each value on its own"),
+    Argument(
+        "bins",
+        "Bins: their edges, or of a density their number.",
+        "array",
+        default=None,
+        unset="each value on its own",
+        otherwise={"Modes.density": 40, "density_of_states": 40},
+    ),
     Argument("ax", "Axes of matplotlib to draw in.", default=None, unset="a new figure"),
     Argument(
-        "style",
-        "Atom style of a LAMMPS data file; of Session the minimiser.",
-        "text",
-        default=None,
-        otherwise={"Session.minimize": REQUIRED, "Session.use_minimizer": REQUIRED},
-        unset="as the file says",
-        habits="atom_style",
+        "quantities",
+        "What is measured, by name.",
+        "array",
+        default=InWords("the standard ones"),
+        otherwise={"PackingAnalysis": ("rho", "z")},
+        habits="columns names keys properties",
     ),
+    Argument(
+        "threshold", "Smallest overlap of a contact.", "number", default=0.0, habits="eps cutoff r_cut rc distance"
+    ),
+    Argument("against", "Abscissa of the figure: strain or its rate.", "choice", default="strain"),
+    Argument("label", "Words in the legend of the figure.", "text", default=""),
+    Argument("fastest", "Highest rate of modes that count.", "number", unit="1/tau_1", default=math.inf),
+    Argument("slowest", "Lowest rate of modes that count.", "number", unit="1/tau_1", default=0.0),
+    Argument("unit", "Unit of numbers, in words.", "text"),
 )

@@ -32,6 +32,13 @@ class FromDeck:
 
 
 @dataclass(frozen=True)
+class InWords:
+    """A default that the table cannot hold, such as a function or names that are listed elsewhere."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class Argument:
     """One argument, wherever it stands.
 

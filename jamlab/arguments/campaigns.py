@@ -1,11 +1,24 @@
 """Keys of campaign files, and arguments of `Campaign`."""
 
-from jamlab.arguments.argument import Argument
+from jamlab.arguments.argument import REQUIRED, Argument, InWords
 
 CAMPAIGNS = (
-    Argument("name", "Name of a campaign, sweep, table or deck.", "text", otherwise={"Campaign.table": "states"}),
-    Argument("sweep", "Name of a sweep; in a file the sweeps.", "text", default=None, unset="all"),
-    Argument("seeds", "Seeds: their number, a list, or { first, last }.", "array", each="seed"),
+    Argument(
+        "name",
+        "Name of a campaign, sweep, table or deck.",
+        "text",
+        otherwise={"Campaign.table": "states", "ShearRun.steady": "stress", "jamlab decks": None},
+        unset="all are listed",
+    ),
+    Argument(
+        "sweep",
+        "Name of a sweep; in a campaign file the sweeps.",
+        "text",
+        default=None,
+        unset="all",
+        otherwise={"campaign": REQUIRED},
+    ),
+    Argument("seeds", "Seeds: their number, a list, or { first, last }.", "array", each="seed", least=0),
     Argument("first", "First seed of a range.", "integer", least=0),
     Argument("last", "Last seed of a range.", "integer", least=0),
     Argument("compress", "A sweep from onset, with the arguments of jamlab.compress.", default=None, unset="none"),
@@ -20,9 +33,18 @@ CAMPAIGNS = (
         default=None,
         unset="a number that follows from the time they take",
     ),
-    Argument("lowest", "Lowest of numbers of equal ratio.", "number", least=0, above=True),
-    Argument("highest", "Highest of numbers of equal ratio.", "number", least=0, above=True),
-    Argument("correlation_omega", "Angular frequencies of displacement correlations.", "array", unit="1/tau_1"),
+    Argument("lowest", "Lowest of numbers of equal ratio.", "number", least=0, above=True, highest=1e100),
+    Argument("highest", "Highest of numbers of equal ratio.", "number", least=0, above=True, highest=1e100),
+    Argument(
+        "correlation_omega",
+        "Angular frequencies of displacement correlations.",
+        "array",
+        unit="1/tau_1",
+        default=None,
+        unset="no observable needs it",
+        least=0,
+        highest=1e100,
+    ),
     Argument(
         "oscillation",
         "Oscillations of every state, with the arguments of jamlab.oscillate.",
@@ -30,8 +52,13 @@ CAMPAIGNS = (
         unset="none",
     ),
     Argument("creep", "Creep of every state, with the arguments of jamlab.creep.", default=None, unset="none"),
-    Argument("contact", "Values of beta of contact damping.", "array", default=[]),
-    Argument("share", "Share (k, n): every n-th task, from the k-th on.", default=(1, 1), metavar="K/N"),
+    Argument(
+        "share",
+        "Share (k, n): every n-th task, from the k-th on.",
+        default=(1, 1),
+        metavar="K/N",
+        otherwise={**dict.fromkeys(("jamlab campaign run", "jamlab campaign resume"), "1/1")},
+    ),
     Argument("only", "Names of sweeps.", default=None, unset="all", metavar="NAME"),
     Argument("retry_failed", "Run failed tasks again.", "flag", default=False),
     Argument("pilot", "Run one task of each sweep, model and n only.", "flag", default=False),
@@ -50,5 +77,11 @@ CAMPAIGNS = (
         metavar="WHERE",
     ),
     Argument("jobs", "Largest number of jobs at a time.", "integer", least=1, default=None, unset="one"),
-    Argument("tell", "Function that is called with messages."),
+    Argument("tell", "Function that is called with messages.", default=InWords("jamlab.errors.warn")),
+    Argument(
+        "flow",
+        "Steady flow of every state, with the arguments of jamlab.flow_curve; of stop_flow the flow.",
+        otherwise={"sweep": None},
+        unset="none",
+    ),
 )

@@ -37,4 +37,5 @@ DECKS = (
     Argument("miss", "Relative error of the pressure at the end.", "number"),
     Argument("tries", "Changes of packing fraction, or steps of shear, at most.", "integer"),
     Argument("residual", "Shear stress over pressure at the end.", "number"),
+    Argument("search_step", "First step of packing fraction of a search for onset; step of jam.", "number"),
 )

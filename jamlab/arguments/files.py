@@ -1,17 +1,56 @@
 """Options and arguments that say which files and tables are written."""
 
-from jamlab.arguments.argument import Argument
+from jamlab.arguments.argument import REQUIRED, Argument
 
 FILES = (
-    Argument("out", "File to write.", "path", short="o", habits="save output out_csv html"),
     Argument(
-        "overwrite", "Replace existing files.", "flag", default=False, habits="force exist_ok clobber yes replace"
+        "out",
+        "File to write, or folder for several; of decks the beginning of their names.",
+        "path",
+        short="o",
+        habits="save output out_csv html",
+        otherwise={
+            "jamlab jam": "onset.h5",
+            "jamlab pack": "packing.h5",
+            "jamlab compress": "sweep.h5",
+            "jamlab droplets": "droplets.h5",
+            "jamlab relax": "relaxed.h5",
+            "jamlab explore": "explorer.html",
+            "jamlab shear": "shear.h5",
+            "jamlab quasistatic-shear": "quasistatic-shear.h5",
+            "jamlab flow-curve": "flow-curve.h5",
+            "jamlab oscillate": "oscillate.h5",
+            "jamlab creep": "creep.h5",
+            "jamlab relax-stress": "relax-stress.h5",
+            "jamlab stop-flow": "stop-flow.h5",
+            "jamlab campaign export": "tables",
+            "jamlab gstar": None,
+            "jamlab decompress": "decompressed.h5",
+            "Campaign.export": REQUIRED,
+            "deck": "sp",
+            **dict.fromkeys(("in.dp.jam", "in.dp.shear", "in.dp.startup"), "dp"),
+        },
+        unset="none is written",
+    ),
+    Argument(
+        "overwrite",
+        "Replace existing files.",
+        "flag",
+        default=False,
+        habits="force exist_ok clobber yes replace",
+        otherwise={"Campaign.export": True},
     ),
     Argument("csv", "Table of all rows to write (.csv).", "path", default=None, unset="none is written"),
     Argument("plot", "Picture to write (.png, .pdf, .svg).", "path", default=None, unset="none is written"),
     Argument("json", "Print one JSON object instead of a table.", "flag", default=False, habits="as_json"),
-    Argument("file", "File of packings, outlines or pictures.", "path"),
-    Argument("files", "Files of packings.", "path"),
+    Argument(
+        "file",
+        "File of packings, outlines or pictures.",
+        "path",
+        otherwise={"jamlab analyze": None},
+        unset="labels are given",
+    ),
+    Argument("files", "Files of packings.", "path", otherwise={"jamlab gstar": None}, unset="packings are made"),
     Argument("target", "File to write.", "path"),
     Argument(
         "folder",
@@ -19,7 +58,7 @@ FILES = (
         "path",
         default=None,
         unset="beside the campaign file, under its name",
-        otherwise={"jamlab demo": "jamlab-demo"},
+        otherwise={"jamlab demo": "jamlab-demo", "jamlab decks": None},
     ),
     Argument("copy", "Folder to which all decks and parts are copied.", "path", default=None, unset="none is copied"),
     Argument("dry_run", "Say what would be done; do nothing.", "flag", default=False),

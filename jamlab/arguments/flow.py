@@ -1,6 +1,6 @@
 """Arguments of functions that drive packings in time or strain."""
 
-from jamlab.arguments.argument import Argument
+from jamlab.arguments.argument import REQUIRED, Argument
 
 _AT_RATE = (
     "shear",
@@ -27,33 +27,42 @@ FLOW = (
         unset="not a shear",
         habits="edot gamma_dot shear_rate strain_rate",
     ),
-    Argument("rates", "Shear rates.", "array", unit="1/tau_1", least=1e-12, highest=1e3, each="rate"),
+    Argument(
+        "rates",
+        "Shear rates.",
+        "array",
+        unit="1/tau_1",
+        least=1e-12,
+        highest=1000.0,
+        each="rate",
+        limits_otherwise={"sweep.flow": (0, 1000.0)},
+    ),
     Argument(
         "strain",
         "Strain at the end of a run; of a mean the strain over which it is taken.",
         "number",
         "γ",
         least=1e-12,
-        highest=1e4,
+        highest=10000.0,
         signed=True,
         otherwise={
-            "shear": None,
             "flow_cost": 1.0,
-            "flow_curve": 4.0,
-            "sweep.flow": 4.0,
+            **dict.fromkeys(("flow_curve", "sweep.flow"), 4.0),
+            **dict.fromkeys(("quasistatic_shear", "relax_stress"), REQUIRED),
+            **dict.fromkeys(("BoxStrains.deformation", "BoxStrains.move"), REQUIRED),
             "jamlab shear": 1.0,
-            "jamlab flow-curve": 4.0,
-            "deck": 1.0,
+            **dict.fromkeys(("in.sp.startup", "in.dp.startup"), 1.0),
+            **dict.fromkeys(("in.sp.shear", "in.dp.shear"), 0.0),
         },
         limits_otherwise={
-            "flow_curve": (1, 1e4),
-            "sweep.flow": (1, 1e4),
+            **dict.fromkeys(("flow_curve", "sweep.flow"), (1, 10000.0)),
             "relax_stress": (1e-12, 1),
-            "quasistatic_shear": (0, 1e3),
-            "BoxStrains": (None, None),
+            "quasistatic_shear": (0, 1000.0),
+            **dict.fromkeys(("in.sp.shear", "in.dp.shear"), (0, 1000.0)),
         },
         unset="1",
         habits="gamma total_strain max_strain shear_strain",
+        default=None,
     ),
     Argument(
         "strain_step",
@@ -63,16 +72,14 @@ FLOW = (
         least=0,
         highest=0.1,
         above=True,
-        default=1e-3,
+        default=0.001,
         unset="disks 1e-6, droplets 3e-7",
         otherwise={
-            "shear_modulus": None,
-            "bulk_modulus": None,
-            "jamlab quasistatic-shear": 1e-4,
-            "in.sp.shear": 1e-6,
-            "in.sp.bulk": 1e-6,
+            **dict.fromkeys(("shear_modulus", "bulk_modulus"), None),
+            "jamlab quasistatic-shear": 0.0001,
+            **dict.fromkeys(("in.sp.shear", "in.sp.bulk"), 1e-06),
         },
-        limits_otherwise={"sweep.flow": (1e-6, 0.1)},
+        limits_otherwise={"sweep.flow": (1e-06, 0.1)},
         habits="dgamma delta_gamma",
     ),
     Argument(
@@ -169,7 +176,7 @@ FLOW = (
     ),
     Argument(
         "damping",
-        "Drag law: one by name with its parameters, or an object.",
+        "Drag law: one by name, or its parameters; in Python also an object.",
         default=None,
         unset="contact damping with beta = 1",
         metavar="NAME:PARAMETER=VALUE,...",
@@ -211,7 +218,6 @@ FLOW = (
         otherwise={"Packing": False},
         unset="if the packing has walls",
     ),
-    Argument("flow", "A flow to be stopped, or its last packing."),
     Argument("run", "A run, or packings one after the other."),
     Argument(
         "within",

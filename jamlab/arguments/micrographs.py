@@ -47,7 +47,15 @@ MICROGRAPHS = (
         choices=("grey", "red", "green", "blue"),
         default="grey",
     ),
-    Argument("memory", "Frames in which a droplet may be missing and keep its number.", "integer", least=0, default=0),
+    Argument(
+        "memory",
+        "Frames in which a droplet may be missing and keep its number.",
+        "integer",
+        least=0,
+        default=0,
+        otherwise={"jamlab analyze": None},
+        unset="0",
+    ),
     Argument(
         "overlay",
         "Picture to write of outlines, numbers, contacts and voids.",
@@ -77,5 +85,4 @@ MICROGRAPHS = (
     Argument(
         "light", "Brightness at the right edge over that at the left.", "number", least=1e-6, highest=1, default=1.0
     ),
-    Argument("how", "Arguments of micrograph, by name."),
 )

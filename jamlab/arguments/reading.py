@@ -20,9 +20,14 @@ READING = (
         unset="labels are given",
     ),
     Argument("u", "Universe of MDAnalysis, or atoms of it."),
-    Argument("reading", "What a file lacks, by name: arguments of read."),
     Argument(
-        "frame", "Frame of a file; -1 is the last.", "integer", default=-1, habits="step snapshot index i frame_number"
+        "frame",
+        "Frame of a file; -1 is the last.",
+        "integer",
+        default=-1,
+        habits="step snapshot index i frame_number",
+        otherwise={"jamlab convert": None},
+        unset="all",
     ),
     Argument("frames", "Frames, as a slice or numbers.", default=None, unset="all"),
     Argument(
@@ -31,7 +36,7 @@ READING = (
         "array",
         default=None,
         unset="as the file says",
-        otherwise={"Packing": REQUIRED, "droplets_from_outlines": REQUIRED},
+        otherwise={**dict.fromkeys(("Packing", "droplets_from_outlines", "jamlab droplets"), REQUIRED)},
         metavar="LX,LY",
     ),
     Argument(
@@ -72,8 +77,7 @@ READING = (
         "Whether it is at a minimum; of tables whether other rows are left out.",
         "flag",
         default=True,
-        otherwise={"Packing": None},
-        unset="unknown",
+        otherwise={"Packing": False},
     ),
     Argument("on_target", "Whether it has the pressure or packing fraction aimed at.", "flag", default=True),
     Argument("on_rattlers", "Whether the Hessian sees only rattlers that move.", "flag", default=False),
@@ -87,4 +91,12 @@ READING = (
         habits="format fmt csv output_format columns fields quantities properties observable metrics",
     ),
     Argument("every", "Stride: every k-th state.", "integer", least=1, default=1),
+    Argument(
+        "atom_style",
+        "Atom style of a LAMMPS data file.",
+        "choice",
+        default=None,
+        unset="as the file says",
+        habits="style",
+    ),
 )

@@ -10,8 +10,13 @@ SWEEPS = (
         least=0,
         highest=2,
         above=True,
-        otherwise={"jamlab demo": 0.95, "deck": 0.9, "in.sp.shear": 0, "in.dp.shear": 0, "in.sp.bulk": 0},
+        otherwise={
+            "jamlab demo": 0.95,
+            "deck": 0.9,
+            **dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), 0.0),
+        },
         habits="final last phi_final final_phi phi_end end phi_target target_phi target phi_max",
+        limits_otherwise={**dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), (0, 2))},
     ),
     Argument(
         "by",
@@ -62,10 +67,14 @@ SWEEPS = (
         default=None,
         unset="not sought",
     ),
-    Argument("packing", "A packing."),
+    Argument(
+        "packing",
+        "A packing; of jamlab analyze a file for that of the picture.",
+        otherwise={"jamlab analyze": None},
+        unset="none is written",
+    ),
     Argument("packings", "Packings, one or several."),
     Argument("whole", "The packing with its rattlers, to which positions belong."),
     Argument("other", "Another packing of the same particles."),
     Argument("particles", "Which particles: one truth value for each, or numbers.", "array"),
-    Argument("changes", "Fields that differ, by name."),
 )
