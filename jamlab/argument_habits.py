@@ -70,7 +70,7 @@ ARGUMENTS = (
             "scene", "droplets_from_disks", "droplets_from_outlines"), "`law`, such as law={'gamma': 0.3}")),
     Concept("max_iterations max_iter maxiter max_steps n_iterations n_steps", "", "", dict.fromkeys(("pack", "jam",
             "relax"),
-            "`tolerance`: minimization ends there, after as many steps as it takes")),
+            "`force_tolerance`: minimization ends there, after as many steps as it takes")),
     Concept("random_state rng seeds seed_number random_seed rng_seed", "seed"),
     Concept("polydispersity polydisperse size_distribution sigma_d disp", "sizes", "",
             dict.fromkeys(("pack", "jam"), "`sizes`, such as sizes='lognormal:0.2'")),

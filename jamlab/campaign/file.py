@@ -209,7 +209,7 @@ class Sweep(FileTable):
     def _check_packings(self) -> None:
         """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""
         from jamlab.protocols.makings import making_of
-        from jamlab.protocols.relaxation import force_tolerance
+        from jamlab.protocols.relaxation import usual_force_tolerance
         from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
         from jamlab.protocols.target_pressure import check_pressure
 
@@ -217,7 +217,9 @@ class Sweep(FileTable):
         for name in self.model:
             making = making_of(name)
             making.check_law(self.force_law)
-            making.check_stiffness(defaults(name) | self.force_law, force_tolerance(name) if force is None else force)
+            making.check_stiffness(
+                defaults(name) | self.force_law, usual_force_tolerance(name) if force is None else force
+            )
         if self.force_law.get("stickiness") and (self.compress or self.onset):
             raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():

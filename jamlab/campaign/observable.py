@@ -139,7 +139,7 @@ class DampingLaws(FileTable):
 class Tolerances(FileTable):
     """How well states are minimised."""
 
-    max_force: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None  # `tolerance` of `jam`
+    max_force: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None  # of `jam`
     step_error: Annotated[float, Field(gt=0, le=1)] | None = None  # `error` of `jamlab.compress`
 
 

@@ -30,7 +30,7 @@ from jamlab.protocols.target_pressure import decompress, pack
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
     """Make the packings of a task."""
     missing: list[dict[str, str]] = []
-    effort = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
+    effort = {"force_tolerance": parameters.tolerances.max_force, "ranks": ranks}
     if parameters.pressures is not None:
         packings, targets = _at_pressures(parameters, effort, missing)
     elif parameters.phi is not None:  # random disks, quenched; loose ones too

@@ -56,7 +56,7 @@ def jam(
         "search": search,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": force_tolerance, "law": options.law_values(law, jamlab.jam)}
+    how |= {"ranks": ranks, "force_tolerance": force_tolerance, "law": options.law_values(law, jamlab.jam)}
     with progress_bar("to onset") as progress:
         packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -95,7 +95,7 @@ def pack(
         "sizes": sizes,
         "ensemble": ensemble,
     }
-    how |= {"ranks": ranks, "tolerance": force_tolerance, "law": options.law_values(law, jamlab.pack)}
+    how |= {"ranks": ranks, "force_tolerance": force_tolerance, "law": options.law_values(law, jamlab.pack)}
     with progress_bar("to pressure") as progress:
         packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **how)
     print_packings([packing], out, as_json)
@@ -134,7 +134,7 @@ def compress(
     sweep = SweepFile(out, task, replace=overwrite)
     sweep.begin(read(file, frame, **reading))
     how: dict[str, Any] = {"by": by, "first_step": first_step, "pressure_tolerance": pressure_tolerance}
-    how["tolerance"] = force_tolerance
+    how["force_tolerance"] = force_tolerance
     with progress_bar("compress") as progress:
         sweep.make(lambda last, start, done: go_on(last, start, done, to, step, ranks=ranks, progress=progress, **how))
     print_packings(sweep.states, out, as_json, save=sweep.write)

@@ -100,8 +100,8 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam(way.n, DISKS.name, seed, tolerance=force)
-    return jam(way.n, DROPLETS.name, seed, tolerance=force, law=way.law)
+        return jam(way.n, DISKS.name, seed, force_tolerance=force)
+    return jam(way.n, DROPLETS.name, seed, force_tolerance=force, law=way.law)
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.step) -> Packing:
@@ -116,7 +116,9 @@ def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
     """Put droplets in the place of disks, see `droplets_from_disks`."""
-    return _require_reached(droplets_from_disks(disks, tolerance=way.tolerance, law=way.law), packing_fraction(disks))
+    return _require_reached(
+        droplets_from_disks(disks, force_tolerance=way.tolerance, law=way.law), packing_fraction(disks)
+    )
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
@@ -144,7 +146,7 @@ def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | N
         raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the requested {rho:g}")
     if reached >= rho - 1e-6:
         return packing
-    for state in compress(packing, rho, step, tolerance=tolerance):
+    for state in compress(packing, rho, step, force_tolerance=tolerance):
         packing = _require_reached(state, None)
     return _require_reached(packing, rho)
 

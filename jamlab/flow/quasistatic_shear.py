@@ -34,8 +34,7 @@ from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
-from jamlab.protocols.relaxation import check_tolerance, relax_session
-from jamlab.protocols.relaxation import force_tolerance as usual_tolerance
+from jamlab.protocols.relaxation import check_tolerance, relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 
@@ -218,7 +217,7 @@ class Walk(Run[QuasistaticShear]):
         super().__init__(QuasistaticShear, packing, None, task | {"force_tolerance": force_tolerance}, path, progress)
         self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, force_tolerance
         self._on_walls: list[Array] = []
-        largest = usual_tolerance(packing.model) if force_tolerance is None else force_tolerance
+        largest = usual_force_tolerance(packing.model) if force_tolerance is None else force_tolerance
         self.facts |= {"background": 0.0, "tolerance": None, "iterations": 0, "shear_rate": 0.0}
         self.facts["force_tolerance"] = largest
         self._now = self._scales.to_natural(self._started)

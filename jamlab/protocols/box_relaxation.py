@@ -30,7 +30,7 @@ from jamlab.packing.shear_direction import shear_gradient
 from jamlab.protocols.descent import USUAL, Effort, load, quench
 from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
-from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax_session, settle
+from jamlab.protocols.relaxation import Relaxed, relax_session, settle, usual_force_tolerance
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Ensemble:
             particle size. A packing that unjams has no stress to relax: `converged` then refers to its forces only, and
             its pressure is rounding.
         """
-        force = force_tolerance(session.kind.name) if tolerance is None else tolerance
+        force = usual_force_tolerance(session.kind.name) if tolerance is None else tolerance
         if self.pressure is not None:
             return relax_at_pressure(session, self.pressure, force)
         if not self.may_shear:

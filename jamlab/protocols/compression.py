@@ -27,7 +27,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.makings import making_of
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, usual_force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
 
 
@@ -70,7 +70,7 @@ def compress(
     first_step: float | None = None,
     per_decade: int | None = None,
     pressure_tolerance: float | None = None,
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     ranks: int = 1,
     progress: Progress | None = None,
 ) -> Iterator[Packing]:
@@ -90,8 +90,8 @@ def compress(
         pressure_tolerance: follow the energy minimum in sub-steps so short that linear response predicts every pressure
             to this relative error. Default: one step per state, which may end in a different minimum. A small packing
             may unjam at an instability even when compressed.
-        tolerance: largest residual force in natural units (`jamlab.packing.natural_units`), 1e-15 to 1e-3. Default:
-            1e-12 for disks, 1e-10 for droplets.
+        force_tolerance: largest residual force in natural units (`jamlab.packing.natural_units`), 1e-15 to 1e-3.
+            Default: 1e-12 for disks, 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
         progress: called after each state with (fraction done, text); True: print it.
 
@@ -111,7 +111,12 @@ def compress(
         >>> [round(jamlab.packing_fraction(p), 3) for p in sweep[-2:]], all(p.converged for p in sweep)
         ([0.881, 0.9], True)
     """
-    how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade, "tolerance": tolerance}
+    how: dict[str, Any] = {
+        "by": by,
+        "first_step": first_step,
+        "per_decade": per_decade,
+        "force_tolerance": force_tolerance,
+    }
     how |= {"pressure_tolerance": pressure_tolerance, "ranks": ranks, "progress": progress}
     return go_on(packing, packing, 0, to, step, repeatable=False, **how)
 
@@ -128,7 +133,7 @@ def go_on(
     first_step: float | None = None,
     per_decade: int | None = None,
     pressure_tolerance: float | None = None,
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     ranks: int = 1,
     progress: Progress | None = None,
     repeatable: bool = True,
@@ -152,12 +157,12 @@ def go_on(
         check_number("per_decade", per_decade, 1000)
         if first_step is None:
             raise InputError(f"per_decade = {per_decade}: it spaces the states after first_step; give first_step too")
-    check_tolerance(tolerance, LARGEST_TOLERANCE)
+    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     check_ranks(ranks, start.kind)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
     targets = grid(fraction_by(start, by), to, step, first_step, per_decade)
-    force = force_tolerance(start.model) if tolerance is None else tolerance
+    force = usual_force_tolerance(start.model) if force_tolerance is None else force_tolerance
     if done >= len(targets):
         return iter(())
     if done and last.converged is False:

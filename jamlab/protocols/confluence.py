@@ -20,7 +20,7 @@ def bisect_confluence(
     error: float,
     *,
     by: str = "rho",
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     ranks: int = 1,
 ) -> Iterator[Packing]:
     """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error. Every state is
@@ -30,7 +30,7 @@ def bisect_confluence(
     Args:
         below: from a sweep, with z < 6.
         above: a later state of it, with z >= 6.
-        error: of rho*, or of phi* with `by`; `by, tolerance, ranks`: see `compress`. Yields one Packing per
+        error: of rho*, or of phi* with `by`; `by, force_tolerance, ranks`: see `compress`. Yields one Packing per
             halving.
     """
     check_number("error", error, 1.0)
@@ -42,7 +42,7 @@ def bisect_confluence(
         )
     while high - low > error:
         middle = 0.5 * (low + high)
-        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks)
+        (packing,) = compress(below, middle, high - low, by=by, force_tolerance=force_tolerance, ranks=ranks)
         reached = fraction_by(packing, by)
         yield packing
         if not (packing.converged and packing.on_target and low < reached < high):

@@ -52,7 +52,7 @@ HAND_OVER = HandOver()
 
 @checked
 def droplets_from_disks(
-    packing: Packing, *, seed: int = 1, tolerance: float | None = None, law: Law | None = None
+    packing: Packing, *, seed: int = 1, force_tolerance: float | None = None, law: Law | None = None
 ) -> Packing:
     """Replace disks by droplets at the same true packing fraction, and relax them.
 
@@ -60,7 +60,7 @@ def droplets_from_disks(
         packing: SP, at a minimum; two sizes or more. Best below rho = 0.88; at higher rho disks have contacts that
             droplets do not have (Boromand et al. fig 5).
         seed: seed of the orientations.
-        tolerance: largest residual force in units of eps/l, default 1e-10.
+        force_tolerance: largest residual force in units of eps/l, default 1e-10.
         law: parameters of the force law that replace the defaults, e.g. {"gamma": 0.3}. The number of vertices is
             proportional to the diameter, (nv_small + nv_large)/2 for a disk of mean diameter; or `vertices`, one number
             or (n,).
@@ -86,7 +86,7 @@ def droplets_from_disks(
     """
     parameters = law_given(law, DROPLETS.name)
     check_seed(seed)
-    check_tolerance(tolerance, LARGEST_TOLERANCE)
+    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     if packing.frame.is_flat:
         raise InputError(
             "flat walls: make the droplets of the packing without them, then with_walls(droplets, flat=True)"
@@ -102,7 +102,7 @@ def droplets_from_disks(
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
-    found = relax_at_rho(droplets, rho, SWEEP.met_last, partial(relax_off_saddles, tolerance=tolerance))
+    found = relax_at_rho(droplets, rho, SWEEP.met_last, partial(relax_off_saddles, tolerance=force_tolerance))
     before, after = contacts(packing), contacts(found)
     kept = _common(before.pairs, after.pairs)
     continuous = bool(abs(after.z - before.z) <= HAND_OVER.z_jump and kept >= HAND_OVER.kept)

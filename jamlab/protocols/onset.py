@@ -28,7 +28,7 @@ from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.makings import making_of
 from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.particle_numbers import check_bidisperse
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import check_tolerance, usual_force_tolerance
 from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.storage.verified_file import versions
@@ -48,7 +48,7 @@ def jam(
     step: float | None = None,
     ensemble: str = "fixed-box",
     start: str = "from-disks",
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     ranks: int = 1,
     law: Law | None = None,
     size_ratio: float | None = None,
@@ -69,7 +69,7 @@ def jam(
             stress.
         start: DP: "from-disks": disks are compressed and then replaced by droplets, which is faster and gives the same
             distribution of onsets. "direct": droplets are compressed from the beginning.
-        tolerance: largest residual force in units of eps/length, 1e-15 to 1e-9. Default: 1e-12 for disks (less if
+        force_tolerance: largest residual force in units of eps/length, 1e-15 to 1e-9. Default: 1e-12 for disks (less if
             exponent > 2), 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
         law: force law, by its name, "harmonic" (exponent 2), "hertz" (exponent 2.5) or that of another package, or by
@@ -107,7 +107,7 @@ def jam(
     _check(model, search, ensemble, start, size_ratio)
     parameters = law_given(law, model)
     first_step = _first_step(step, search, protocol)
-    check_tolerance(tolerance, LARGEST_TOLERANCE)
+    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     if sizes is None:
         check_bidisperse(n, seed, protocol["phi_start"], fraction_large)
     began = time.perf_counter()
@@ -124,7 +124,7 @@ def jam(
         "step": first_step,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "incremental", ensemble, tolerance, ranks, OnsetWork(making.way, progress))
+    how = (search == "incremental", ensemble, force_tolerance, ranks, OnsetWork(making.way, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
@@ -144,7 +144,7 @@ def _onset_above(
     protocol, making = numbers("onset"), making_of(placed.model)
     loose = _without_last_digits(placed)
     # of disks as small beside their contact forces as that of springs
-    usual = force_tolerance(loose.model) * loose.law.beside_springs(protocol["u_contact"])
+    usual = usual_force_tolerance(loose.model) * loose.law.beside_springs(protocol["u_contact"])
     force = usual if tolerance is None else tolerance
     making.check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:

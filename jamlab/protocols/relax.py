@@ -12,7 +12,7 @@ from jamlab.protocols.saddles import record, relax_off_saddles
 
 
 @checked
-def relax(packing: Packing, tolerance: float | None = None) -> Packing:
+def relax(packing: Packing, force_tolerance: float | None = None) -> Packing:
     """Relax a packing to an energy minimum in its ensemble: with a fixed box, or to zero shear stress.
 
     Use it for packings with rounded coordinates, such as float32 of MDAnalysis, or from dynamics: z, moduli and G* are
@@ -20,7 +20,7 @@ def relax(packing: Packing, tolerance: float | None = None) -> Packing:
 
     Args:
         packing: SP or DP.
-        tolerance: largest force at the minimum, as in `jamlab.compress`.
+        force_tolerance: largest force at the minimum, as in `jamlab.compress`.
 
     Returns:
         The minimum, with `rounding` 0; `converged` is False if the tolerance was not met. `provenance["moved"]` is the
@@ -39,8 +39,8 @@ def relax(packing: Packing, tolerance: float | None = None) -> Packing:
         >>> back.converged, back.max_force < 1e-11
         (True, True)
     """
-    check_tolerance(tolerance, LARGEST_TOLERANCE)
-    found = _relaxed(packing, tolerance)
+    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
+    found = _relaxed(packing, force_tolerance)
     moved = float(np.hypot(*(found.positions - packing.positions).T).max())
     return found.with_state(rounding=0.0, provenance={"moved": moved})
 

@@ -30,18 +30,20 @@ class Relaxed:
     on_rattlers: bool = False  # whether it is the latter
 
 
-def force_tolerance(model: str) -> float:
+def usual_force_tolerance(model: str) -> float:
     """Largest force at a minimum by default, in natural units: `force` of `*.minimum.parameters`."""
     return float(defaults(f"{model}.minimum")["force"])
 
 
-def check_tolerance(tolerance: float | None, highest: float) -> None:
+def check_tolerance(force_tolerance: float | None, highest: float) -> None:
     """Refuse a force tolerance that no minimisation can meet, or that leaves no digits of the result."""
-    if tolerance is None:
+    if force_tolerance is None:
         return
-    check_number("tolerance", tolerance, highest)
-    if tolerance < LEAST_TOLERANCE:
-        raise InputError(f"tolerance = {tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more")
+    check_number("force_tolerance", force_tolerance, highest)
+    if force_tolerance < LEAST_TOLERANCE:
+        raise InputError(
+            f"force_tolerance = {force_tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more"
+        )
 
 
 def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluation:
@@ -62,7 +64,7 @@ def relax_session(
 
     Args:
         session: is left in the minimum.
-        tolerance: on the largest force; default `force_tolerance` of the model.
+        tolerance: on the largest force; default `usual_force_tolerance` of the model.
         near: the state is a good guess of the minimum: try steps that converge fast there before anything else,
             Newton's, for droplets those of L-BFGS.
         effort: steps at most.
@@ -71,7 +73,7 @@ def relax_session(
         The state reached; `converged` is False if no round met the tolerance.
     """
     if tolerance is None:
-        tolerance = force_tolerance(session.kind.name)
+        tolerance = usual_force_tolerance(session.kind.name)
     descent = minimising_of(session.kind.name).descent
     if near:
         state = descent.end(session, tolerance, effort)

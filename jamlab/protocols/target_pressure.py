@@ -28,7 +28,7 @@ from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_
 from jamlab.protocols.descent import load, quench
 from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
-from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, force_tolerance, relax_session
+from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.storage.verified_file import versions
@@ -58,7 +58,7 @@ def pack(
     phi: float | None = None,
     ensemble: str = "fixed-box",
     ranks: int = 1,
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     law: Law | None = None,
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
@@ -83,7 +83,7 @@ def pack(
         phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
         ranks: threads of FIRE; useful above 10 000 disks.
-        tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 p d. Default: 1e-12.
+        force_tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 p d. Default: 1e-12.
         law: force law, by its name, "harmonic" (exponent 2), "hertz" (exponent 2.5) or that of another package, or by
             parameters that replace the defaults, e.g. {"stickiness": 0.02} of sticky disks.
         size_ratio: diameter ratio of large to small disks, 1 to 10 (default: 1.4).
@@ -121,10 +121,10 @@ def pack(
 
     if phi is not None and pressure is None:
         entries |= {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
-        return _quenched(start(phi), tolerance, ranks, entries)
+        return _quenched(start(phi), force_tolerance, ranks, entries)
     if phi is not None or pressure is None:
         raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
-    force, pair_law = check_pressure(pressure, tolerance, **parameters)
+    force, pair_law = check_pressure(pressure, force_tolerance, **parameters)
 
     def at(target: float) -> Packing:
         began, extra = time.perf_counter(), 0.0 if pair_law.range else 2 * pair_law.linear_in_phi(target)
@@ -183,7 +183,7 @@ def decompress(
     pressure: float,
     *,
     ranks: int = 1,
-    tolerance: float | None = None,
+    force_tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Packing:
     """Decompress a jammed packing of disks to a lower pressure, in steps.
@@ -196,7 +196,7 @@ def decompress(
         packing: SP; jammed and relaxed, at a higher pressure.
         pressure: target pressure in the units of the packing, from 1e-8 k.
         ranks: threads of FIRE; useful above 10 000 disks.
-        tolerance: largest force at the minimum, as in `compress`; at most 1e-4 p d.
+        force_tolerance: largest force at the minimum, as in `compress`; at most 1e-4 p d.
         progress: called after each pressure with (fraction done, text); True: print it.
 
     Returns:
@@ -215,7 +215,7 @@ def decompress(
     """
     check_ranks(ranks, packing.kind)
     _check_repulsive(packing)
-    force = _check_force(pressure, tolerance, packing.law, natural_scales(packing).stress)
+    force = _check_force(pressure, force_tolerance, packing.law, natural_scales(packing).stress)
     return _come_down(packing, pressure, force, ranks, progress)
 
 
@@ -313,7 +313,7 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) ->
                 "beyond, disks pass through each other"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
-        return force_tolerance(DISKS.name) if tolerance is None else tolerance, law
+        return usual_force_tolerance(DISKS.name) if tolerance is None else tolerance, law
     force = _check_force(pressure, tolerance, law, natural_stress(law))
     if pressure > highest:
         raise InputError(
@@ -325,7 +325,7 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) ->
 def _check_force(pressure: float, tolerance: float | None, law: PairLaw, unit: float) -> float:
     """Give the force tolerance, small beside the pressure; `unit`: of the pressure where the law is one of springs."""
     check_number("pressure", pressure, max(HIGHEST_PRESSURE * unit, law.pressures[1]))
-    force = force_tolerance(DISKS.name) if tolerance is None else tolerance
+    force = usual_force_tolerance(DISKS.name) if tolerance is None else tolerance
     check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
     if force * unit > LEAST_NOISE * pressure:
         raise InputError(

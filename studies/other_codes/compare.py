@@ -18,7 +18,7 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax_session
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from studies.other_codes.analysis import ANALYSTS, ASE
 from studies.other_codes.jax_md import JaxMD
 from studies.other_codes.peers import MISSING, MOST_STEPS, Analyst, Jamlab, Lammps, Peer, installed, plain_point
@@ -97,13 +97,13 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
         return row | {"note": MISSING}
     there, here = plain_point(start) if jamlab is None else peer.evaluate(start), Jamlab().evaluate(start)
     began = time.process_time()
-    run = partial(peer.descent(start), force_tolerance("sp"), MOST_STEPS)
+    run = partial(peer.descent(start), usual_force_tolerance("sp"), MOST_STEPS)
     run()
     cold = time.process_time() - began
     warm, positions = shortest(run)
     point = plain_point(start.with_state(positions=positions))
     found = measure(start.with_state(positions=positions))
-    left, tolerance = float(np.hypot(*point.forces.T).max()), force_tolerance("sp")
+    left, tolerance = float(np.hypot(*point.forces.T).max()), usual_force_tolerance("sp")
     first = jamlab or {"cold": cold, "warm": warm}
     missed = f"stopped at max force {left:.1g}, not {tolerance:g}" if left > tolerance else ""
     row |= {

@@ -21,7 +21,7 @@ from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
-from jamlab.protocols.relaxation import force_tolerance, relax_session
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
@@ -52,7 +52,7 @@ def _measure_packing(name: str, packing: Packing, moves: float, seed: int) -> It
     start = packing.with_state(
         positions=packing.positions + moves * np.random.default_rng(seed).standard_normal(packing.positions.shape)
     )
-    usual = force_tolerance(packing.model)
+    usual = usual_force_tolerance(packing.model)
     loose, tight = (dense_modulus(relaxed(start, tolerance)) for tolerance in _TIGHT[packing.model])
     panel = Panel(name, tight, max(0.1 * abs(loose / tight - 1), 1e-15), _relative, {"runs": 2, "budget": 0.05})
     for tolerance in _TOLERANCES[packing.model]:

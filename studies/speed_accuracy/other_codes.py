@@ -16,7 +16,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.protocols.relaxation import force_tolerance
+from jamlab.protocols.relaxation import usual_force_tolerance
 from studies.other_codes.compare import PEERS, jolted_minimum
 from studies.other_codes.peers import MISSING, MOST_STEPS, Descent, Jamlab, installed
 from studies.speed_accuracy.chart import Chart, Trial
@@ -66,7 +66,7 @@ def measure_codes(seed: int) -> Iterator[Trial]:
             trials = []
             for tolerance, run in zip(_TOLERANCES, runs, strict=True):
                 error = _distance(run.positions, exact, start, bearing)
-                default = name == "jamlab" and tolerance == force_tolerance("sp")
+                default = name == "jamlab" and tolerance == usual_force_tolerance("sp")
                 numbers = (run.seconds, error, known, default, run.note, run.cut)
                 trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", *numbers))
             if trials[-1].error > _ELSEWHERE and not trials[-1].cut:

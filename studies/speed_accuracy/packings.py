@@ -15,7 +15,7 @@ from jamlab.packing.box_strains import COMPRESSION, BoxStrains
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax_session
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.target_pressure import pack
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 
@@ -42,7 +42,7 @@ def minimise_droplets(seed: int) -> Iterator[Trial]:
                 for tolerance in _DROPLET_TOLERANCES:
                     if np.isfinite(trial.error):
                         trial = panel.trial(style, "", partial(_descend_droplets, session, start, style, tolerance))
-                    default = style == _STYLES[-1] and tolerance == force_tolerance("dp")
+                    default = style == _STYLES[-1] and tolerance == usual_force_tolerance("dp")
                     yield replace(trial, setting=f"{tolerance:g}", default=default)
 
 
@@ -94,7 +94,7 @@ def pack_to_pressures(seed: int) -> Iterator[Trial]:
     """Measure at every pressure from one random start; the target itself is the reference."""
     for pressure in _PRESSURES:
         panel = Panel(f"p = {pressure:g} k", pressure, 1e-16 / pressure, lambda p, asked: p / asked - 1, {"runs": 1})
-        usual = force_tolerance("sp")
+        usual = usual_force_tolerance("sp")
         for force in (*(f * pressure for f in _PACK_FORCES), usual):
             yield panel.trial("pack", f"force {force:g}", partial(_pack, pressure, seed, force), force == usual)
         for force in _FORCES:
@@ -102,7 +102,7 @@ def pack_to_pressures(seed: int) -> Iterator[Trial]:
 
 
 def _pack(pressure: float, seed: int, force: float) -> float:
-    return float(pack(_DISKS, pressure, seed, tolerance=force).provenance["pressure"])
+    return float(pack(_DISKS, pressure, seed, force_tolerance=force).provenance["pressure"])
 
 
 def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:

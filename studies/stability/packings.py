@@ -17,13 +17,13 @@ from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params, random_disks
-from jamlab.protocols.relaxation import force_tolerance, relax_session
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.size_distributions import SIZE_LIMITS
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
 from studies.stability.map import Map, Trial, balanced, judge_descent, worst_of
 from studies.stability.plain_physics import plain_forces, plain_packing_fraction, plain_pressure, plain_shear_modulus
 
-FORCE = force_tolerance("sp")
+FORCE = usual_force_tolerance("sp")
 GAMMA, KA = (float(defaults("dp")[name]) for name in ("gamma", "ka"))
 _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction to 1e-6 only
 _SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives
@@ -142,7 +142,7 @@ def modulus_trial(packing: Packing, modulus: float) -> Trial:
 
 def try_onset(tolerance: float, n: int, seed: int) -> Trial:
     """A packing at onset: forces, and the contact energy per disk within its window."""
-    packing = jam(n, "sp", seed, tolerance=tolerance)
+    packing = jam(n, "sp", seed, force_tolerance=tolerance)
     if not packing.converged:
         return Trial("stalled", f"max force {packing.max_force:.1g}")
     window = defaults("onset")
@@ -177,7 +177,7 @@ def try_hand_over(rho: float, gamma: float, seed: int, ka: float = KA) -> Trial:
     handed = packing.provenance["handover"]
     verdict = "converged" if handed["continuous"] else "another basin"
     return worst_of(
-        balanced(verdict, packing, force_tolerance("dp"), stiffness=max(1.0, ka + gamma)),
+        balanced(verdict, packing, usual_force_tolerance("dp"), stiffness=max(1.0, ka + gamma)),
         Trial(verdict, "rho", abs(plain_packing_fraction(packing) - handed["rho"]), _COVERED),
     )
 

@@ -130,7 +130,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     assert campaign.table("states")["target_pressure"].tolist() == [1e-2, 1e-4, 1e-5]
     assert list(campaign.status(verify=True).gaps.values()) == ["sp n=16 seed=1 lacks pressure 0.001: not met"]
     assert [p for p, _ in began] == pytest.approx([1e-2, 1e-2, 1e-4], rel=1e-6)
-    assert all(how == {"tolerance": 1e-13, "ranks": 1} for _, how in began)
+    assert all(how == {"force_tolerance": 1e-13, "ranks": 1} for _, how in began)
     (name,) = campaign.finished()
     first, _, last = read_all_hdf5(campaign.folder.task_file(name))
     assert first.provenance["protocol"] == "pressure"

@@ -308,7 +308,7 @@ def test_what_a_file_of_another_program_lacks(asked, line, how):
         assert literal_eval(log[0].partition("-1), ")[2][:-1]) == how
 
 
-@pytest.mark.parametrize("name", ["n", "seed", "progress", "size_ratio", "tolerance"])
+@pytest.mark.parametrize("name", ["n", "seed", "progress", "size_ratio", "force_tolerance"])
 def test_parameters_of_a_force_law_are_no_other_arguments(folder, name):
     for command in ("jam", "pack --pressure 1e-2"):
         done = call(folder, *command.split(), "--n", "8", "--law", f"{name}=9", "--out", "law.h5")

@@ -241,7 +241,7 @@ def test_another_frame_is_a_class(piston):
     def energy(height):
         map_ = np.diag([1.0, height])
         moved = piston.with_state(box=piston.box @ map_, positions=piston.positions @ map_, ensemble="fixed-box")
-        return jamlab.evaluate(jamlab.relax(moved, tolerance=1e-12)).energy
+        return jamlab.evaluate(jamlab.relax(moved, force_tolerance=1e-12)).energy
 
     step = 1e-5
     low, here, high = (energy(1 + k * step) for k in (-1, 0, 1))

@@ -71,7 +71,7 @@ REFUSED = [
     ("contact drag", "beta", [-1]),
     ("Stokes drag", "eta_f", [-1]),
     *((name, "tau", [0]) for name in ("contact drag", "Stokes drag")),
-    *((name, "tolerance", TOLERANCES) for name in ("jam", "pack", "compress", "droplets_from_disks")),
+    *((name, "force_tolerance", TOLERANCES) for name in ("jam", "pack", "compress", "droplets_from_disks")),
     *((name, "sizes", SIZES) for name in ("jam", "pack")),
     ("with_state", "converged", [1]),
     ("with_state", "max_force", [-1.0, "small"]),
@@ -92,7 +92,7 @@ def test_a_value_out_of_range_is_named(sp_jammed, call, name, values):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda p: jamlab.pack(n=8, pressure=1e-6, tolerance=1e-9),  # forces that drown those of contacts
+        lambda p: jamlab.pack(n=8, pressure=1e-6, force_tolerance=1e-9),  # forces that drown those of contacts
         lambda p: jamlab.jam(n=8, search="incremental", step=1e-13),  # states without end
         lambda p: jamlab.jam(n=8, search="incremental", ensemble="shear-stabilized"),
         lambda p: jamlab.pack(n=8, pressure=1e-3, size_ratio=1.4, sizes="monodisperse"),

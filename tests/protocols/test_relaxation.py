@@ -13,7 +13,7 @@ from jamlab.protocols import descent_of_droplets, newton, newton_with_box, relax
 from jamlab.protocols.descent_of_droplets import LOOSE_FORCE, undo_if_folded
 from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.preconditioned_lbfgs import FAR
-from jamlab.protocols.relaxation import force_tolerance, relax_session, settle
+from jamlab.protocols.relaxation import relax_session, settle, usual_force_tolerance
 from jamlab.protocols.saddles import SLIDES
 
 
@@ -75,7 +75,7 @@ def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change, 
         monkeypatch.setattr(module, "descend_by_newton", idle)
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
         assert relax_session(session).converged
-        assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
+        assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= usual_force_tolerance("dp")
 
 
 def test_a_loose_packing_is_left_early_and_a_jammed_one_is_not(dp_onset):
@@ -108,17 +108,17 @@ LOOSE, TIGHT = 1e-9, 1e-13
 
 @pytest.fixture(scope="module")
 def onset():
-    return {tolerance: jamlab.jam(n=16, seed=1, tolerance=tolerance) for tolerance in (LOOSE, TIGHT)}
+    return {tolerance: jamlab.jam(n=16, seed=1, force_tolerance=tolerance) for tolerance in (LOOSE, TIGHT)}
 
 
 def _made(onset, kind, tolerance):
     if kind == "jam":
         return onset[tolerance]
     if kind == "compress":
-        return next(jamlab.compress(onset[tolerance], to=0.9, step=0.1, tolerance=tolerance))
+        return next(jamlab.compress(onset[tolerance], to=0.9, step=0.1, force_tolerance=tolerance))
     if kind == "stabilized":
-        return jamlab.pack(n=16, pressure=1e-2, seed=1, ensemble="shear-stabilized", tolerance=tolerance)
-    return jamlab.pack(n=16, pressure=1e-2, seed=1, tolerance=tolerance)
+        return jamlab.pack(n=16, pressure=1e-2, seed=1, ensemble="shear-stabilized", force_tolerance=tolerance)
+    return jamlab.pack(n=16, pressure=1e-2, seed=1, force_tolerance=tolerance)
 
 
 @pytest.mark.parametrize("kind", ["jam", "compress", "pack", "stabilized"])

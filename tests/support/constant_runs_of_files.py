@@ -198,8 +198,8 @@ def refusals(folder):
     calls = (
         lambda: jamlab.pack(10**7, 1e-2),
         lambda: jamlab.pack(16, 5.0),
-        lambda: jamlab.jam(16, tolerance=1e-3),
-        lambda: jamlab.jam(16, tolerance=1e-30),
+        lambda: jamlab.jam(16, force_tolerance=1e-3),
+        lambda: jamlab.jam(16, force_tolerance=1e-30),
         lambda: jamlab.shear(p, rate=1e9, strain=1.0),
         lambda: jamlab.shear(p, rate=1e-20, strain=1.0),
         lambda: jamlab.shear(p, rate=0.1, strain=1e9),

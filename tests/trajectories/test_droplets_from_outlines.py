@@ -135,7 +135,7 @@ def test_outlines_of_rims_are_drawn_in_by_half_their_width():
         ([[[0, 0], [1, 0], [2, 0]]], {}, "folds back"),
         ([SQUARE, SQUARE + 1], {}, "polygons 0 and 1 cross.*rims=True.*wrapped=True"),
         ([SQUARE, SQUARE + np.array([2, 0])], {"rest_areas": [4.0, 4.0]}, "polygons 0 and 1 touch.*rims=True"),
-        ([SQUARE, SQUARE + 0.1], {"rims": True, "law": {"delta": 0.01}, "vertices": 4}, "polygons 0 and 1 cross.*separate them"),
+        ([SQUARE, SQUARE + 0.1], {"rims": True, "law": {"delta": 0.01}, "vertices": 4}, "0 and 1 cross.*separate them"),
         ([SQUARE], {"rest_areas": [0.0]}, r"rest_areas\[0\] has area 0"),
         ([SQUARE], {"free_areas": [1.0, 2.0]}, r"free_areas must have shape \(1\)"),
         ([SQUARE], {"free_areas": [1.0], "rest_areas": [1.0]}, "give one of them"),
