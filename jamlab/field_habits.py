@@ -274,7 +274,7 @@ FIELD = (
             "`jamlab.rigid_clusters(packing)`")),
     Concept("kn modulus_of_contact", "", "`jamlab.pack(n, pressure)`, where the strength of contacts is 1"),
     Concept("stats statistics average", "", "`jamlab.measure({p})`, or `jamlab.estimate`"),
-    Concept("droplets make_droplets droplet deformable deformable_particles dpm", "", "`jamlab.jam(n, 'droplets')`, or "
+    Concept("droplets make_droplets droplet deformable deformable_particles dpm", "", "`jamlab.jam(n, 'dp')`, or "
             "`jamlab.droplets_from_disks`"),
     Concept("read_movie load_movie", "", "`jamlab.track_droplets(source)`"),
     Concept("keys values items fields columns names to_dict as_dict asdict dict to_json json to_yaml model_dump "

@@ -74,7 +74,7 @@ def test_what_asks_all_leaves_a_broken_package_out_and_says_so_once(monkeypatch)
 
 
 def test_a_broken_package_is_in_nobodys_way(tmp_path, monkeypatch):
-    """Files without the word of a model and words of users ask all models."""
+    """Files without the word of a model, and hints, ask all models."""
     groups = ("jamlab.models", "jamlab.makings", "jamlab.laws", "jamlab.drags", "jamlab.observables")
     installed = [point for group in groups for point in registry._installed().select(group=group)]
     broken = importlib.metadata.EntryPoint("broken", "no_such_module:MODEL", "jamlab.models")
@@ -84,7 +84,7 @@ def test_a_broken_package_is_in_nobodys_way(tmp_path, monkeypatch):
     p = jamlab.pack(8, 1e-2)
     with pytest.warns(jamlab.JamlabWarning, match="model 'broken'"):
         jamlab.write(tmp_path / "p.dump", p)
-    assert jamlab.read(tmp_path / "p.dump") == p and jamlab.jam(8, "Disks").model == "sp"
+    assert jamlab.read(tmp_path / "p.dump") == p and jamlab.jam(8, "sp").model == "sp"
     del vars(MODELS)["_points"]
 
 
@@ -164,3 +164,10 @@ def test_a_packing_whose_model_is_not_installed_names_it(points, tmp_path, monke
 def test_entry_points_cost_an_import_nothing():
     code = "import sys, jamlab; assert 'jamlab.registry' not in sys.modules and 'importlib.metadata' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(("typed", "name"), [("disks", "sp"), ("Droplets", "dp"), ("polygons", "dp"), ("SP", "sp")])
+def test_a_word_for_a_model_is_answered_by_its_name(typed, name):
+    for call in (lambda: jamlab.jam(8, typed), lambda: jamlab.scene(0.87, 16, tolerance={"z": 1.0}, model=typed)):
+        with pytest.raises(jamlab.InputError, match=f"unknown model {typed!r}: use {name!r}"):
+            call()

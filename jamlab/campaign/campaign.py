@@ -82,7 +82,7 @@ class Campaign(Hinted):
 
     Example:
         >>> from pathlib import Path
-        >>> sweep = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 16\nseeds = 4\npressures = [1e-2, 1e-3]\n'
+        >>> sweep = '[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 4\npressures = [1e-2, 1e-3]\n'
         >>> _ = Path("small.toml").write_text(f'name = "small"\n{sweep}')
         >>> [(line.sweep, line.n, line.tasks) for line in jamlab.open_campaign("small.toml").plan()]
         [('disks', 16, 4)]
@@ -474,7 +474,7 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
 
     Example:
         >>> from pathlib import Path
-        >>> sweep = 'model = "disks"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
+        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
         >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
         >>> campaign = jamlab.open_campaign("small.toml")
         >>> campaign.name, campaign.status().left

@@ -23,7 +23,7 @@ class Running:
 
     Example:
         >>> from pathlib import Path
-        >>> sweep = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 2\nonset = true\n'
+        >>> sweep = '[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 8\nseeds = 2\nonset = true\n'
         >>> _ = Path("back.toml").write_text(f'name = "back"\n{sweep}')
         >>> running = jamlab.open_campaign("back.toml").start(workers=1)
         >>> running.wait().finished

@@ -35,16 +35,16 @@ def _is_foreign(values: Values) -> bool:
 
 
 def _has_outlines(values: Values) -> bool:
-    from jamlab.packing.kinds import MODELS, model_named
+    from jamlab.packing.kinds import MODELS
 
-    name = model_named(values["model"])
+    name = values["model"]
     return name in MODELS.names() and MODELS.get(name).has_outlines
 
 
 def _has_ranks(values: Values) -> bool:
-    from jamlab.packing.kinds import MODELS, model_named
+    from jamlab.packing.kinds import MODELS
 
-    name = model_named(values["model"])
+    name = values["model"]
     return name not in MODELS.names() or MODELS.get(name).compiled_fire
 
 

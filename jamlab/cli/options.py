@@ -138,10 +138,9 @@ def how_to_read(
 ) -> dict[str, Any]:
     """Arguments of `jamlab.read` that say what files of other programs lack."""
     import jamlab
-    from jamlab.packing.kinds import model_named
 
     how: dict[str, Any] = {"units": units, "law": law_values(law, jamlab.read) or None, "atom_style": atom_style}
-    how["model"] = None if model is None else model_named(model)
+    how["model"] = model
     if box is not None:
         how["box"] = lattice(box)
     if radii is not None:

@@ -42,6 +42,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.result import Result
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
@@ -80,7 +81,9 @@ def plan_mean(
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
     check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
-    check_choice("model", model, ("auto", DISKS.name, DROPLETS.name))
+    if model not in ("auto", DISKS.name, DROPLETS.name):
+        MODELS.get(model)  # refuses one that is unknown
+        check_choice("model", model, ("auto", DISKS.name, DROPLETS.name))
     check_number("error", error, math.inf)
     reference = reference_record(table, reference_way(), rho, onset=quantity == ONSET)
     at = math.nan if rho is None or quantity == ONSET else rho

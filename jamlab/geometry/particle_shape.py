@@ -101,7 +101,7 @@ class ContactLengths(Result):
         unit: unit of length, for labels.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> bool(jamlab.contact_lengths(dense).length.mean() < dense.polygons.perimeters.mean() / 4)
         True
     """
@@ -116,7 +116,7 @@ class ContactLengths(Result):
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the distribution of lengths, as the share that is shorter.
 
-        >>> ax = jamlab.contact_lengths(jamlab.jam(8, "droplets")).plot()
+        >>> ax = jamlab.contact_lengths(jamlab.jam(8, "dp")).plot()
         """
         if not len(self.length):
             raise InputError("no two droplets touch: there are no lengths to draw")
@@ -140,7 +140,7 @@ def contact_lengths(packing: Packing) -> ContactLengths:
         InputError: for an SP packing; if outlines of two polygons cross.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> lengths = jamlab.contact_lengths(dense)
         >>> lengths.pairs.shape == (len(lengths.length), 2), bool((lengths.length > 0).all())
         (True, True)

@@ -73,7 +73,7 @@ class Micrograph(Result):
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
         >>> low, high = m.numbers["z"].interval
         >>> low < m.z < high, m.quality  # so few droplets say little of others
@@ -186,7 +186,7 @@ class Micrograph(Result):
             ConvergenceError: the packing fraction was not met.
 
         Example:
-            >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+            >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
             >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
             >>> disks = m.packing("sp")
             >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-3

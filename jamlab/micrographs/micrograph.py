@@ -70,7 +70,7 @@ def micrograph(
             square, the picture looks like labels, arguments are invalid, or no whole droplet is found.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> picture = np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2))  # four periods
         >>> m = jamlab.micrograph(picture, pixel=dense.box[0, 0] / 256)
         >>> abs(m.rho - jamlab.packing_fraction(dense)) < 0.02, len(m.table()) == m.count

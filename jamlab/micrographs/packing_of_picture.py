@@ -14,6 +14,7 @@ from jamlab.errors import InputError
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_rho
@@ -53,6 +54,7 @@ def packing_of_picture(
         seed: of the orientations of polygons.
         law: of polygons, as in `jamlab.droplets_from_disks`.
     """
+    MODELS.get(model)  # refuses one that is unknown
     check_choice("model", model, (DISKS.name, DROPLETS.name))
     if len(areas) < PATCH.fewest:
         raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {PATCH.fewest}")

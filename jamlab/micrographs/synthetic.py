@@ -49,7 +49,7 @@ def synthetic_micrograph(
         InputError: an SP packing, a tilted box, fewer than 32 or more than 6000 pixels, an argument out of range.
 
     Example:
-        >>> *_, dense = jamlab.compress(jamlab.jam(8, "droplets"), to=0.93, step=0.03)
+        >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> jamlab.synthetic_micrograph(dense, 256, blur=1.5, noise=0.1, light=0.5, seed=1).shape[1]
         256
     """

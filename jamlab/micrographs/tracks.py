@@ -72,7 +72,7 @@ def track_droplets(
             an error of `jamlab.micrograph`, with the number of the frame.
 
     Example:
-        >>> p = jamlab.jam(16, "droplets")
+        >>> p = jamlab.jam(16, "dp")
         >>> pictures = [jamlab.synthetic_micrograph(p, 300, seed=k, noise=0.02) for k in range(3)]
         >>> tracks = jamlab.track_droplets(pictures, contrast="bright")
         >>> tracks.groupby("particle").size().tolist()  # pictures in which each one is seen

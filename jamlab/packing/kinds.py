@@ -21,20 +21,21 @@ def _check(name: str, model: Model[Any]) -> None:
         raise InputError(f"model {name!r} is the class {model.__name__}: register one object of it")
 
 
-MODELS: Registry[Model[Any]] = Registry("jamlab.models", "model", _check)
+class Models(Registry[Model[Any]]):
+    """Models by name."""
+
+    def _unknown(self, name: object) -> str:
+        word = name.lower() if isinstance(name, str) else ""
+        own = next((own for own, kind in self.each().items() if word in (own, *kind.words)), None)
+        return f"unknown model {name!r}: use {own!r}" if own else super()._unknown(name)
+
+
+MODELS = Models("jamlab.models", "model", _check)
 
 
 def kind_of(packing: P) -> Model[P]:
     """What depends on the model of a packing."""
     return MODELS.get(packing.model)
-
-
-def model_named(word: str) -> str:
-    """The name of the model that a user's word means, such as that of soft disks for "disks"; another word as it is."""
-    small = word.lower()
-    if small in MODELS.names():
-        return small
-    return next((name for name, kind in MODELS.each().items() if small in kind.words), word)
 
 
 def optional_parameters(model: str, params: Mapping[str, Any] | None = None) -> dict[str, Parameter]:

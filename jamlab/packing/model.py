@@ -55,7 +55,7 @@ class State(Part[P]):
     """What a packing holds, and how large its particles are."""
 
     particles: ClassVar[str]  # what they are called, such as "disks"
-    words: ClassVar[tuple[str, ...]] = ()  # by which `jam`, campaigns and the command line know the model, too
+    words: ClassVar[tuple[str, ...]] = ()  # typed for its name, which messages answer
     sites: ClassVar[int | None] = 1  # positions of each particle; None: `Packing.offsets` says how many
     size_name: ClassVar[str] = "diameter"
     size_label: ClassVar[str] = "diameter"  # of a scale of colours and in pages

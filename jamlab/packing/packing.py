@@ -96,7 +96,7 @@ class Packing(Hinted):
     units: str = "eps"
     diameters: Array | None = None
     offsets: Indices | None = None
-    phi_J: float | None = None  # noqa: N815
+    phi_J: float | None = None
     ensemble: str = "fixed-box"
     max_force: float | None = None
     converged: bool = False

@@ -24,7 +24,7 @@ class Polygons:
         InputError: a packing of disks.
 
     Example:
-        >>> polygons = jamlab.jam(8, "droplets").polygons
+        >>> polygons = jamlab.jam(8, "dp").polygons
         >>> first = slice(*polygons.offsets[:2])
         >>> bool(np.isclose(np.hypot(*polygons.edges[first].T).sum(), polygons.perimeters[0]))
         True

@@ -18,7 +18,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
 from jamlab.models.disks import DISKS
 from jamlab.packing.ensembles import ENSEMBLES
-from jamlab.packing.kinds import MODELS, model_named
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -60,7 +60,8 @@ def jam(
 
     Args:
         n: number of particles; must be even for the default sizes.
-        model: name of the model, "disks" or "droplets", or one of another package, see docs/extending/index.md.
+        model: "sp", disks, or "dp", deformable droplets, or the name of a model of another package, see
+            docs/extending/index.md.
         seed: seed of the random start. The same seed gives the same bits on the same machine.
         search: "bisection" (droplets move as rigid bodies if possible), or "incremental" (as published, about forty
             times slower).
@@ -98,12 +99,11 @@ def jam(
         >>> c = jamlab.contacts(onset)
         >>> c.n_contacts - c.isostatic  # contacts beyond what statics asks for
         0
-        >>> droplets = jamlab.jam(8, "droplets")
+        >>> droplets = jamlab.jam(8, "dp")
         >>> droplets.params["gamma"], droplets.params["contact"]
         (0.4, 'outline')
     """
     protocol = numbers("onset")
-    model = model_named(model)
     _check(model, search, ensemble, start, size_ratio)
     parameters = law_given(law, model)
     first_step = _first_step(step, search, protocol)
@@ -158,7 +158,7 @@ def _onset_above(
 
 
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None) -> None:
-    check_choice("model", model, MODELS.names())
+    MODELS.get(model)  # refuses one that is unknown
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)

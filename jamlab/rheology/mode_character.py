@@ -86,7 +86,7 @@ def mode_character(packing: Packing, damping: DragLaw | None = None) -> ModeChar
         ConvergenceError: the packing is not jammed, not at a minimum or not stable.
 
     Example:
-        >>> p = list(jamlab.compress(jamlab.jam(8, "droplets"), to=0.9, step=0.02))[-1]
+        >>> p = list(jamlab.compress(jamlab.jam(8, "dp"), to=0.9, step=0.02))[-1]
         >>> m = jamlab.mode_character(p, jamlab.StokesDrag(eta_f=1.0))
         >>> slow, fast = m.share("across", fastest=1), m.share("across", slowest=100)
         >>> slow < 0.2 < 0.6 < fast  # shapes relax fast

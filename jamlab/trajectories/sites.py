@@ -268,7 +268,7 @@ class Sites:
         """The model that is asked for, that the source names, or that has the parameters of the force law."""
         said = self.entries.get("model")
         if model is not None:
-            check_choice("model", model, MODELS.names())
+            MODELS.get(model)  # refuses one that is unknown
             if said not in (None, model):
                 raise InputError(f"model = {model!r} was given, but the source has {said!r}")
         wanted = model or said

@@ -38,7 +38,7 @@ WAYS = {  # words of each way to run a command that computes
 APART = {"decks", "deck", "doctor", "campaign"}  # they run no function of the library, or test what it takes themselves
 SAME = {"out", "plot", "csv", "overlay", "overwrite", "as_json"}  # of every way: test_outputs.py, test_commands.py
 VALUES = {  # of options: another than the default, and than in WAYS
-    **{"model": "droplets", "n": "10", "seed": "2", "law": "exponent=3", "size_ratio": "1.3", "fraction_large": "0.25"},
+    **{"model": "dp", "n": "10", "seed": "2", "law": "exponent=3", "size_ratio": "1.3", "fraction_large": "0.25"},
     **{"sizes": "uniform:0.1", "search": "incremental", "ensemble": "shear-stabilized", "ranks": "2"},
     **{"tolerance": "1e-9", "pressure": "0.02", "phi": "0.7", "to": "0.97", "step": "0.002", "by": "phi"},
     **{
@@ -291,7 +291,7 @@ def test_the_shell_can_say_all_that_python_can_of_a_file():
         ("--box 9,0,1,8", {"box": [[9, 0], [1, 8]]}),
         ("--radii 0.5", {"radii": 0.5}),
         ("--radii 1=0.5,2=0.7 --law k=2", {"radii": {"1": 0.5, "2": 0.7}, "law": {"k": 2}}),
-        ("--model droplets --atom-style bond", {"model": "dp", "atom_style": "bond"}),
+        ("--model dp --atom-style bond", {"model": "dp", "atom_style": "bond"}),
         ("--box 9", "give two sides"),
         ("--box 9,a", "'a' is no number"),
         ("--radii 1=0.5,0.7", "one for each type"),

@@ -22,7 +22,7 @@ from jamlab.clusters.keys import key_folder, write_key
 from jamlab.errors import InputError
 from jamlab.storage.held_folder import remove_if_abandoned
 
-SWEEP = '[[sweep]]\nname = "disks"\nmodel = "disks"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
+SWEEP = '[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 8\nseeds = 6\npressures = [1e-2]\n'
 SLOW = 'observables = ["sleeper:sleep"]\n'
 SLEEPER = "import ctypes\n\n\ndef sleep(packing):\n    ctypes.CDLL(None).sleep(20)\n    return 1.0\n"
 
