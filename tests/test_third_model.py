@@ -167,7 +167,7 @@ def test_quasistatic_shear_needs_no_drag(dense):
 
 
 def test_the_command_makes_it(tmp_path):
-    done = call(tmp_path, "jam", "--model", "twins", "--n", "8", "--law", "aspect=0.7", "--out", "d.h5")
+    done = call(tmp_path, "jam", "--model", "twin", "--n", "8", "--law", "aspect=0.7", "--out", "d.h5")
     assert done.exit_code == 0, done.stderr
     found = jamlab.read(tmp_path / "d.h5")
     assert found.model == "twin" and found.params["aspect"] == 0.7 and found.converged
@@ -180,7 +180,7 @@ def strongest(packing):
 def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monkeypatch):
     """In this process, which alone knows both: other processes find what is an entry point."""
     monkeypatch.setitem(DECLARED._entries, "strongest", strongest)
-    sweep = {"model": "twins", "n": 8, "seeds": 1, "compress": {"to": 0.93, "step": 0.03}}
+    sweep = {"model": "twin", "n": 8, "seeds": 1, "compress": {"to": 0.93, "step": 0.03}}
     file = written(tmp_path / "c.toml", **sweep, observables=["states", "strongest"])
     campaign = jamlab.open_campaign(file, tmp_path / "c")
     run_here(campaign)
