@@ -30,7 +30,7 @@ _INCHES, _DPI = (10.0, 5.0), 100  # 1000 x 500 pixels: even numbers, which video
 
 
 @checked
-def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], *, fps: int = 10) -> int:
+def write_movie(path: str | os.PathLike[str], run: FlowRun | Sequence[Packing], *, fps: int = 10) -> int:
     """Write a movie of packings with contact forces next to the curve of the run.
 
     The curve of a flow shows shear stress over strain, the curve of a sweep (list of packings) its pressure over the
@@ -38,8 +38,8 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     the packing. The frames of a flow are its stored packings, see `snapshot_every` of `shear`.
 
     Args:
-        run: result of a flow or of quasi-static shear, or two packings or more.
         path: .gif, or .mp4 (needs ffmpeg, or the package imageio-ffmpeg).
+        run: result of a flow or of quasi-static shear, or two packings or more.
         fps: frames per second, up to 120.
 
     Returns:
@@ -52,7 +52,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
 
     Example:
         >>> sweep = jamlab.compress(jamlab.jam(n=16, seed=1), to=0.9, step=0.02)
-        >>> jamlab.write_movie(list(sweep), "sweep.gif")
+        >>> jamlab.write_movie("sweep.gif", list(sweep))
         4
     """
     check_ending(path, "movie")

@@ -22,3 +22,9 @@ P = None  # in place of a packing: names are looked at before values
 def test_another_word_is_refused_with_the_name(word, name, call):
     with pytest.raises(InputError, match=rf"has no argument '{word}': use `{name}`"):
         call(**{word: None})
+
+
+@pytest.mark.parametrize("run", [[], ()])
+def test_the_path_of_a_movie_stands_first(run):
+    with pytest.raises(InputError, match=r"give the path first: write_movie\(path, run\)"):
+        jamlab.write_movie(run, "a.gif")

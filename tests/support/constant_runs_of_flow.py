@@ -160,5 +160,5 @@ def quasistatic_droplets(folder):
 def movie(folder):
     run = jamlab.shear(read(folder, "sp16"), rate=0.1, strain=0.04, rows=3, snapshot_every=0.02)
     with tempfile.TemporaryDirectory() as kept:
-        frames = jamlab.write_movie(run, Path(kept) / "a.gif")
+        frames = jamlab.write_movie(Path(kept) / "a.gif", run)
         return [frames, str(run)]

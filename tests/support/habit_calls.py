@@ -198,7 +198,7 @@ CALLS = [
     ("P4", "jamlab.write(p, 'p.h5')", "path"),
     ("P4", "jamlab.read(filename='p.h5')", "path"),
     ("P4", "jamlab.read('p.h5', index=0)", "frame"),
-    ("P4", "jamlab.write_movie('m.mp4', run)", r"\brun\b"),
+    ("P4", "jamlab.write_movie(run, 'm.mp4')", r"\bpath\b"),
     ("P4", "jamlab.Packing(p.positions, p.box)", "model"),
     ("P4", "jamlab.open_campaign(campaign_file)", "ok"),
     ("P4", "[task for task in campaign]", "finished|table"),

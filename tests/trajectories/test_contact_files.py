@@ -82,7 +82,7 @@ def test_films_have_a_frame_for_each_packing(tmp_path):
     run = jamlab.quasistatic_shear(start, strain=0.02, strain_step=0.01)
     sweep = list(jamlab.compress(start, start.phi - 0.02, 0.01, by="phi"))
     for k, film in enumerate((run, sweep)):
-        count = jamlab.write_movie(film, tmp_path / f"{k}.gif", fps=5)
+        count = jamlab.write_movie(tmp_path / f"{k}.gif", film, fps=5)
         with Image.open(tmp_path / f"{k}.gif") as picture:
             assert picture.n_frames == count == len(run.frames if k == 0 else sweep) and picture.size == (1000, 500)
     assert not list(tmp_path.glob(".jamlab*"))
@@ -91,14 +91,14 @@ def test_films_have_a_frame_for_each_packing(tmp_path):
 BAD = {
     "ending of a network": lambda f: f("net.png"),
     "no ending of bonds": lambda f: f("net.h5"),
-    "a film of one": lambda f: jamlab.write_movie([states()["sp"]], "a.gif"),
-    "no packings": lambda f: jamlab.write_movie([], "a.gif"),
-    "words": lambda f: jamlab.write_movie(["frame"] * 2, "a.gif"),
-    "ending of a film": lambda f: jamlab.write_movie([states()["sp"]] * 2, "a.avi"),
-    "no frames per second": lambda f: jamlab.write_movie([states()["sp"]] * 2, "a.gif", fps=0),
-    "too many": lambda f: jamlab.write_movie([states()["sp"]] * 2, "a.gif", fps=500),
-    "half a frame": lambda f: jamlab.write_movie([states()["sp"]] * 2, "a.gif", fps=2.5),
-    "a packing alone": lambda f: jamlab.write_movie(states()["sp"], "a.gif"),
+    "a film of one": lambda f: jamlab.write_movie("a.gif", [states()["sp"]]),
+    "no packings": lambda f: jamlab.write_movie("a.gif", []),
+    "words": lambda f: jamlab.write_movie("a.gif", ["frame"] * 2),
+    "ending of a film": lambda f: jamlab.write_movie("a.avi", [states()["sp"]] * 2),
+    "no frames per second": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=0),
+    "too many": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=500),
+    "half a frame": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=2.5),
+    "a packing alone": lambda f: jamlab.write_movie("a.gif", states()["sp"]),
 }
 NAMED = {"ending of a network": "net.png", "no ending of bonds": "net.h5", "ending of a film": "a.avi"}
 NAMED |= {"too many": "500", "words": "frame", "half a frame": "2.5", "a film of one": "1"}
@@ -119,5 +119,5 @@ def test_ffmpeg_without_the_codec_is_named_and_leaves_no_file(taken, tmp_path, m
     program.chmod(0o755)
     monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(program))
     with pytest.raises(jamlab.JamlabError) as caught:
-        jamlab.write_movie([jamlab.pack(8, 1e-2, seed) for seed in (1, 2)], tmp_path / "film.mp4")
+        jamlab.write_movie(tmp_path / "film.mp4", [jamlab.pack(8, 1e-2, seed) for seed in (1, 2)])
     assert "film.mp4" in str(caught.value) and [file.name for file in tmp_path.iterdir()] == ["ffmpeg"]
