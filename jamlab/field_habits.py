@@ -295,7 +295,7 @@ FIELD = (
             "`jamlab.open_campaign(path)`, which keeps its results"}),
     Concept("n_jobs map pool Pool multiprocessing joblib dask mpi mpi4py workers set_threads nproc parallel_map "
             "parallelize", "", "`jamlab.open_campaign(path)`, which runs several processes",
-            {"Campaign": "`run()`, with its argument processes"}),
+            {"Campaign": "`run()`, with its argument workers"}),
     Concept("viz visualize visualise visualization vis viewer explorer gui dashboard", "", "`jamlab.write_page(path, "
             "packings)`, or `{p}.plot()`"),
     Concept("rng default_rng RandomState generator_of_numbers seeds", "seeds", "the argument seed of `jamlab.pack` or "

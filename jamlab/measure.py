@@ -30,9 +30,8 @@ from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
 from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
-from jamlab.processes.cores import available_cores
-from jamlab.processes.progress import Progress, no_progress
-from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.processes.progress import Progress
+from jamlab.processes.side_by_side import run_side_by_side, workers_there
 
 MODULI = ("g", "g_x", "b")
 
@@ -59,7 +58,7 @@ def measure(
     packing: Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | Executor | None = None,
+    workers: int | Executor | None = 1,
     progress: Progress | None = None,
 ) -> dict[str, Array]: ...
 @checked
@@ -67,7 +66,7 @@ def measure(
     packing: Packing | Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | Executor | None = None,
+    workers: int | Executor | None = 1,
     progress: Progress | None = None,
 ) -> Any:
     """Measure observables of one packing at an energy minimum, or of several in parallel, in units of the packing.
@@ -76,9 +75,9 @@ def measure(
         packing: one SP or DP packing, or several, such as a sweep.
         quantities: one or more of `QUANTITIES`, or functions of your own that take a packing and return a number.
             Default: `COLUMNS`.
-        processes: largest number of parallel processes for several packings, or an executor
-            (`concurrent.futures.Executor`). Default: all cores. Instead of so many processes, this one calls lambdas
-            and functions of the running script.
+        workers: largest number of processes that measure several packings, or an executor
+            (`concurrent.futures.Executor`); None: all cores. Processes start only if they save more than the two
+            seconds that their start takes; lambdas and functions of the running script are called in this one.
         progress: called after each of several packings with (fraction done, text); True: print it.
 
     Returns:
@@ -92,7 +91,7 @@ def measure(
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`, two of one name, a function that returns no number or
-            cannot be sent to the executor, or `processes` below 1.
+            cannot be sent to the executor, or `workers` below 1.
         EngineError: a process was killed, or the executor cannot be used.
         JamlabError: errors of the analysis, such as of a quantity by name that the model of a packing leaves out; for
             several packings the message names the state, counted from 0.
@@ -111,7 +110,7 @@ def measure(
         >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
         (True, 0.9)
     """
-    found = numbers_of(packing, quantities, processes=processes, progress=progress)
+    found = numbers_of(packing, quantities, workers=workers, progress=progress)
     moduli = {name: np.atleast_1d(found[name]) for name in MODULI if name in found}
     for state, each in enumerate([packing] if isinstance(packing, Packing) else packing):
         place = "" if isinstance(packing, Packing) else f"state {state}"
@@ -123,7 +122,7 @@ def numbers_of(
     packing: Packing | Sequence[Packing],
     quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
     *,
-    processes: int | Executor | None = None,
+    workers: int | Executor | None = 1,
     progress: Progress | None = None,
 ) -> Any:
     """`measure` without its warning, for those who look at the moduli themselves."""
@@ -133,7 +132,7 @@ def numbers_of(
             _check_said(each, wanted)
     if isinstance(packing, Packing):
         return _measure_one(packing, wanted)
-    return _measure_several(packing, wanted, processes, progress)
+    return _measure_several(packing, wanted, workers, progress)
 
 
 _Wanted = dict[str, _Own | None]  # name -> function of the user; None: of jamlab
@@ -204,22 +203,20 @@ def why_no_modulus(packing: Packing) -> str:
 
 
 def _measure_several(
-    packings: Sequence[Packing], wanted: _Wanted, processes: int | Executor | None, progress: Progress | None
+    packings: Sequence[Packing], wanted: _Wanted, workers: int | Executor | None, progress: Progress | None
 ) -> dict[str, Array]:
-    if isinstance(processes, int) and processes < 1:
-        raise InputError(f"processes = {processes}: must be 1 or more")
-    total = len(packings)
-    tell = progress or no_progress
+    where, total = workers_there(workers), len(packings)
 
     def show(done: int) -> None:
-        tell(done / total, f"{done} of {total} states")
+        if progress is not None:
+            progress(done / total, f"{done} of {total} states")
 
     states = list(enumerate(packings))
     one = partial(_measure_state, wanted=wanted)
     rows: list[dict[str, float]] = []
-    if isinstance(processes, Executor):
-        return _columns(_measure_in_groups(states, wanted, processes, show), wanted)
-    most = processes if all(map(_may_travel, wanted.values())) else 1
+    if isinstance(where, Executor):
+        return _columns(_measure_in_groups(states, wanted, where, show), wanted)
+    most = where if all(map(_may_travel, wanted.values())) else 1
     began = time.perf_counter()
     with threadpool_limits(1):
         for state in states:
@@ -288,11 +285,11 @@ def _measure_state(
         raise
 
 
-def _count_processes(left: int, seconds: float, most: int | None) -> int:
+def _count_processes(left: int, seconds: float, most: int) -> int:
     """Number of processes for states that take some seconds each; 1 where starting more would take longer."""
     if (left - 1) * seconds < TIMES.start:
         return 1
-    count = min(left, available_cores() if most is None else most)
+    count = min(left, most)
     return count if left * seconds * (1 - 1 / count) > TIMES.start else 1
 
 

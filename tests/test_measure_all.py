@@ -29,19 +29,20 @@ def test_short_work_and_a_worker_stay_in_one_process(sweep, monkeypatch):
     monkeypatch.setattr(MODULE, "run_side_by_side", lambda *_, **__: pytest.fail("a process was started"))
     assert len(jamlab.measure(sweep, ["rho", "phi"])["phi"]) == len(sweep)
     monkeypatch.setattr(MODULE, "TIMES", MODULE.MeasureTimes(0.0, 0.0))
+    jamlab.measure(sweep[:3], ["phi"])
     with cores_given(1):
-        jamlab.measure(sweep[:3], ["phi"])
+        jamlab.measure(sweep[:3], ["phi"], workers=None)
     assert jamlab.measure([])["rho"].shape == (0,)
 
 
 def test_an_error_names_its_state(sweep, at_once):
-    with pytest.raises(InputError, match="processes = 0"):
-        jamlab.measure(sweep, processes=0)
+    with pytest.raises(InputError, match="workers = 0"):
+        jamlab.measure(sweep, workers=0)
     with pytest.raises(InputError, match="weight"):
         jamlab.measure(sweep, ["weight"])
     piled = sweep[2].with_state(positions=np.broadcast_to(sweep[2].positions[0], sweep[2].positions.shape))
     with pytest.raises(InputError, match="state 2"):
-        jamlab.measure([sweep[0], sweep[1], piled, sweep[3]], processes=2)
+        jamlab.measure([sweep[0], sweep[1], piled, sweep[3]], workers=2)
 
 
 def test_an_executor_gets_groups_of_states(sweep, monkeypatch):
@@ -54,12 +55,12 @@ def test_an_executor_gets_groups_of_states(sweep, monkeypatch):
             return super().submit(function, *arguments)
 
     monkeypatch.setattr(MODULE, "TIMES", MODULE.MeasureTimes(calls=4))
-    how = {"processes": Counting(), "progress": lambda share, text: shares.append(share)}
+    how = {"workers": Counting(), "progress": lambda share, text: shares.append(share)}
     found = jamlab.measure(sweep, ["rho", "z", jamlab.bulk_modulus], **how)
     assert len(calls) <= 4 < len(sweep) and shares == pytest.approx(np.arange(1, len(sweep) + 1) / len(sweep))
     for name, values in jamlab.measure(sweep, ["rho", "z", jamlab.bulk_modulus]).items():
         assert values.tobytes() == found[name].tobytes()
-    assert jamlab.measure([], processes=Counting())["rho"].shape == (0,)
+    assert jamlab.measure([], workers=Counting())["rho"].shape == (0,)
 
 
 def test_one_name_is_one_quantity(sweep):

@@ -113,8 +113,8 @@ def test_the_number_is_the_one_returned(unstable):
 
 def test_several_packings_and_their_mean(unstable, monkeypatch):
     monkeypatch.setattr(importlib.import_module("jamlab.measure"), "_count_processes", lambda left, *_: left)
-    for processes in (1, 2):
-        texts = said(lambda processes=processes: jamlab.measure(unstable, MODULI, processes=processes))
+    for workers in (1, 2):
+        texts = said(lambda workers=workers: jamlab.measure(unstable, MODULI, workers=workers))
         assert [text.partition(":")[0] for text in texts] == ["state 0", "state 1"]
     (text,) = said(lambda: jamlab.mean_spectra(unstable, np.ones(1)))
     assert "G_xy < 0 in 2 of 2 packings" in text

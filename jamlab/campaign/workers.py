@@ -246,7 +246,7 @@ def _make(
         measured, tables, before = file.observables, file.tables, file.seconds
     else:
         states = make_states(parameters, task.ranks)
-    measured = measured or numbers_of(states.packings)
+    measured = measured or numbers_of(states.packings, workers=None)
     count = len(states.packings)
     known: TableColumns = {name: measured[name] for name in ("rho", "phi", "pressure")}
     known |= {"state": np.arange(count), "target_pressure": np.array(states.target_pressures)}

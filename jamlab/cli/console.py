@@ -130,7 +130,7 @@ def print_packings(
     from jamlab.packing.quantities import MEASURED
 
     with progress_bar("measured") as progress:
-        measured = numbers_of(packings, progress=progress)
+        measured = numbers_of(packings, workers=None, progress=progress)
     warn_of_negative_rows({MEASURED[name].symbol: measured[name] for name in MODULI}, "packings")
     if save is not None:
         save(measured)

@@ -50,7 +50,7 @@ def estimate(
 
     describe_kept(lambda: f"so far {told}; nothing was written")
     with progress_bar("estimate") as progress:
-        found = run(quantity, rho, error, seed=seed, model=model, processes=processes, progress=tell)
+        found = run(quantity, rho, error, seed=seed, model=model, workers=processes, progress=tell)
     numbers = {name: getattr(found, name) for name in ("value", "ci95", "met", "packings", "left_out", "seconds")}
     if as_json:
         rows = {"seeds": found.seeds.tolist(), "values": found.values.tolist()}

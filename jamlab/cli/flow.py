@@ -285,7 +285,7 @@ def flow_curve(
     from jamlab.flow.flow_curve import flow_curve as flow
 
     job.say_seconds(rates, strain + discard, within, processes)
-    found = job.drive(flow, "flow curve", rates, strain=strain, discard=discard, processes=processes)
+    found = job.drive(flow, "flow curve", rates, strain=strain, discard=discard, workers=processes)
     try:
         fit = f"Herschel-Bulkley: {found.herschel_bulkley()}"
     except JamlabError as error:

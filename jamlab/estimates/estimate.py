@@ -44,8 +44,8 @@ from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.result import Result
-from jamlab.processes.progress import Progress, no_progress
-from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.processes.progress import Progress
+from jamlab.processes.side_by_side import run_side_by_side, workers_there
 from jamlab.statistics.confidence import CONFIDENCE, room
 
 ENSEMBLE_QUANTITIES = {
@@ -261,8 +261,8 @@ def estimate(
     *,
     seed: int = 1,
     model: str = "auto",
-    processes: int | Executor = 1,
-    progress: Progress = no_progress,
+    workers: int | Executor | None = 1,
+    progress: Progress | None = None,
 ) -> Estimate:
     """Estimate an ensemble mean for droplets to a requested error at the lowest expected cost.
 
@@ -279,7 +279,8 @@ def estimate(
         seed: seed of the ensemble.
         model: "auto", or the name of a model, disks only or droplets only. If the bias of the model is too uncertain,
             the estimate stops early and `met` is False.
-        processes: number of packings made in parallel, or an executor (`concurrent.futures.Executor`).
+        workers: number of processes, each of which makes a packing, or an executor (`concurrent.futures.Executor`);
+            None: all cores.
         progress: called with (fraction of the expected seeds, text); True: print it.
 
     Warns:
@@ -298,8 +299,7 @@ def estimate(
         (True, True, True)
     """
     check_seed(seed)
-    if isinstance(processes, int) and processes < 1:
-        raise InputError(f"processes = {processes}: must be 1 or more")
+    where = workers_there(workers)
     plan = plan_mean(quantity, rho, error, model=model)
     one = partial(make_one, way=plan.choice.way, quantity=quantity, rho=plan.rho)
     expected = round(plan.choice.packings / plan.scatter.share)
@@ -311,10 +311,11 @@ def estimate(
         seeds.extend(int(rng.integers(1_000_000, 2**31)) for _ in range(count))  # far from the seeds of the table
 
         def tell(many: int) -> None:
-            progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")
+            if progress is not None:
+                progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")
 
-        if processes != 1:
-            return run_side_by_side(one, seeds[before:], processes, done=tell)
+        if where != 1:
+            return run_side_by_side(one, seeds[before:], where, done=tell)
         found = []
         with threadpool_limits(1):
             for many, number in enumerate(seeds[before:], 1):

@@ -25,7 +25,7 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
-from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.processes.side_by_side import run_side_by_side, workers_there
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.statistics.confidence import AVERAGES
@@ -156,7 +156,7 @@ def flow_curve(
     discard: float = EVENTS.transient,
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
-    processes: int | Executor = 1,
+    workers: int | Executor | None = 1,
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> FlowCurve:
@@ -176,7 +176,8 @@ def flow_curve(
             a second curve at a tenth of it, in another file: means that differ by more than their standard errors are
             wrong at this tolerance. Single rates: `trajectory_error=True` of `shear`.
         background_drag: see `shear`.
-        processes: number of rates run in parallel, or an executor (`concurrent.futures.Executor`).
+        workers: number of processes, each of which runs a rate, or an executor (`concurrent.futures.Executor`); None:
+            all cores.
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
         progress: called with (fraction of all strain, text); True: print it.
 
@@ -192,18 +193,17 @@ def flow_curve(
     check_number("strain", strain, 1e4, 1.0)
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
-    if not isinstance(processes, Executor):
-        check_number("processes", processes, 1024)
+    where = workers_there(workers)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
     curve = _Curve(packing, law, task, path, progress)
     missing = [rate for rate in wanted if rate not in curve.points]
     curve.done = dict.fromkeys(missing, 0.0)
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background_drag) for rate in missing]
-    if processes == 1:
+    if where == 1:
         for item in items:
             _measure(item, partial(curve.heard, item))
     else:
-        run_side_by_side(_measure, items, processes, report=curve.heard)
+        run_side_by_side(_measure, items, where, report=curve.heard)
     if not curve.points:
         raise ConvergenceError("; ".join(f"rate {rate}: {why}" for rate, why in curve.failed.items()))
     return curve.finish()

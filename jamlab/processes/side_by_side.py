@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import Any, Protocol, Self, TypeVar
 
-from jamlab.errors import EngineError
+from jamlab.errors import EngineError, InputError
 from jamlab.processes.children import Children
+from jamlab.processes.cores import available_cores
 from jamlab.processes.executor import OnExecutor
 
 T = TypeVar("T")
@@ -45,10 +46,17 @@ def crew(function: Callable[..., Any], where: int | Executor) -> Crew:
     return OnExecutor(function, where) if isinstance(where, Executor) else Children(function, where)
 
 
+def workers_there(workers: int | Executor | None) -> int | Executor:
+    """What an argument `workers` stands for: so many processes, as many as this process has cores, or an executor."""
+    if isinstance(workers, int) and workers < 1:
+        raise InputError(f"workers = {workers}: must be 1 or more")
+    return available_cores() if workers is None else workers
+
+
 def run_side_by_side(
     function: Callable[[T, Report], R],
     items: Sequence[T],
-    processes: int | Executor,
+    workers: int | Executor,
     *,
     report: Callable[..., None] = lambda item, *step: None,
     done: Callable[[int], None] = lambda count: None,
@@ -58,8 +66,8 @@ def run_side_by_side(
     Args:
         function: can be pickled, as can items, and what it returns and raises; not of the script that runs.
         items: one call for each.
-        processes: at most so many at once, each of which takes its next item when it is done with one; or an executor
-            (PEP 3148), such as that of a cluster.
+        workers: at most so many processes at once, each of which takes its next item when it is done with one; or an
+            executor (PEP 3148), such as that of a cluster.
         report: called in this process as `report(item, ...)` with what `function` reports.
         done: called in this process after each call, with the number of items done.
 
@@ -68,11 +76,11 @@ def run_side_by_side(
     """
     found: dict[int, R] = {}
     lost = [0] * len(items)
-    with crew(function, processes) as workers:
+    with crew(function, workers) as those:
         for index, item in enumerate(items):
-            workers.submit(index, item)
+            those.submit(index, item)
         while len(found) < len(items):
-            index, kind, content = workers.wait()
+            index, kind, content = those.wait()
             if kind == "report":
                 report(items[index], *content)
             elif kind == "error":
@@ -81,8 +89,8 @@ def run_side_by_side(
                 lost[index] += 1
                 if content.alone or lost[index] > _MOST_LOST:
                     said = f"a worker process ended before its call did: {content.cause}"
-                    raise EngineError(f"{said}; if memory is short, use fewer processes, and run again")
-                workers.submit(index, items[index], first=True)
+                    raise EngineError(f"{said}; if memory is short, use fewer workers, and run again")
+                those.submit(index, items[index], first=True)
             else:
                 found[index] = content
                 done(len(found))

@@ -151,7 +151,7 @@ def test_an_estimate_is_of_the_packings_that_it_names():
     """A packing made again from its seed gives its value; two processes make the same packings."""
     shares = []
     found = jamlab.estimate("rho-J", None, 0.05, seed=3, progress=lambda share, text: shares.append((share, text)))
-    twice = jamlab.estimate("rho-J", None, 0.05, seed=3, processes=2)
+    twice = jamlab.estimate("rho-J", None, 0.05, seed=3, workers=2)
     assert twice.value == found.value and (twice.seeds == found.seeds).all() and shares[-1][0] == 1.0
     assert shares[-1][1].startswith(f"{len(shares)} packings")
     assert found.met and found.packings == len(found.values) == len(found.seeds) >= FEWEST

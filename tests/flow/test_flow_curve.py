@@ -122,9 +122,9 @@ def test_rates_are_stored_as_they_come_from_an_executor(disks, tmp_path):
     how = {"strain": 1.0, "discard": 0.2, "path": tmp_path / "c.h5"}
     shares = []
     with pytest.raises(jamlab.EngineError, match="Lost broke"):
-        jamlab.flow_curve(disks, [0.5, 1.0], processes=Lost(), progress=lambda share, _: shares.append(share), **how)
+        jamlab.flow_curve(disks, [0.5, 1.0], workers=Lost(), progress=lambda share, _: shares.append(share), **how)
     assert len(jamlab.read_flow(how["path"]).rates) == 1 and len(shares) > 10 and shares[-1] == pytest.approx(0.5)
-    found = jamlab.flow_curve(disks, [0.5, 1.0], processes=InThisProcess(), **how)
+    found = jamlab.flow_curve(disks, [0.5, 1.0], workers=InThisProcess(), **how)
     wanted = jamlab.flow_curve(disks, [0.5, 1.0], strain=1.0, discard=0.2)
     assert found.rates.tolist() == [0.5, 1.0] and found.stress.tobytes() == wanted.stress.tobytes()
     assert [p.positions.tobytes() for p in found.packings] == [p.positions.tobytes() for p in wanted.packings]
@@ -195,7 +195,7 @@ def test_a_solver_that_fails_says_where(disks):
 
 
 @pytest.mark.parametrize(
-    "how", [{"rates": []}, {"rates": [0.0]}, {"rates": [1.0], "strain": 0.1}, {"rates": [1.0], "processes": 0}]
+    "how", [{"rates": []}, {"rates": [0.0]}, {"rates": [1.0], "strain": 0.1}, {"rates": [1.0], "workers": 0}]
 )
 def test_refused(disks, how):
     with pytest.raises(jamlab.InputError) as refusal:

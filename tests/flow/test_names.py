@@ -16,6 +16,9 @@ P = None  # in place of a packing: names are looked at before values
         ("tolerance", "force_tolerance", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
         ("strain", "amplitude", lambda **how: jamlab.nonlinear_modulus(P, [1.0], **how)),
         ("points", "points_per_cycle", lambda **how: jamlab.oscillate(P, 1.0, 1e-3, **how)),
+        ("processes", "workers", lambda **how: jamlab.measure([P], **how)),
+        ("processes", "workers", lambda **how: jamlab.flow_curve(P, [1.0], **how)),
+        ("processes", "workers", lambda **how: jamlab.estimate("z", 0.9, 0.1, **how)),
         ("every", "snapshot_every", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
     ],
 )

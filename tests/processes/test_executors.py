@@ -291,10 +291,10 @@ def test_reports_of_another_machine_come_at_the_end(calls, monkeypatch):
 
 def results(packings, where, path=None):
     """Numbers, as bytes, of all that takes processes."""
-    measured = jamlab.measure(packings, processes=where)
+    measured = jamlab.measure(packings, workers=where)
     how = {"strain": 1.0, "discard": 0.2, "path": path}
-    curve = jamlab.flow_curve(packings[0], [0.3, 1.0], processes=where, **how)
-    made = jamlab.estimate("rho-J", None, error=0.03, processes=where)
+    curve = jamlab.flow_curve(packings[0], [0.3, 1.0], workers=where, **how)
+    made = jamlab.estimate("rho-J", None, error=0.03, workers=where)
     arrays = [*measured.values(), curve.stress, *(p.positions for p in curve.packings), made.values, made.seeds]
     return b"".join(np.ascontiguousarray(each).tobytes() for each in arrays)
 
@@ -332,12 +332,12 @@ def test_dask_runs_calls_and_tells_of_its_threads(calls, packings):
         assert run_side_by_side(calls.act, range(3), executor, report=lambda *step: reports.append(step)) == [0, 1, 2]
         assert sorted(reports) == [(k, k, "begun") for k in range(3)]
         quantities = ["rho", "z", "g"]
-        there, here = (jamlab.measure(packings, quantities, processes=where) for where in (executor, None))
+        there, here = (jamlab.measure(packings, quantities, workers=where) for where in (executor, None))
         assert all(there[name].tobytes() == here[name].tobytes() for name in quantities)
         with crew(calls.act, executor) as workers:
             assert workers.workers == 1
         with pytest.raises(jamlab.InputError, match=r"get_executor\(pure=False\)"):
-            jamlab.measure(packings, processes=executor._client)
+            jamlab.measure(packings, workers=executor._client)
         executor.shutdown()
         with pytest.raises(EngineError, match="ClientExecutor takes no calls"):
             run_side_by_side(calls.act, [1], executor)

@@ -228,5 +228,5 @@ def measure(folder):
     return [
         jamlab.measure([read(folder, "sp16"), read(folder, "sp64")]),
         jamlab.measure([droplets()]),
-        jamlab.measure([read(folder, "sp16"), read(folder, "sp64")], ["z", "g"], processes=2),
+        jamlab.measure([read(folder, "sp16"), read(folder, "sp64")], ["z", "g"], workers=2),
     ]
