@@ -55,7 +55,13 @@ def file_names(names: Sequence[str], page: str) -> list[str]:
 
 
 def write_page(
-    folder: Path, name: str, group: Group, tables: EnsembleTables, *, pdf: bool = True, progress: Progress = no_progress
+    folder: Path,
+    name: str,
+    group: Group,
+    tables: EnsembleTables,
+    *,
+    pdf: bool = True,
+    progress: Progress | None = None,
 ) -> tuple[list[Drawing], dict[str, str]]:
     """Draw the studies of a group, and write PNG, CSV and with `pdf` PDF of each, and one page NAME.html of all, with a
     choice of rows by their marks. Returns what was drawn, and by name why another was not. What was drawn before an
@@ -65,7 +71,7 @@ def write_page(
     failed: dict[str, str] = {}
     sections: list[Section] = []
     for k, study in enumerate(group.studies):
-        progress(k / len(group.studies), study.name)
+        (progress or no_progress)(k / len(group.studies), study.name)
         try:
             drawn.append(draw(study, tables))
         except JamlabError as error:

@@ -80,7 +80,7 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, commits: str = "",
     return path
 
 
-def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progress = no_progress) -> Path:
+def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progress | None = None) -> Path:
     """Do the tasks whose rows a table does not hold, each on one core, and add their rows as soon as it is done.
 
     Columns before the rows' own: `task`, its name; `took`, its CPU seconds with what it had to prepare. Numbers
@@ -94,7 +94,7 @@ def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progre
     for count, (task, run) in enumerate(tasks.items()):
         if task in done:
             continue
-        progress(count / len(tasks), f"{name}: task {count + 1} of {len(tasks)}")
+        (progress or no_progress)(count / len(tasks), f"{name}: task {count + 1} of {len(tasks)}")
         began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = [{"task": task, "took": 0.0, **row} for row in run()] or [{"task": task, "took": 0.0}]

@@ -71,7 +71,7 @@ def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS
 
 
 def compare(
-    n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
+    n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress | None = None
 ) -> list[Row]:
     """Compare jamlab and its peers on one packing of an even number of disks in units "eps" in double precision: a row
     for each, jamlab first. Random starts end in different minima in different codes, so the start is a minimum whose
@@ -81,7 +81,7 @@ def compare(
     rows: list[Row] = []
     with one_core():
         for peer in (Jamlab(), *peers):
-            progress(len(rows) / (len(peers) + 1), peer.name)
+            (progress or no_progress)(len(rows) / (len(peers) + 1), peer.name)
             item = (peer, start, target, rows[0] if rows else None)
             rows.append(run_side_by_side(_row, [item], 1)[0] if peer.apart else _row(item))
     return rows
