@@ -6,8 +6,8 @@ All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
              particle_areas, relative_areas, contact_lengths, local_packing_fraction, remove_rattlers,
              with_walls, slab: rough walls, the layer between them
-Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, count_zero_modes,
-             maxwell_count: constraint counting; rigid_clusters
+Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, density_of_states,
+             count_zero_modes, maxwell_count: constraint counting; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: over packings, kind by kind;
              scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices,
              displacement_response, displacement_correlation, mode_character: of droplets

@@ -122,8 +122,8 @@ FIELD = (
     Concept("stress_anisotropy deviatoric deviatoric_stress principal_stresses stress_ratio von_mises shear_jammed "
             "principal_stress local_stress stress_per_particle per_particle_stress particle_stress virial_per_atom",
             "", "`jamlab.evaluate({p}).stress`", {"Evaluation": "`stress`"}),
-    Concept("debye debye_frequency debye_level reduced_dos d_w cumulative_dos", "frequencies", "`jamlab.lowest_modes"
-            "({p}).frequencies`"),
+    Concept("debye debye_frequency debye_level reduced_dos d_w cumulative_dos", "density frequencies",
+            "`jamlab.density_of_states({p})`"),
     Concept("betweenness graph networkx to_networkx communities percolation largest_cluster connected clusters",
             "pairs", "`jamlab.contacts({p}).pairs`, edges for networkx"),
     Concept("thermal heat conductivity conductance diffusion_coefficient self_intermediate scattering_function isf "

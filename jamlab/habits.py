@@ -215,15 +215,15 @@ CONCEPTS = (
     Concept("modes dos vdos density_of_states normal_modes eigenmodes eigenvalues phonons spectrum_of_modes "
             "vibrational_modes density D D_omega boson_peak omega_star w_star diagonalize eigh eig eigsh soft_modes "
             "soft_spots quasilocalized quasilocalised low_frequency_modes",
-            "frequencies eigenvalues", "`jamlab.lowest_modes({p}).frequencies`, or all from `jamlab.hessian({p})`"),
+            "frequencies eigenvalues", "`jamlab.density_of_states({p})`, or `jamlab.lowest_modes({p}, None)`",
+            {"Modes": "`density()`, or `frequencies`"}),
     Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
     Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
             "mode_shapes",
             "vectors displacements",
             "`jamlab.lowest_modes({p}).vectors`, or `jamlab.track_droplets(source)` of pictures"),
     Concept("participation mode_participation localization localisation participation_ratio participation_ratios "
-            "ipr pr", "", "`jamlab.lowest_modes({p}).vectors`",
-            {"Modes": "`vectors`, of which it is a mean"}),
+            "ipr pr", "participation_ratio", "`jamlab.lowest_modes({p}).participation_ratio`"),
     Concept("hessian dynamic_matrix dynamical_matrix dynmat stiffness_of_sites force_constants", "",
             "`jamlab.hessian({p})`, or `jamlab.dynamical_matrices({p})`"),
     Concept("self_stress self_stresses states_of_self_stress floppy_modes isostatic isostaticity constraint_counting "

@@ -208,7 +208,7 @@ def test_names_that_look_alike_are_no_hint(things):
 
 @pytest.mark.parametrize(
     ("thing", "name", "use"),
-    [("Modes", "D", "use `frequencies`"), ("Contacts", "anisotropy", "use `r`"), ("Micrograph", "mean_z", "use `z`"),
+    [("Modes", "D", "use `density()`, or `frequencies`"), ("Contacts", "anisotropy", "use `r`"), ("Micrograph", "mean_z", "use `z`"),
      ("FlowCurve", "normal_stress", "`pressure` and `normal_stress_difference`"), ("Micrograph", "sizes", "`areas`"),
      ("Micrograph", "threshold", "`picture`"), ("Micrograph", "intensity", "`labels`"), ("Packing", "creep", "creep"),
      ("Micrograph", "quality_flags", "for 'quality' use `quality`"), ("Packing", "centers_of_mass", "`positions`"),

@@ -77,7 +77,7 @@ def test_collapse_and_fit(results):
 def test_frequencies_are_roots_of_eigenvalues(results):
     modes = results["Modes"]
     assert np.allclose(modes.frequencies**2, np.abs(modes.eigenvalues))
-    unstable = jamlab.results.Modes(np.array([-4.0, 9.0]), np.zeros((2, 1, 2)))
+    unstable = jamlab.results.Modes(np.array([-4.0, 9.0]), np.eye(2)[:, None], np.zeros(1, int), 2, 1e-9)
     assert unstable.frequencies.tolist() == [-2.0, 3.0]
 
 

@@ -82,6 +82,7 @@ ANALYSIS = (
         "integer",
         least=1,
         default=10,
+        unset="all modes",
         habits="n_eigs n_eigenvalues n_modes neigs nev num num_modes how_many",
     ),
     Argument(

@@ -110,9 +110,9 @@ def test_mechanisms_of_a_broken_network(onset, removed, mechanisms):
     assert jamlab.count_zero_modes(broken, prestress=False) == wanted
 
 
-@pytest.mark.parametrize("count", [0, -1, 64, 1000, 2.0, True, "x", None])
+@pytest.mark.parametrize("count", [0, -1, 65, 1000, 2.0, True, "x"])
 def test_bad_count_is_refused(small, count):
-    """Named; as many modes as coordinates are too many."""
+    """Named; there are as many modes as coordinates."""
     with pytest.raises(jamlab.InputError, match=f"count = {count!r}"):
         jamlab.lowest_modes(small, count)
 

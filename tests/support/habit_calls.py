@@ -32,8 +32,8 @@ NAMES = {
     ("P3", "jamlab"): "storage_modulus:complex_modulus loss_modulus:complex_modulus dynamic_modulus:complex_modulus "
     "relaxation_modulus:relax_stress stress_relaxation:relax_stress yield_stress:flow_curve "
     "yield_strain:quasistatic_shear "
-    "poisson_ratio:elastic_tensor stress_tensor:evaluate pair_correlation:universe vdos:lowest_modes|hessian "
-    "density_of_states:lowest_modes|hessian normal_modes:lowest_modes eigenmodes:lowest_modes sweep:compress|pack "
+    "poisson_ratio:elastic_tensor stress_tensor:evaluate pair_correlation:universe vdos:density_of_states "
+    "density_of_states:ok normal_modes:lowest_modes eigenmodes:lowest_modes sweep:compress|pack "
     "frequency_sweep:complex_modulus amplitude_sweep:oscillate startup:shear startup_shear:shear aqs:quasistatic_shear "
     "AQS:quasistatic_shear laos:oscillate LAOS:oscillate saos:complex_modulus herschel_bulkley:flow_curve "
     "ensemble:open_campaign|estimate participation_ratio:lowest_modes viscosity:flow_curve|complex_modulus "
@@ -41,7 +41,7 @@ NAMES = {
     "compliance:creep steady_shear:flow_curve|shear flow_sweep:flow_curve rheology:complex_modulus "
     "young_modulus:elastic_tensor youngs_modulus:elastic_tensor elastic_moduli:elastic_tensor|shear_modulus "
     "elastic_constants:elastic_tensor G:shear_modulus K:bulk_modulus B:bulk_modulus modulus:shear_modulus "
-    "dos:lowest_modes|hessian modes:lowest_modes dynamical_matrix:hessian|dynamical_matrices "
+    "dos:density_of_states modes:lowest_modes dynamical_matrix:hessian|dynamical_matrices "
     "eigenvalues:lowest_modes|hessian jamming_point:jam phi_j:jam phi_c:jam find_jamming:jam onset:jam "
     "isostatic:maxwell_count|contacts coordination:contacts z:contacts|measure contact_number:contacts "
     "pressure:measure|evaluate energy:measure|evaluate stress:evaluate virial:evaluate "
@@ -79,8 +79,8 @@ NAMES = {
         "P3",
         "modes",
     ): "frequencies:ok omega:frequencies freq:frequencies eigenvectors:vectors eigenfrequencies:frequencies "
-    "participation:vectors participation_ratio:vectors dos:frequencies|eigenvalues|hessian "
-    "density:frequencies|eigenvalues|hessian "
+    "participation:participation_ratio participation_ratio:ok dos:density "
+    "density:ok "
     "values:eigenvalues polarization:vectors",
     (
         "P3",
