@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from jamlab.arguments.table import ARGUMENTS
 from jamlab.arrays import Array, ArrayLike, Holds
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.hints import instead_of, meant, misspelt, unknown_argument
 from jamlab.processes.progress import ProgressLine
 from jamlab.type_variables import P, R, T
@@ -52,6 +53,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             kind = known.kinds.get(name, known.others or _ANYTHING)
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
+            if name in known.numbers and type(value) in (int, float):
+                check_range(name, value, known.where)
         for value in args[len(known.places) :] if known.rest else ():
             if not known.further.holds(value):
                 raise _refusal(function, str(known.rest), known.further, value)
@@ -117,6 +120,8 @@ class _Arguments(NamedTuple):
     further: _Kind  # what those must be
     others: _Kind | None  # of all further ones by name
     needed: frozenset[str]  # names of those without a default
+    numbers: frozenset[str]  # names of those with a range
+    where: str  # the function, as the table of arguments names it
 
 
 @functools.cache
@@ -129,7 +134,9 @@ def _arguments(function: Callable[..., Any]) -> _Arguments:
     further = kinds.pop(forms.get(inspect.Parameter.VAR_POSITIONAL, ""), _ANYTHING)
     places = tuple(name for name, each in parameters.items() if each.kind in by_place)
     needed = frozenset(name for name in kinds if parameters[name].default is inspect.Parameter.empty)
-    return _Arguments(kinds, places, forms.get(inspect.Parameter.VAR_POSITIONAL), further, others, needed)
+    numbers = frozenset(name for name in kinds if name in ARGUMENTS and ARGUMENTS[name].kind in ("integer", "number"))
+    rest = forms.get(inspect.Parameter.VAR_POSITIONAL)
+    return _Arguments(kinds, places, rest, further, others, needed, numbers, _name(function))
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
@@ -283,12 +290,18 @@ def _no_choice(name: str, value: object, known: tuple[str, ...], besides: str = 
     return InputError(f"unknown {name} {value!r}: {told} {', '.join(known)}{f', or {besides}' if besides else ''}")
 
 
+def check_range(name: str, value: float, *places: str) -> None:
+    """Refuse a number that the table of arguments does not allow at the first of the places that differs there."""
+    if not (line := ARGUMENTS[name]).admits(value, *places):
+        raise InputError(f"{named(name, value)}: must be {line.allowed(*places)}")
+
+
 def check_number(name: str, value: Any, highest: float, least: float = 0.0) -> None:
     """Refuse what is no finite number above 0, from `least` and up to `highest`."""
     if not is_number(value) or not 0 < value <= highest or value < least:
         limits = f"a number above 0 and at most {highest:g}" if is_number(highest) else "a finite number above 0"
         limits = f"a number from {least:g} to {highest:g}" if least else limits
-        raise InputError(f"{name} = {value!r}: must be {limits}")
+        raise InputError(f"{named(name, value)}: must be {limits}")
 
 
 def check_seed(seed: Any) -> None:

@@ -5,10 +5,10 @@ Each error is a `JamlabError` and also the built-in error it resembles, names th
 
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from types import FrameType
+from types import FrameType, MappingProxyType
 
 
 class JamlabError(Exception):
@@ -133,13 +133,18 @@ class JamlabWarning(UserWarning):
     """
 
 
-_OPTIONS = ContextVar("options", default=False)
+# option of each argument of the command that runs; None: there is none, Python is
+_OPTIONS: ContextVar[Mapping[str, str] | None] = ContextVar("options", default=None)
 
 
 @contextmanager
-def naming_options() -> Iterator[None]:
-    """Let messages name options of the shell instead of arguments of Python."""
-    before = _OPTIONS.set(True)
+def naming_options(options: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
+    """Let messages name options of the shell instead of arguments of Python.
+
+    Args:
+        options: those of the command that runs, by the names of the arguments.
+    """
+    before = _OPTIONS.set(options)
     try:
         yield
     finally:
@@ -148,7 +153,13 @@ def naming_options() -> Iterator[None]:
 
 def typed(python: str, shell: str) -> str:
     """What the reader of a message is to type: in Python, or in the shell if a command runs."""
-    return shell if _OPTIONS.get() else python
+    return python if _OPTIONS.get() is None else shell
+
+
+def named(name: str, value: object) -> str:
+    """An argument with its value, as the option if the command that runs has it."""
+    option = (_OPTIONS.get() or {}).get(name)
+    return f"{name} = {value!r}" if option is None else f"{option} {value!r}"
 
 
 def warn(message: str, category: type[Warning] = JamlabWarning) -> None:

@@ -15,6 +15,8 @@ from numpy import typing as npt
 import jamlab
 from jamlab import arrays, checks
 from jamlab.arguments import choices
+from jamlab.arguments.table import ARGUMENTS
+from jamlab.errors import named, naming_options
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
@@ -141,6 +143,39 @@ def test_a_wrong_name_is_answered_with_those_that_there_are():
         made("box")
     with pytest.raises(jamlab.InputError, match=r"^unknown direction 'x': use one of simple, pure, or a number$"):
         made("fixed-box", "x")
+
+
+def beyond(name, place):
+    """Numbers just outside the range of an argument, and those that are not finite."""
+    line = ARGUMENTS.get(name)
+    if line is not None and line.kind in ("integer", "number"):
+        least, highest = line.limits_at(place)
+        out = [] if least is None else [least if line.above else least - (line.kind == "integer" or abs(least) or 1)]
+        out += [] if highest is None else [highest + 1 if line.kind == "integer" else 1.001 * highest + 1e-300]
+        yield from [int(value) for value in out] if line.kind == "integer" else [*out, np.nan, np.inf]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
+def test_a_number_out_of_the_range_in_the_table_is_refused_with_the_range(name, required):
+    """Before anything else is looked at: other arguments are of the right type, and may be impossible together."""
+    function = getattr(jamlab, name)
+    parameters = inspect.signature(function).parameters
+    p = required["packing"]
+    needed = required | {"model": "sp", "box": p.box, "params": p.params, "positions": p.positions}
+    needed = {key: needed[key] for key, each in parameters.items() if each.default is each.empty and key in needed}
+    for key in parameters:
+        kind = checks._arguments(inspect.unwrap(function if name in FUNCTIONS else function.__init__)).kinds.get(key)
+        for value in beyond(key, name):
+            if kind and kind.holds(value):
+                with pytest.raises(jamlab.InputError) as refused:
+                    function(**needed | {key: value})
+                assert str(refused.value) == f"{key} = {value!r}: must be {ARGUMENTS[key].allowed(name)}"
+
+
+def test_a_message_names_the_option_if_the_command_has_it():
+    with naming_options({"first_step": "--first-step"}):
+        assert named("first_step", 2.0) == "--first-step 2.0" and named("seed", -1) == "seed = -1"
+    assert named("first_step", 2.0) == "first_step = 2.0"
 
 
 def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):

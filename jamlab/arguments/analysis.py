@@ -13,7 +13,7 @@ ANALYSIS = (
         unit="1/tau_1",
         least=0,
         default=REQUIRED,
-        otherwise={"choose_flow": None, "sweep": None, "deck": 0.1},
+        otherwise={**dict.fromkeys(("choose_flow", "sweep"), None), "sweep.oscillation": REQUIRED, "deck": 0.1},
         unset="no observable needs it",
         limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
         habits="omegas frequency frequencies freq f w",
@@ -114,7 +114,7 @@ ANALYSIS = (
         default=0.95,
         above=True,
     ),
-    Argument("resamples", "Number of resamples by the bootstrap.", "integer", least=1, default=200),
+    Argument("resamples", "Number of resamples by the bootstrap.", "integer", least=0, default=200),
     Argument(
         "pressures",
         "Pressures.",

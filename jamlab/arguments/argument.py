@@ -54,7 +54,6 @@ class Argument:
     least: float | None = None
     highest: float | None = None
     above: bool = False  # whether the least value is itself excluded
-    signed: bool = False  # whether the limits are those of the magnitude
     choices: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     default: Any = REQUIRED  # in Python; None: see `unset`
     unset: str = ""  # what a default of None stands for, in words
@@ -96,7 +95,7 @@ class Argument:
         beyond = "" if least is None else f"above {least:g}" if self.above else f"from {least:g}"
         if least is not None and highest is not None:
             limits = f"{beyond} and at most {highest:g}" if self.above else f"{beyond} to {highest:g}"
-            return f"{what} {limits}{' in magnitude' * self.signed}"
+            return f"{what} {limits}"
         finite = what if self.kind == "integer" else "a finite number"
         if least is not None:
             return f"{finite} {beyond}" if self.above else f"{finite}, {least:g} or more"
@@ -105,7 +104,6 @@ class Argument:
     def admits(self, value: float, *places: str) -> bool:
         """Whether a number is finite and within the limits."""
         least, highest = self.limits_at(*places)
-        size = abs(value) if self.signed else value
-        if not abs(size) <= sys.float_info.max or (highest is not None and size > highest):
+        if not abs(value) <= sys.float_info.max or (highest is not None and value > highest):
             return False
-        return least is None or size > least or (size == least and not self.above)
+        return least is None or value > least or (value == least and not self.above)

@@ -28,6 +28,8 @@ MAKING = (
                     "read",
                     "read_all",
                     "from_universe",
+                    "universe",
+                    "PackingAnalysis",
                     *(
                         f"jamlab {name}"
                         for name in (
@@ -125,19 +127,10 @@ MAKING = (
             "Packing": (0, None),
         },
         otherwise={
-            "in.sp.jam": 1e-12,
-            "in.sp.pressure": 1e-12,
-            "in.sp.compress": 1e-12,
-            "in.sp.minimize": 1e-12,
-            "in.sp.contacts": 1e-12,
-            "in.sp.hessian": 1e-12,
-            "in.sp.creep": 1e-12,
-            "in.sp.oscillate": 1e-12,
-            "in.sp.startup": 1e-12,
-            "in.dp.startup": 1e-10,
+            "deck": 1e-12,
             **dict.fromkeys(("in.sp.stabilize", "in.sp.bulk", "in.sp.shear"), 1e-13),
+            **dict.fromkeys(("in.dp.startup", "in.dp.shear"), 1e-10),
             "in.dp.jam": 1e-05,
-            "in.dp.shear": 1e-10,
             "Session.minimize": REQUIRED,
         },
         habits="tol ftol force_tol etol eps_f rtol atol precision",

@@ -99,4 +99,6 @@ READING = (
         unset="as the file says",
         habits="style",
     ),
+    Argument("params", "Parameters of the force law, by name."),
+    Argument("rattlers", "Include particles without contacts that bear load.", "flag", default=True),
 )

@@ -178,7 +178,9 @@ class OwnCommand(Once):
             if each.name and getattr(ctx.get_parameter_source(each.name), "name", "") == "COMMANDLINE"
         }
         check_given(str(self.name), ctx.params, given)
-        return super().invoke(ctx)
+        opts = [each.opts[0] for each in self.params if each.opts[0].startswith("--")]
+        with naming_options({opt.removeprefix("--").replace("-", "_"): opt for opt in opts}):
+            return super().invoke(ctx)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write each topic below its heading."""

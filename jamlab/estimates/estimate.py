@@ -22,7 +22,7 @@ from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, check_number, check_seed, checked
+from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge
@@ -84,7 +84,6 @@ def plan_mean(
     if model not in ("auto", DISKS.name, DROPLETS.name):
         MODELS.get(model)  # refuses one that is unknown
         check_choice("model", model, ("auto", DISKS.name, DROPLETS.name))
-    check_number("error", error, math.inf)
     reference = reference_record(table, reference_way(), rho, onset=quantity == ONSET)
     at = math.nan if rho is None or quantity == ONSET else rho
     if not is_known(reference, reference, quantity, at):
@@ -298,7 +297,6 @@ def estimate(
         >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.ci95
         (True, True, True)
     """
-    check_seed(seed)
     where = workers_there(workers)
     plan = plan_mean(quantity, rho, error, model=model)
     one = partial(make_one, way=plan.choice.way, quantity=quantity, rho=plan.rho)

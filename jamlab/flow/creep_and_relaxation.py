@@ -178,9 +178,7 @@ def creep(
         )
     scale = natural_scales(packing).stress
     check_number("stress", stress, RAMP.largest_stress * scale, FLOW_LIMITS.least_strain * scale)
-    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
-    check_number("largest_strain", largest_strain, 1e4)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
     with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
         before = flow.before
@@ -323,7 +321,6 @@ def relax_stress(
         raise InputError(
             f"strain = {strain!r}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
         )
-    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
@@ -377,7 +374,6 @@ def stop_flow(
     Raises:
         InputError, ConvergenceError, StorageError: see `shear`.
     """
-    check_number("duration", duration, RAMP.longest, FLOW_LIMITS.least_time)
     check_flow_tolerance(tolerance, trajectory_error)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
     accuracy, task = (tolerance, background_drag), {"strain": 0}

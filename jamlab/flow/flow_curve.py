@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.flow.flow_run import FlowResult, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
@@ -190,8 +190,6 @@ def flow_curve(
     law = damping or ContactDamping()
     background_drag = default_background(packing, law, background_drag)
     wanted = check_rates(rates)
-    check_number("strain", strain, 1e4, 1.0)
-    check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
     where = workers_there(workers)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
@@ -328,7 +326,6 @@ def flow_cost(
     law = damping or ContactDamping()
     background_drag = default_background(packing, law, background_drag)
     values = check_rates(rates)[::-1]
-    check_number("strain", strain, 1e4)
     seconds = [strain * _cost(packing, rate, law, tolerance, background_drag) for rate in values]
     return pd.DataFrame({"rate": values, "strain": strain, "seconds": seconds})
 

@@ -15,7 +15,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked
+from jamlab.checks import checked
 from jamlab.errors import EngineError, InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.geometry.contact_network import contacts
@@ -56,7 +56,6 @@ def write_movie(path: str | os.PathLike[str], run: FlowRun | Sequence[Packing], 
         4
     """
     check_ending(path, "movie")
-    check_number("fps", fps, 120)  # frames per second
     packings = list(run.frames if isinstance(run, FlowRun) else run)
     if len(packings) < 2:
         kept = "store packings of the flow with snapshot_every=..." if isinstance(run, FlowRun) else "give two or more"

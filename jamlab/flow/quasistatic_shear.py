@@ -33,8 +33,8 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import Ensemble
-from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
-from jamlab.protocols.relaxation import check_tolerance, relax_session, usual_force_tolerance
+from jamlab.protocols.compression import MOST_STATES
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 
@@ -406,7 +406,6 @@ def quasistatic_shear(
         check_number("snapshot_every", snapshot_every, whole)
         if snapshot_every < strain_step:
             raise InputError(f"snapshot_every = {snapshot_every:g}: closer than strain_step = {strain_step:g}")
-    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     _check_pressure(packing, pressure)
     count = int(np.ceil(whole / strain_step - 1e-9))
     task: dict[str, Any] = {"strain_step": strain / count}

@@ -9,11 +9,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from jamlab.arguments.table import argument
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked, is_number
-from jamlab.errors import InputError
+from jamlab.checks import check_number, check_range, checked
+from jamlab.errors import InputError, named, typed
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import FLOW_LIMITS, End, check_flow_tolerance, default_background
+from jamlab.flow.overdamped_session import End, check_flow_tolerance, default_background
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
@@ -283,7 +284,6 @@ def shear(
     packing = walled(packing, walls)
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
-    check_number("rows", rows, SHEAR_LIMITS.most_rows)
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, snapshot_every, rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1
@@ -331,13 +331,11 @@ def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Arr
     else:
         parts = [[rate, 1.0 if strain is None else strain]]
     for speed, by in parts:
-        if not (is_number(speed) and SHEAR_LIMITS.least_rate <= abs(speed) <= SHEAR_LIMITS.largest_rate):
-            raise InputError(
-                f"rate = {speed!r}: must be {SHEAR_LIMITS.least_rate:g} to "
-                f"{SHEAR_LIMITS.largest_rate:g} in magnitude, in 1/tau_1; at rate 0 "
-                "use quasistatic_shear"
-            )
-        check_number("strain", by, SHEAR_LIMITS.largest_strain, FLOW_LIMITS.least_strain)
+        check_range("rate", speed, "shear")
+        if abs(speed) < (least := argument("rate").least or 0.0):
+            remedy = typed("quasistatic_shear", "jamlab quasistatic-shear")
+            raise InputError(f"{named('rate', speed)}: must be {least:g} or more in magnitude; at rate 0 use {remedy}")
+        check_range("strain", by, "shear")
     return np.array(parts, dtype=np.float64)
 
 

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
-from jamlab.checks import check_choice, check_number, checked
+from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
@@ -37,7 +37,6 @@ from jamlab.micrographs.walls import SeenDroplets, shape_factor
 
 CONTRASTS = ("auto", "dark", "bright")
 TRIED = 256  # pixels along a side on which bright and dark are tried
-LARGEST = 1e100  # size of a pixel, so that areas are finite
 
 
 @checked
@@ -82,9 +81,6 @@ def micrograph(
         >>> again.count, again.contrast
         (2, 'labels')
     """
-    for name, value in (("pixel", pixel), ("film", film)):
-        if value is not None:
-            check_number(name, value, LARGEST, 1 / LARGEST)  # beyond, areas are 0 or infinite
     _check_kind(picture is None, labels is None, contrast, channel)
     unit = ""
     if pixel is None:

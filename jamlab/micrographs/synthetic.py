@@ -12,7 +12,7 @@ import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Mask
-from jamlab.checks import check_seed, checked
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rims import rims
 from jamlab.packing.neighbors import moves_home
@@ -57,11 +57,6 @@ def synthetic_micrograph(
         raise InputError(f"{packing.kind.particles} (model {packing.model}) have no outlines to picture: use droplets")
     if packing.box[1, 0] != 0:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
-    limits = ("pixels", pixels, 32, 6000), ("film", film, 0, 100), ("blur", blur, 0, 100), ("noise", noise, 0, 10)
-    for name, value, low, high in (*limits, ("light", light, 1e-6, 1)):
-        if not low <= value <= high:
-            raise InputError(f"{name} is {value}: must be a number from {low:g} to {high:g}")
-    check_seed(seed)
     covered, nearest, second = _scene(packing, pixels, film)
     width, rims_apart = film * packing.box[0, 0] / pixels, nearest + second - packing.params["delta"]
     gap = np.maximum(rims_apart, 0.0)  # a film between two droplets is narrower by the gap between their rims

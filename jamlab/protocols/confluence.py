@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from jamlab.checks import check_number, checked
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
@@ -33,7 +33,6 @@ def bisect_confluence(
         error: of rho*, or of phi* with `by`; `by, force_tolerance, ranks`: see `compress`. Yields one Packing per
             halving.
     """
-    check_number("error", error, 1.0)
     low, high = (fraction_by(p, by) for p in (below, above))
     if not contacts(below).z < MOST_CONTACTS <= contacts(above).z or high <= low:
         raise InputError(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arguments.choices import Law
-from jamlab.checks import check_seed, checked
+from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, warn
 from jamlab.geometry.contact_network import contacts
@@ -29,10 +29,10 @@ from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import LARGEST_TOLERANCE, SWEEP
+from jamlab.protocols.compression import SWEEP
 from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import droplet_params
-from jamlab.protocols.relaxation import Relaxed, check_tolerance
+from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.rest_areas import length_scale, rest_areas_of
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
@@ -85,8 +85,6 @@ def droplets_from_disks(
         True
     """
     parameters = law_given(law, DROPLETS.name)
-    check_seed(seed)
-    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     if packing.frame.is_flat:
         raise InputError(
             "flat walls: make the droplets of the packing without them, then with_walls(droplets, flat=True)"

@@ -6,8 +6,6 @@ from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import LARGEST_TOLERANCE
-from jamlab.protocols.relaxation import check_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 
@@ -39,7 +37,6 @@ def relax(packing: Packing, force_tolerance: float | None = None) -> Packing:
         >>> back.converged, back.max_force < 1e-11
         (True, True)
     """
-    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
     found = _relaxed(packing, force_tolerance)
     moved = float(np.hypot(*(found.positions - packing.positions).T).max())
     return found.with_state(rounding=0.0, provenance={"moved": moved})

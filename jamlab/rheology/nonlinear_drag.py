@@ -76,8 +76,6 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
         array([1., 1.])
     """
     w = check_frequencies(omega)
-    check_number("force", force, np.inf)
-    check_number("stiffness", stiffness, np.inf)
     if not 0 < alpha < 2:
         raise InputError(f"alpha = {alpha}: the exponent of the drag law must lie between 0 and 2")
     prefactor = 2 / np.sqrt(np.pi) * gamma(1 + alpha / 2) / gamma(1.5 + alpha / 2)

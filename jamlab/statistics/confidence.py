@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from jamlab.arrays import Array, ArrayLike, Mask
-from jamlab.checks import check_seed, checked
+from jamlab.checks import checked
 from jamlab.errors import InputError, JamlabError
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth, and of new packings that keep what is promised
@@ -110,7 +110,6 @@ def bootstrap(
         raise InputError("bootstrap got an empty group: each group needs at least one packing")
     if not 1 <= resamples <= AVERAGES.resamples or not 0 < level < 1:
         raise InputError(f"resamples = {resamples}, level = {level}: need 1 to {AVERAGES.resamples}, and 0 to 1")
-    check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
     several = [len(a) for a in arrays if len(a) > 1]  # one packing says nothing about its spread
     if not several or min(map(len, arrays)) < least:

@@ -158,7 +158,7 @@ BAD = [  # one for each way in which words are wrong; values are tested where th
     (("analyze", "{packed}", "--memory", "2"), "--memory"),
     (("analyze", "7000.png"), "7000.png is (7000, 7000): cut it"),
     (("analyze", "100000.png"), "100000.png"),
-    (("demo", "--to", "2"), "to = 2.0"),
+    (("demo", "--to", "2"), "--to 2.0"),
     (("demo", "--n", "8", "--out", "foreign.h5"), "foreign.h5"),
 ]
 

@@ -139,7 +139,7 @@ def test_outlines_of_rims_are_drawn_in_by_half_their_width():
         ([SQUARE], {"rest_areas": [0.0]}, r"rest_areas\[0\] has area 0"),
         ([SQUARE], {"free_areas": [1.0, 2.0]}, r"free_areas must have shape \(1\)"),
         ([SQUARE], {"free_areas": [1.0], "rest_areas": [1.0]}, "give one of them"),
-        ([SQUARE], {"vertices": 2}, "2 vertices"),
+        ([SQUARE], {"vertices": 2}, "vertices = 2"),
         ([SQUARE], {"vertices": [8, 9]}, "vertices hold 2 numbers for n = 1"),
         ([SQUARE], {"law": {"weight": 1.0}}, "no parameter 'weight'"),
         ([SQUARE], {"law": {"nv_small": 8}}, "nv_small = 8"),
