@@ -139,8 +139,8 @@ def test_numbers_of_numpy_are_numbers():
     parts = [np.array(0.1), np.float32(0.2), 0.3]  # in sequences and mappings too
     curve = [jamlab.flow_cost(p, rates)["rate"].tolist() for rates in (parts, tuple(parts), [*map(float, parts)])]
     assert curve[0] == curve[1] == curve[2] and all(type(rate) is float for rate in curve[0])
-    tolerance = {"z": np.array(0.5)}
-    assert repr(jamlab.choose(0.9, tolerance)) == repr(jamlab.choose(0.9, {"z": 0.5}))
+    error = {"z": np.array(0.5)}
+    assert repr(jamlab.choose(0.9, error)) == repr(jamlab.choose(0.9, {"z": 0.5}))
     for wrong in (np.float32(np.nan), np.float32(np.inf), np.bool_(True), np.array([1e-2])):
         with pytest.raises(jamlab.InputError, match="pressure"):
             jamlab.pack(8, wrong)

@@ -48,7 +48,7 @@ class Choice(Result):
         bound: quantity -> error that 95 % of new packings stay below, after correction. Of `choose` against default
             droplets; of `estimate_cost` half the width of the 95 % interval; of a flow relative, of G* or the stress,
             with half the 95 % interval of its average.
-        options: pandas DataFrame, a row for each way: `way`, `error` (of `choose` one column for each tolerance, such
+        options: pandas DataFrame, a row for each way: `way`, `error` (of `choose` one column for each quantity, such
             as `error_z`), what it costs, `seconds` or `strain`, and `why`, "taken" or why not, see
             `jamlab.estimates.choice.Why`.
         seconds, packings: expected CPU time on the machine of the table, and packings in all; 0 of a flow.
@@ -59,10 +59,10 @@ class Choice(Result):
         outside: what of packing and flow lies outside the table, for which it promises nothing.
 
     Example:
-        >>> jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
+        >>> jamlab.choose(rho=0.87, error={"z": 0.25}, n=64)
         Choice(64 disks: z to 0.15, 1 packing in 0.82 s; cheapest of 4 ways that serve)
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-        >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05)
+        >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, error=0.05)
         >>> choice.way, choice.call[:37]
         ('linear spectrum', 'jamlab.complex_modulus(p, omega=[1.0]')
     """

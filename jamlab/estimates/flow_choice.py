@@ -52,7 +52,7 @@ def choose_flow(
     omega: float | None = None,
     amplitude: float | None = None,
     rate: float | None = None,
-    tolerance: float = 0.1,
+    error: float = 0.1,
 ) -> Choice:
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
@@ -70,13 +70,13 @@ def choose_flow(
         omega: angular frequency, 1/tau_1.
         amplitude: strain amplitude.
         rate: rate of steady shear, 1/tau_1.
-        tolerance: allowed relative error of |G*| or of the stress.
+        error: largest accepted relative error of |G*| or of the stress.
 
     Warns:
         JamlabWarning: the static modulus is negative, see `jamlab.complex_modulus`.
 
     Raises:
-        InputError: neither or both of omega and rate, power-law drag without an amplitude, a tolerance that cannot be
+        InputError: neither or both of omega and rate, power-law drag without an amplitude, an error that cannot be
             met, steady flow outside the table, another drag law than those two, or a value out of range.
         ConvergenceError: the packing is not jammed, or not stable.
 
@@ -94,21 +94,19 @@ def choose_flow(
         )
     if (omega is None) == (rate is None):
         raise InputError(f"omega = {omega}, rate = {rate}: give one of them, a frequency or a rate of steady shear")
-    check_number("tolerance", tolerance, 1.0)
-    if tolerance < FLOW_PLAN.error:
-        raise InputError(
-            f"tolerance = {tolerance:g}: errors below {FLOW_PLAN.error:g} were not measured; compare several runs"
-        )
+    check_number("error", error, 1.0)
+    if error < FLOW_PLAN.error:
+        raise InputError(f"error = {error:g}: errors below {FLOW_PLAN.error:g} were not measured; compare several runs")
     if rate is not None:
-        return _for_flow(packing, law, rate, tolerance)
+        return _for_flow(packing, law, rate, error)
     assert omega is not None
     check_number("omega", omega, 1e3)
     if amplitude is None and law.alpha < 1:
         raise InputError(f"{law}: the moduli depend on the amplitude, however small; give amplitude")
-    return _for_oscillation(packing, law, omega, amplitude, tolerance)
+    return _for_oscillation(packing, law, omega, amplitude, error)
 
 
-def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: float | None, tolerance: float) -> Choice:
+def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: float | None, largest: float) -> Choice:
     linear, table = law.linear(), shipped_errors()
     spectrum = linear_modulus(packing, [omega], linear)
     warn_of_negative(packing, {"g0": spectrum.g0})
@@ -133,7 +131,7 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
     cycles = 3 + int(np.ceil(min(relaxing, FLOW_PLAN.cycles))) if np.isfinite(relaxing) else 3 + FLOW_PLAN.cycles
     run = 4.0 * (amplitude or 0.0) * cycles
     errors["oscillation"] = FLOW_PLAN.error
-    options, row = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
+    options, row = _options(errors, {name: run * (name == "oscillation") for name in errors}, largest)
     way = str(options.at[row, "way"])
     function: Callable[..., Any] = complex_modulus
     arguments: dict[str, Any] = {}
@@ -157,7 +155,7 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
     )  # fmt: skip
 
 
-def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> Choice:
+def _for_flow(packing: Packing, law: DragLaw, rate: float, largest: float) -> Choice:
     table, linear = shipped_errors(), law.linear()
     flow = FlowCondition.steady(law, rate)
     if outside := table.outside(packing, flow):
@@ -170,14 +168,14 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
         models = {"linear flow": table.promise(flow)} | models
     scatter = table.scatter_of_flow * np.sqrt(CONDITIONS.size / packing.n)
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
-    average = {name: _average(noise, tolerance, error) for name, error in models.items()}
+    average = {name: _average(noise, largest, error) for name, error in models.items()}
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
-    options, row = _options(errors, {name: EVENTS.transient + each for name, each in average.items()}, tolerance)
+    options, row = _options(errors, {name: EVENTS.transient + each for name, each in average.items()}, largest)
     if row is None:
         reached = (
             f"{packing.n} particles at strain {EVENTS.transient + average['flow']:g} reach {100 * errors['flow']:.2g} %"
         )
-        raise InputError(f"tolerance = {tolerance:g}: {reached}; use a larger tolerance, or a larger packing")
+        raise InputError(f"error = {largest:g}: {reached}; accept a larger error, or use a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": CONDITIONS.background}
@@ -187,21 +185,21 @@ def _for_flow(packing: Packing, law: DragLaw, rate: float, tolerance: float) -> 
     )  # fmt: skip
 
 
-def _options(errors: dict[str, float], strains: dict[str, float], tolerance: float) -> tuple[pd.DataFrame, int | None]:
+def _options(errors: dict[str, float], strains: dict[str, float], largest: float) -> tuple[pd.DataFrame, int | None]:
     """Options in the order in which ways were considered, the cheapest first."""
 
     def why(error: float) -> Why | None:
         if not np.isfinite(error):
             return Why.UNKNOWN
-        return Why.LARGE if error > tolerance else None
+        return Why.LARGE if error > largest else None
 
     return judge([{"way": k, "error": e, "strain": strains[k], "why": why(e)} for k, e in errors.items()])
 
 
-def _average(noise: float, tolerance: float, model_error: float) -> float:
+def _average(noise: float, largest: float, model_error: float) -> float:
     """Strain of an average whose noise, known at unit strain, fills the room beside a model: upwards to three
     digits. Where that is more than `FLOW_PLAN.strain`, or a model leaves no room, the error that it reaches is larger
     than allowed."""
-    strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
+    strain = max(1.0, (noise / room(largest, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
     return float(min(np.ceil(strain / digit) * digit, FLOW_PLAN.strain - EVENTS.transient))

@@ -46,31 +46,31 @@ OFFER = Offer()
 
 @checked
 def choose(
-    rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
+    rho: float, error: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
 ) -> Choice:
-    """Choose the cheapest way to make packings that is expected to meet every tolerance.
+    """Choose the cheapest way to make packings whose error is expected to be small enough.
 
     Args:
         rho: true packing fraction of the scene.
-        tolerance: allowed error of each quantity of `CHOICE_QUANTITIES`, relative to default droplets on the same
-            packing.
+        error: largest accepted error of each quantity of `CHOICE_QUANTITIES`, against default droplets on the same
+            packing, such as {"z": 0.05}.
         n: even number of particles; errors of single packings scale as n^-1/2.
         model: "auto", or the name of a model to choose within.
         table: replaces the shipped table, see `jamlab.estimates.ways.read_ways`.
 
     Raises:
-        InputError: an unknown quantity or model, an odd n, a tolerance that is not positive or cannot be met, or rho
+        InputError: an unknown quantity or model, an odd n, an error that is not positive or cannot be met, or rho
             outside the table.
         StorageError: the table was made with other parameters than `dp.parameters`.
 
     Example:
-        >>> choice = jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
+        >>> choice = jamlab.choose(rho=0.87, error={"z": 0.25}, n=64)
         >>> choice.way.model, choice.bound["z"] <= 0.25
         ('sp', True)
         >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
         [[0.15, 'taken'], [0.0, 'more expensive']]
     """
-    _check(tolerance, model)
+    _check(error, model)
     check_count(n)
     table = ways.read_ways() if table is None else table
     reference = ways.reference_record(table, ways.default_way(N), rho)
@@ -78,13 +78,13 @@ def choose(
     if not records:  # of a model of another package
         known = dict.fromkeys(record.way.model for record in list_records(table))
         raise InputError(f"model {model!r} is not in the table of errors: use one of auto, {', '.join(known)}")
-    rows = [_option(record, reference, rho, tolerance, n) for record in records]
+    rows = [_option(record, reference, rho, error, n) for record in records]
     options, row = judge(rows, "seconds")
     if row is None:
-        shares = [max(option[f"error_{name}"] / limit for name, limit in tolerance.items()) for option in rows]
+        shares = [max(option[f"error_{name}"] / limit for name, limit in error.items()) for option in rows]
         best = rows[int(np.argmin(shares))]
-        asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
-        nearest = f"; {best['way']} comes nearest with {write_bounds({k: best[f'error_{k}'] for k in tolerance})}"
+        asked = ", ".join(f"{name} within {limit:g}" for name, limit in error.items())
+        nearest = f"; {best['way']} comes nearest with {write_bounds({k: best[f'error_{k}'] for k in error})}"
         close = nearest if min(shares) < np.inf else ""
         raise InputError(f"no entry of the reference table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
@@ -93,7 +93,7 @@ def choose(
     for name in ("z", "a", "void_sides") if records[row] is not reference else ():
         means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
         correction[name] = -between(records[row].levels, means, rho)
-    bound, seconds = {name: best[f"error_{name}"] for name in tolerance}, best["seconds"]
+    bound, seconds = {name: best[f"error_{name}"] for name in error}, best["seconds"]
     return Choice(way=best["way"], bound=bound, options=options, seconds=seconds, packings=1, correction=correction)
 
 
@@ -119,14 +119,16 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
     return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))
 
 
-def _check(tolerance: Mapping[str, float], model: str) -> None:
+def _check(error: Mapping[str, float], model: str) -> None:
     if model != "auto":
         MODELS.get(model)  # refuses one that is unknown
-    if not tolerance:
-        raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(CHOICE_QUANTITIES)}")
-    for name, limit in tolerance.items():
-        check_choice("tolerance of", name, CHOICE_QUANTITIES)
-        check_number(f"tolerance of {name}", limit, np.inf)
+    if not error:
+        raise InputError(
+            f"error = {{}}: give the largest accepted error of one or more of {', '.join(CHOICE_QUANTITIES)}"
+        )
+    for name, limit in error.items():
+        check_choice("error of", name, CHOICE_QUANTITIES)
+        check_number(f"error of {name}", limit, np.inf)
 
 
 def _succeeds(record: WayRecord, reference: WayRecord, rho: float) -> bool:
@@ -139,11 +141,11 @@ def _succeeds(record: WayRecord, reference: WayRecord, rho: float) -> bool:
 
 
 def _option(
-    record: WayRecord, reference: WayRecord, rho: float, tolerance: Mapping[str, float], n: int
+    record: WayRecord, reference: WayRecord, rho: float, largest: Mapping[str, float], n: int
 ) -> dict[str, Any]:
     """Errors and cost of a way at rho, between the levels of the table."""
-    error = dict.fromkeys(tolerance, 0.0)
-    for name in tolerance if record is not reference else ():
+    error = dict.fromkeys(largest, 0.0)
+    for name in largest if record is not reference else ():
         levels = errors_of(record, reference, name)
         mean = between(record.levels, [abs(each.mean()) if len(each) else np.inf for each in levels], rho)
         far = [expected_error(each, N, n, ways.QUANTUM.get(name, 0.0) / N) for each in levels]
@@ -153,7 +155,7 @@ def _option(
         why = Why.FAILS
     elif not np.isfinite(list(error.values())).all():
         why = Why.UNKNOWN
-    elif any(error[name] > limit for name, limit in tolerance.items()):
+    elif any(error[name] > limit for name, limit in largest.items()):
         why = Why.LARGE
     seconds = between(record.levels, record.seconds.mean(axis=0), rho) * n / N
     columns = {f"error_{name}": value for name, value in error.items()}
@@ -166,11 +168,11 @@ def scene(
     n: int = 64,
     seed: int = 1,
     *,
-    tolerance: Mapping[str, float],
+    error: Mapping[str, float],
     model: str = "auto",
     step: float = WAYS.step,
 ) -> Packing:
-    """Make a packing at rho with the cheapest model that is expected to meet every tolerance.
+    """Make a packing at rho with the cheapest model whose error is expected to be small enough.
 
     Disks are jammed and compressed. If droplets are needed, they replace the disks at rho, or at 0.88 if rho is higher,
     and are compressed further.
@@ -179,7 +181,7 @@ def scene(
         rho: true packing fraction.
         n: even number of particles.
         seed: seed of the random start.
-        tolerance: allowed error of each quantity, e.g. {"z": 0.05}.
+        error: largest accepted error of each quantity, see `choose`.
         model: "auto", or the name of a model.
         step: step of rho in the compressions.
 
@@ -192,11 +194,11 @@ def scene(
         ConvergenceError: no onset below rho, or a state of the compression did not converge.
 
     Example:
-        >>> p = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> p = jamlab.scene(rho=0.87, n=16, seed=1, error={"z": 0.5})
         >>> p.model, p.n
         ('sp', 16)
     """
-    choice = choose(rho, tolerance, n, model=model)
+    choice = choose(rho, error, n, model=model)
     packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed), rho, step)
     entries = {"model_error": choice.bound, "model_correction": choice.correction}
     return packing.with_state(provenance={"model_choice": str(choice.way), **entries})

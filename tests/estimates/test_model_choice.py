@@ -1,4 +1,4 @@
-"""The automatic choice: cheapest way that meets the tolerance, refusals, what it says, and a scene by each model."""
+"""The automatic choice: cheapest way that meets the error, refusals, what it says, and a scene by each model."""
 
 import warnings
 from dataclasses import replace
@@ -107,21 +107,21 @@ def test_errors_expected_from_the_shipped_table_hold_in_95_of_100_packings(name)
 
 
 @pytest.mark.parametrize(
-    ("rho", "tolerance", "options", "said"),
+    ("rho", "error", "options", "said"),
     [
         (0.90, {"z": 1e-6}, {"model": "sp"}, "64 disks"),
         (0.99, {"z": 0.1}, {}, "0.85 and 0.9"),
         (0.90, {"weight": 0.1}, {}, "'weight'"),
         (0.90, {"z": -0.1}, {}, "-0.1"),
-        (0.90, {}, {}, "tolerance"),
+        (0.90, {}, {}, "error"),
         (1.5, {"z": 0.1}, {}, "1.5"),
         (0.90, {"z": 0.1}, {"model": "xp"}, "'xp'"),
         (0.90, {"z": 0.1}, {"table": {}}, "64 droplets carried"),
     ],
 )
-def test_refusals(rho, tolerance, options, said):
+def test_refusals(rho, error, options, said):
     with pytest.raises(jamlab.InputError, match=said):
-        jamlab.choose(rho, tolerance, 64, **{"table": table()} | options)
+        jamlab.choose(rho, error, 64, **{"table": table()} | options)
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 1_000_002])
@@ -129,7 +129,7 @@ def test_a_choice_refuses_what_no_scene_has(n):
     said = []
     for ask in (jamlab.choose, jamlab.scene):
         with pytest.raises(jamlab.InputError, match=f"n = {n}: ") as caught:
-            ask(rho=0.9, n=n, tolerance={"z": 2.0})
+            ask(rho=0.9, n=n, error={"z": 2.0})
         said.append(str(caught.value))
     assert said[0] == said[1]
 
@@ -145,7 +145,7 @@ def test_shipped_table_serves_scenes():
 
 
 def test_scene_with_disks():
-    found = jamlab.scene(0.87, 16, 3, tolerance={"z": 2.0})
+    found = jamlab.scene(0.87, 16, 3, error={"z": 2.0})
     choice = jamlab.choose(0.87, {"z": 2.0}, 16)
     assert found.model == "sp" and jamlab.packing_fraction(found) == pytest.approx(0.87, abs=1e-6)
     assert found.provenance["model_choice"] == str(choice.way)

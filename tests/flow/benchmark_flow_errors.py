@@ -29,7 +29,7 @@ def test_stress_of_the_call_lies_within_its_error():
     strain, scatters = 60.0, []
     for seed in (11, 12, 13):
         p = jamlab.pack(n=64, pressure=1e-2, seed=seed)
-        choice = jamlab.choose_flow(p, rate=1e-2, tolerance=0.2)
+        choice = jamlab.choose_flow(p, rate=1e-2, error=0.2)
         found = choice.run(p).stress[0]
         run = jamlab.flow_curve(p, [1e-2], strain=strain, background_drag=CONDITIONS.background)
         scatters.append(run.stress_stderr[0] / run.stress[0] * strain**0.5)

@@ -36,17 +36,17 @@ def complex_of(result):
     ("way", "law", "given"),
     [
         ("static modulus", None, {"omega": 1e-8}),
-        ("linear spectrum", None, {"omega": 1.0, "amplitude": 1e-4, "tolerance": 0.05}),
+        ("linear spectrum", None, {"omega": 1.0, "amplitude": 1e-4, "error": 0.05}),
         ("linear spectrum", jamlab.StokesDrag(), {"omega": 1.0}),
         (
             "equivalent damping",
             jamlab.ContactDamping(1.0, 2.0, 0.9),
-            {"omega": 3.0, "amplitude": 1e-4, "tolerance": 0.2},
+            {"omega": 3.0, "amplitude": 1e-4, "error": 0.2},
         ),
         ("oscillation", None, {"omega": 1.0, "amplitude": 0.1}),
         ("oscillation", FILM, {"omega": 1e-8, "amplitude": 1e-3}),
-        ("flow", None, {"rate": 1e-2, "tolerance": 0.2}),
-        ("linear flow", FILM, {"rate": 1e-3, "tolerance": 0.3}),
+        ("flow", None, {"rate": 1e-2, "error": 0.2}),
+        ("linear flow", FILM, {"rate": 1e-3, "error": 0.3}),
     ],
 )
 def test_each_way_calls_a_public_function_that_gives_what_it_says(packing, way, law, given):
@@ -67,7 +67,7 @@ def test_each_way_calls_a_public_function_that_gives_what_it_says(packing, way, 
 
 
 def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
-    choice = jamlab.choose_flow(packing, omega=1.0, amplitude=1e-4, tolerance=0.05)
+    choice = jamlab.choose_flow(packing, omega=1.0, amplitude=1e-4, error=0.05)
     run = jamlab.oscillate(packing, 1.0, 1e-4, cycles=3, tolerance=5e-3)
     true = complex(run.storage, run.loss)
     assert abs(choice.modulus - true) <= bound(choice) * abs(true)
@@ -110,38 +110,38 @@ def test_where_nothing_was_measured_the_answer_is_a_run(packing):
 def test_steady_flow_outside_the_table_is_refused_by_name(packing, law, rate, named):
     """Nobody measured how far its average scatters."""
     with pytest.raises(jamlab.InputError, match=re.escape(named)):
-        jamlab.choose_flow(packing, law, rate=rate, tolerance=0.3)
+        jamlab.choose_flow(packing, law, rate=rate, error=0.3)
 
 
 def test_steady_flow(packing):
     """Half the 95 % interval of the average, over more strain or more disks, fills what the run itself leaves."""
-    fast, slow = (jamlab.choose_flow(packing, rate=1e-2, tolerance=t) for t in (0.2, 0.02))
-    wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
+    fast, slow = (jamlab.choose_flow(packing, rate=1e-2, error=t) for t in (0.2, 0.02))
+    wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, error=0.02)
     for choice, n in ((fast, 64), (slow, 64), (wide, 128)):
         noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow * np.sqrt(CONDITIONS.size / n / (choice.strain - 1))
         assert bound(choice) == pytest.approx(np.hypot(FLOW_PLAN.error, noise))
     assert 0.99 * 0.2 < bound(fast) <= 0.2 and 0.99 * 0.02 < bound(slow) <= 0.02 and 0.99 * 0.02 < bound(wide) <= 0.02
 
 
-def test_linear_flow_shares_its_tolerance_with_its_average(packing):
+def test_linear_flow_shares_its_error_with_its_average(packing):
     """Else its error and that of the average, each as large as allowed, would add up to more."""
     model = shipped_errors().promise(FlowCondition("flow", 0.5, 1e-3**0.5))
-    for tolerance in (1.5 * model, 1.05 * model):
-        choice = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
+    for error in (1.5 * model, 1.05 * model):
+        choice = jamlab.choose_flow(packing, FILM, rate=1e-3, error=error)
         noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow / np.sqrt(choice.strain - 1)
-        assert choice.way == "linear flow" and bound(choice) <= tolerance
+        assert choice.way == "linear flow" and bound(choice) <= error
         assert bound(choice) == pytest.approx(np.hypot(model, noise))
         assert choice.arguments["rates"] == [pytest.approx(1e-3**0.5)]
-    for tolerance in (0.9 * model, model * (1 + 1e-6)):  # near its own error nothing is left for the average
-        refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
-        assert refused.way == "flow" and options(refused)["linear flow"] > tolerance >= bound(refused)
+    for error in (0.9 * model, model * (1 + 1e-6)):  # near its own error nothing is left for the average
+        refused = jamlab.choose_flow(packing, FILM, rate=1e-3, error=error)
+        assert refused.way == "flow" and options(refused)["linear flow"] > error >= bound(refused)
         assert refused.strain <= FLOW_PLAN.strain
-    with pytest.raises(jamlab.InputError, match=r"tolerance = 0\.011"):
-        jamlab.choose_flow(packing, rate=1e-2, tolerance=FLOW_PLAN.error * 1.1)
+    with pytest.raises(jamlab.InputError, match=r"error = 0\.011"):
+        jamlab.choose_flow(packing, rate=1e-2, error=FLOW_PLAN.error * 1.1)
 
 
 def test_steady_flow_runs_as_its_errors_were_measured(packing):
-    film = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.4)
+    film = jamlab.choose_flow(packing, FILM, rate=1e-3, error=0.4)
     curve = film.run(packing)
     assert curve.background == STEADY["background_drag"] == CONDITIONS.background
     assert curve.strain + curve.discard == pytest.approx(film.strain)
@@ -153,7 +153,7 @@ def test_steady_flow_runs_as_its_errors_were_measured(packing):
         ({}, "omega = None, rate = None"),
         ({"omega": 1.0, "rate": 1.0}, "rate = 1.0"),
         ({"omega": 1.0, "damping": FILM}, "α = 0.5"),
-        ({"omega": 1.0, "tolerance": 1e-4}, "tolerance = 0.0001"),
+        ({"omega": 1.0, "error": 1e-4}, "error = 0.0001"),
         ({"rate": 0.0}, "rate = 0.0"),
     ],
 )

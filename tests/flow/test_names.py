@@ -19,6 +19,10 @@ P = None  # in place of a packing: names are looked at before values
         ("processes", "workers", lambda **how: jamlab.measure([P], **how)),
         ("processes", "workers", lambda **how: jamlab.flow_curve(P, [1.0], **how)),
         ("processes", "workers", lambda **how: jamlab.estimate("z", 0.9, 0.1, **how)),
+        ("tolerance", "error", lambda **how: jamlab.choose(0.9, **how)),
+        ("tolerance", "error", lambda **how: jamlab.scene(0.9, **how)),
+        ("tolerance", "error", lambda **how: jamlab.choose_flow(P, **how)),
+        ("tolerance", "error", lambda **how: jamlab.estimate_cost("z", 0.9, **how)),
         ("every", "snapshot_every", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
     ],
 )

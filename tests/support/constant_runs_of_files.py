@@ -171,7 +171,7 @@ def estimate(folder):
 
 @scenario
 def scene(folder):
-    return jamlab.scene(0.9, n=8, tolerance={"z": 1.0})
+    return jamlab.scene(0.9, n=8, error={"z": 1.0})
 
 
 @scenario
