@@ -41,7 +41,9 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
     if seed % 2:
         found.append((EnsembleWay("droplets", N, nv),))
     if rare:
-        found.append((EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)))
+        found.append(
+            (EnsembleWay("disks", N, force_tolerance=LOOSE), EnsembleWay("carried", N, nv, force_tolerance=LOOSE))
+        )
         found += [(EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)), (EnsembleWay("droplets", 32, nv),)]
     return found
 

@@ -15,9 +15,9 @@ _COLUMNS = ("way", "packings", "seconds", "error", "why")  # of the options
 
 
 def estimate(
-    quantity: Annotated[str, typer.Argument(help="z, g, b, rho-J, a or void_sides.")],
+    quantity: Annotated[str, typer.Argument(help="z, g, b, rho_J, d_shape_factor or void_sides.")],
     error: Annotated[float, typer.Option(help="Half-width of the 95 % interval asked for, in the quantity's unit.")],
-    rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98 (not of rho-J).")] = None,
+    rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98 (not of rho_J).")] = None,
     model: Annotated[
         str, typer.Option(metavar="{auto,sp,dp}", help="Packings to use: the cheapest, disks only or droplets only.")
     ] = "auto",

@@ -77,7 +77,7 @@ USES = (
         "for files of other programs: HDF5 files of jamlab contain them",
         _is_foreign,
     ),
-    Use("estimate", "rho", "for quantities other than rho-J", lambda v: v["quantity"] != "rho-J"),
+    Use("estimate", "rho", "for quantities other than rho_J", lambda v: v["quantity"] != "rho_J"),
     Use("estimate", "seed processes", "without --dry-run", lambda v: not v["dry_run"]),
     Use("decks", "as_json", "without NAME", lambda v: v["name"] is None),
 )

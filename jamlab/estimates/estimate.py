@@ -53,7 +53,7 @@ ENSEMBLE_QUANTITIES = {
     "g": "relaxed shear modulus, mean over directions, eps/l^2",
     "b": "relaxed bulk modulus, eps/l^2",
     ONSET: "true packing fraction at jamming onset",
-    "a": "mean excess shape factor A - A_J (A_J: free particle)",
+    "d_shape_factor": "mean excess shape factor A - A_J (A_J: free particle)",
     "void_sides": "mean number of sides of a void",
 }
 FEWEST, MOST = 4, 100_000  # packings
@@ -154,7 +154,7 @@ Made = list[tuple[float, float]]  # value of each packing, nan if it has none, a
 class MeanPlan:
     """How packings are made whose mean is wanted, and what the table knows of them."""
 
-    # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
+    # quantity, rho: of which the mean is wanted; rho is nan for "rho_J"
     quantity: str
     rho: float
     choice: Choice
@@ -272,8 +272,8 @@ def estimate(
     from one table share its errors and are not independent. Larger packings have a different mean.
 
     Args:
-        quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `ENSEMBLE_QUANTITIES`.
-        rho: true packing fraction, 0.84 to 0.98; ignored for "rho-J", the mean packing fraction at onset.
+        quantity: "z", "g", "b", "rho_J", "d_shape_factor" or "void_sides", see `ENSEMBLE_QUANTITIES`.
+        rho: true packing fraction, 0.84 to 0.98; ignored for "rho_J", the mean packing fraction at onset.
         error: target half-width of the 95 % confidence interval, in the unit of the quantity.
         seed: seed of the ensemble.
         model: "auto", or the name of a model, disks only or droplets only. If the bias of the model is too uncertain,
@@ -293,7 +293,7 @@ def estimate(
         EngineError: a process was killed, or the executor cannot be used.
 
     Example:
-        >>> e = jamlab.estimate("rho-J", None, error=0.02)
+        >>> e = jamlab.estimate("rho_J", None, error=0.02)
         >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.ci95
         (True, True, True)
     """

@@ -28,7 +28,7 @@ from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 CHOICE_QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",
     "g": "relaxed shear modulus, mean over directions, relative to its mean size over packings",
-    "a": "mean excess shape factor A - A_J (A_J: free particle), absolute",
+    "d_shape_factor": "mean excess shape factor A - A_J (A_J: free particle), absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
 
@@ -90,7 +90,7 @@ def choose(
     best = rows[row]
     # none of G, whose errors are over a mean that vanishes towards onset
     correction = dict.fromkeys(CHOICE_QUANTITIES, 0.0)
-    for name in ("z", "a", "void_sides") if records[row] is not reference else ():
+    for name in ("z", "d_shape_factor", "void_sides") if records[row] is not reference else ():
         means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
         correction[name] = -between(records[row].levels, means, rho)
     bound, seconds = {name: best[f"error_{name}"] for name in error}, best["seconds"]
@@ -99,7 +99,7 @@ def choose(
 
 def list_records(table: Ways) -> list[WayRecord]:
     """Ways that serve a scene: packings as large as the reference, with its minima, on the same disks."""
-    return [r for r in table.values() if r.way.n == N and r.way.tolerance is None and r.way.start != "droplets"]
+    return [r for r in table.values() if r.way.n == N and r.way.force_tolerance is None and r.way.start != "droplets"]
 
 
 def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Array]:

@@ -48,8 +48,9 @@ class TableOfWays:
 
 WAYS = TableOfWays()
 
-ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
-_MEASURED = {"z": "z", "g": "g", "b": "b", "a": "shape_factor", "void_sides": "void_sides"}  # of `jamlab.measure`
+ONSET = "rho_J"  # true packing fraction at jamming onset, of packings that have no rho
+# what `jamlab.measure` calls them
+_MEASURED = {"z": "z", "g": "g", "b": "b", "d_shape_factor": "shape_factor", "void_sides": "void_sides"}
 
 
 @dataclass(frozen=True)
@@ -63,13 +64,13 @@ class EnsembleWay:
     nv: tuple[int, int] | None = None  # (small, large) number of vertices; None for disks
     contact: str | None = None  # form of the contacts of droplets; None for that of `dp.parameters`
     # largest force at a minimum, at most 1e-9 at onset; None for that of `*.minimum.parameters`
-    tolerance: float | None = None
+    force_tolerance: float | None = None
 
     def __str__(self) -> str:
         carried = " carried by disks" if self.start == "carried" else ""
         vertices = "disks" if self.nv is None else f"droplets{carried} with {self.nv[0]}/{self.nv[1]} vertices"
         form = f", contacts {self.contact}" if self.contact else ""
-        return f"{self.n} {vertices}{form}" + (f", forces to {self.tolerance:g}" if self.tolerance else "")
+        return f"{self.n} {vertices}{form}" + (f", forces to {self.force_tolerance:g}" if self.force_tolerance else "")
 
     @property
     def model(self) -> str:
@@ -98,7 +99,7 @@ def default_way(n: int) -> EnsembleWay:
 
 def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
-    force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
+    force = None if way.force_tolerance is None else min(way.force_tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
         return jam(way.n, DISKS.name, seed, force_tolerance=force)
     return jam(way.n, DROPLETS.name, seed, force_tolerance=force, law=way.law)
@@ -109,26 +110,26 @@ def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.
     or at `WAYS.handover`, and continue from there."""
 
     if packing.model == DROPLETS.name or way.nv is None:
-        return _compress_to(packing, rho, step, way.tolerance)
-    droplets = hand_over(way, _compress_to(packing, min(rho, WAYS.handover), step, way.tolerance))
-    return _compress_to(droplets, rho, step, way.tolerance) if rho > WAYS.handover else droplets
+        return _compress_to(packing, rho, step, way.force_tolerance)
+    droplets = hand_over(way, _compress_to(packing, min(rho, WAYS.handover), step, way.force_tolerance))
+    return _compress_to(droplets, rho, step, way.force_tolerance) if rho > WAYS.handover else droplets
 
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
     """Put droplets in the place of disks, see `droplets_from_disks`."""
     return _require_reached(
-        droplets_from_disks(disks, force_tolerance=way.tolerance, law=way.law), packing_fraction(disks)
+        droplets_from_disks(disks, force_tolerance=way.force_tolerance, law=way.law), packing_fraction(disks)
     )
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
-    """Measure some quantities of a packing. a is the mean shape factor above that of a free particle, A - A_J; the
-    others are those of `jamlab.measure`. All are nan in an unjammed packing."""
+    """Measure some quantities of a packing. d_shape_factor is the mean shape factor above that of a free particle,
+    A - A_J; the others are those of `jamlab.measure`. All are nan in an unjammed packing."""
     row = numbers_of(packing, {"z", *(_MEASURED[name] for name in quantities)})
     found = {name: row[_MEASURED[name]] for name in quantities}
-    if "a" in found:
+    if "d_shape_factor" in found:
         counts = None if packing.offsets is None else np.diff(packing.offsets)
-        found["a"] -= free_shape(None if counts is None else (int(counts.min()), int(counts.max())))
+        found["d_shape_factor"] -= free_shape(None if counts is None else (int(counts.min()), int(counts.max())))
     return found if np.isfinite(row["z"]) else dict.fromkeys(quantities, float("nan"))
 
 
@@ -175,8 +176,8 @@ def read_table(path: Path | None, shipped: str, columns: Iterable[str], command:
 
 SHIPPED = "ways.csv.xz"
 N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
-WAY_QUANTITIES = ("z", "g", "b", "a", "void_sides")
-WAY = ("start", "n", "nv", "contact", "tolerance")
+WAY_QUANTITIES = ("z", "g", "b", "d_shape_factor", "void_sides")
+WAY = ("start", "n", "nv", "contact", "force_tolerance")
 _COMMAND = "python -m studies tables ways"
 
 
@@ -187,7 +188,7 @@ class WayRecord:
     way: EnsembleWay  # how they were made
     seeds: NDArray[np.int64]  # (m,) int64
     levels: Array  # (k,) rho, ascending
-    # quantity -> (m, k), nan where a packing is not jammed or has no such value; "rho-J" -> (m, 1)
+    # quantity -> (m, k), nan where a packing is not jammed or has no such value; "rho_J" -> (m, 1)
     values: dict[str, Array]
     seconds: Array  # (m, k) CPU time from the random start to each level, also of packings that failed there
 
@@ -235,9 +236,9 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
         columns = {name: wide[name].to_numpy(dtype=np.float64) for name in (*WAY_QUANTITIES, ONSET, "seconds")}
         columns[ONSET], seconds = columns[ONSET][:, :1], columns.pop("seconds")
         parts: list[Any] = [None if pd.isna(part) else part for part in cast("tuple[Any, ...]", key)]
-        start, n, nv, contact, tolerance = parts
+        start, n, nv, contact, force_tolerance = parts
         vertices: Any = tuple(int(count) for count in nv.split("/")) if nv else None
-        way = EnsembleWay(start, int(n), vertices, contact, tolerance)
+        way = EnsembleWay(start, int(n), vertices, contact, force_tolerance)
         levels = wide["seconds"].columns.to_numpy(dtype=np.float64)
         found[way] = WayRecord(way, wide.index.to_numpy(dtype=np.int64), levels, columns, seconds)
     return found

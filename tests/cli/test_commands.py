@@ -278,11 +278,11 @@ def test_words_from_habit(packed, tmp_path):
 
 def test_estimate_says_what_python_says(tmp_path):
     """The plan, and the mean with its interval; an error that was not met is said."""
-    done = call(tmp_path, "estimate", "rho-J", "--error", "0.03", "--dry-run", "--json")
-    plan, wanted = json.loads(done.stdout), jamlab.estimate_cost("rho-J", None, 0.03)
-    assert (plan["packings"], plan["error"], plan["way"]) == (wanted.packings, wanted.bound["rho-J"], str(wanted.way))
+    done = call(tmp_path, "estimate", "rho_J", "--error", "0.03", "--dry-run", "--json")
+    plan, wanted = json.loads(done.stdout), jamlab.estimate_cost("rho_J", None, 0.03)
+    assert (plan["packings"], plan["error"], plan["way"]) == (wanted.packings, wanted.bound["rho_J"], str(wanted.way))
     assert [row["why"] for row in plan["options"]] == list(wanted.options["why"])
-    table = call(tmp_path, "estimate", "rho-J", "--error", "0.03", "--dry-run").stdout
+    table = call(tmp_path, "estimate", "rho_J", "--error", "0.03", "--dry-run").stdout
     assert "taken" in table and f"{wanted.packings} packings of {wanted.way}" in table
 
 

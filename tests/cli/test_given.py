@@ -23,7 +23,7 @@ WAYS = {  # words of each way to run a command that computes
     "pack": ("--n 8 --pressure 1e-2", "--n 8 --phi 0.8", "--n 8 --pressure 1e-2 --sizes uniform:0.2"),
     "demo": ("--n 8",),
     "droplets": ("d.csv --box 9,9",),
-    "estimate": ("z --rho 0.9 --error 0.1", "rho-J --error 0.1", "z --rho 0.9 --error 0.1 --dry-run"),
+    "estimate": ("z --rho 0.9 --error 0.1", "rho_J --error 0.1", "z --rho 0.9 --error 0.1 --dry-run"),
     **{name: PLAIN for name in ("relax", "explore")},
     "convert": tuple(f"{file} q.dump" for file in PLAIN),
     "compress": tuple(f"{file} --to 0.9" for file in PLAIN),
@@ -192,7 +192,7 @@ def test_an_option_is_used_or_refused(asked, name, way):
         ("relax p.h5 --box 9,9", "--box"),
         ("jam --model dp --size-ratio 1.2", "--size-ratio"),
         ("decks in.sp.jam --json", "--json"),
-        ("estimate rho-J --rho 0.9 --error 0.1", "--rho"),
+        ("estimate rho_J --rho 0.9 --error 0.1", "--rho"),
         ("estimate z --rho 0.9 --error 0.1 --dry-run --seed 2", "--seed"),
     ],
 )

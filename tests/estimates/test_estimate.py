@@ -24,8 +24,8 @@ def record(way, mean, spread, seconds, packings, seed):
     """Packings whose z rises with rho from a mean, all other quantities alike."""
     rng = np.random.default_rng([seed, 5])
     z = mean + 10 * (LEVELS - 0.84) + rng.normal(0, spread, (packings, len(LEVELS)))
-    names = ("z", "g", "b", "a", "void_sides")
-    values = dict.fromkeys(names, z) | {"rho-J": rng.normal(0.83, 0.01, (packings, 1))}
+    names = ("z", "g", "b", "d_shape_factor", "void_sides")
+    values = dict.fromkeys(names, z) | {"rho_J": rng.normal(0.83, 0.01, (packings, 1))}
     return WayRecord(way, np.arange(packings), LEVELS, values, np.full((packings, len(LEVELS)), seconds))
 
 
@@ -72,7 +72,7 @@ def test_ways_that_tell_too_little_are_not_taken():
     world[DISKS] = record(DISKS, 4.0, SPREAD, 0.01, 100, 9)
     ways = [
         plan_mean(*asked, table=world).choice.way
-        for asked in (("z", 0.9, 0.05), ("g", 0.9, 0.05), ("rho-J", None, 0.005))
+        for asked in (("z", 0.9, 0.05), ("g", 0.9, 0.05), ("rho_J", None, 0.005))
     ]
     assert ways == [DISKS, CARRIED, DISKS]
     with pytest.raises(jamlab.InputError):
@@ -83,7 +83,7 @@ def test_ways_that_tell_too_little_are_not_taken():
 
 
 def test_a_way_is_made_as_it_says():
-    tight, loose = EnsembleWay("carried", 8, (8, 11)), EnsembleWay("carried", 8, (8, 11), tolerance=1e-5)
+    tight, loose = EnsembleWay("carried", 8, (8, 11)), EnsembleWay("carried", 8, (8, 11), force_tolerance=1e-5)
     exact, rough = (bring_on(way, find_onset(way, 1), 0.9) for way in (tight, loose))
     assert exact.max_force <= 1e-10 < rough.max_force <= 1e-5 and rough.converged
     assert str(loose) == "8 droplets carried by disks with 8/11 vertices, forces to 1e-05"
@@ -150,12 +150,12 @@ def test_what_is_refused(words, named):
 def test_an_estimate_is_of_the_packings_that_it_names():
     """A packing made again from its seed gives its value; two processes make the same packings."""
     shares = []
-    found = jamlab.estimate("rho-J", None, 0.05, seed=3, progress=lambda share, text: shares.append((share, text)))
-    twice = jamlab.estimate("rho-J", None, 0.05, seed=3, workers=2)
+    found = jamlab.estimate("rho_J", None, 0.05, seed=3, progress=lambda share, text: shares.append((share, text)))
+    twice = jamlab.estimate("rho_J", None, 0.05, seed=3, workers=2)
     assert twice.value == found.value and (twice.seeds == found.seeds).all() and shares[-1][0] == 1.0
     assert shares[-1][1].startswith(f"{len(shares)} packings")
     assert found.met and found.packings == len(found.values) == len(found.seeds) >= FEWEST
-    assert found.value == pytest.approx(found.values.mean() + found.choice.correction["rho-J"])
+    assert found.value == pytest.approx(found.values.mean() + found.choice.correction["rho_J"])
     assert jamlab.packing_fraction(jamlab.jam(found.choice.way.n, "sp", int(found.seeds[0]))) == found.values[0]
 
 

@@ -57,7 +57,7 @@ def test_a_choice_holds_its_options_and_prints_them():
     assert choice.options["error_z"].tolist() == pytest.approx([1.05 * 0.5 + 0.2 / 3, 0.125, 0.0])
     assert choice.options["way"].tolist() == [DISKS, COARSE, FINE] and choice.seconds == pytest.approx(1.0)
     assert choice.bound == {"z": pytest.approx(0.125)} and "cheapest of 2 ways that serve" in repr(choice)
-    assert choice.correction == pytest.approx({"z": -0.06, "g": 0.0, "a": -0.06, "void_sides": -0.06})
+    assert choice.correction == pytest.approx({"z": -0.06, "g": 0.0, "d_shape_factor": -0.06, "void_sides": -0.06})
     assert chosen(0.90, 0.01).bound == {"z": 0.0}  # default droplets are what errors are measured against
 
 
@@ -75,7 +75,7 @@ def test_nothing_is_promised_of_a_way_with_few_packings_or_where_it_fails():
 
 def test_neither_looser_minima_nor_droplets_from_the_start_make_a_scene():
     world = table()
-    for way in (replace(FINE, tolerance=1e-6), replace(FINE, start="droplets"), replace(FINE, n=32)):
+    for way in (replace(FINE, force_tolerance=1e-6), replace(FINE, start="droplets"), replace(FINE, n=32)):
         world[way] = replace(world[FINE], way=way, seconds=np.full((21, 2), 1e-3))
     assert chosen(0.90, 0.01, table=world).way == FINE
 

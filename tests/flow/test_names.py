@@ -35,3 +35,9 @@ def test_another_word_is_refused_with_the_name(word, name, call):
 def test_the_path_of_a_movie_stands_first(run):
     with pytest.raises(InputError, match=r"give the path first: write_movie\(path, run\)"):
         jamlab.write_movie(run, "a.gif")
+
+
+@pytest.mark.parametrize(("word", "name"), [("rho-J", "rho_J"), ("a", "d_shape_factor")])
+def test_another_word_for_a_quantity_of_an_estimate_is_refused_with_the_names(word, name):
+    with pytest.raises(InputError, match=rf"'{word}'.*\b{name}\b"):
+        jamlab.estimate_cost(word, None, 0.1)

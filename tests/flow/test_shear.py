@@ -89,7 +89,7 @@ def test_a_run_goes_on_from_its_file(disks, tmp_path):
 
 
 def test_a_file_that_holds_more_than_is_asked_for_says_so(disks, tmp_path):
-    shear = partial(jamlab.quasistatic_shear, disks, step=1e-3, path=tmp_path / "q.h5")
+    shear = partial(jamlab.quasistatic_shear, disks, strain_step=1e-3, path=tmp_path / "q.h5")
     creep = partial(jamlab.creep, disks, 1e-4, path=tmp_path / "c.h5")
     for run, more, less, said in ((shear, 3e-3, 1e-3, "strain = 0.003"), (creep, 2.0, 1.0, "time = 2")):
         whole = run(more)

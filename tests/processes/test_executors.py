@@ -294,7 +294,7 @@ def results(packings, where, path=None):
     measured = jamlab.measure(packings, workers=where)
     how = {"strain": 1.0, "discard": 0.2, "path": path}
     curve = jamlab.flow_curve(packings[0], [0.3, 1.0], workers=where, **how)
-    made = jamlab.estimate("rho-J", None, error=0.03, workers=where)
+    made = jamlab.estimate("rho_J", None, error=0.03, workers=where)
     arrays = [*measured.values(), curve.stress, *(p.positions for p in curve.packings), made.values, made.seeds]
     return b"".join(np.ascontiguousarray(each).tobytes() for each in arrays)
 

@@ -80,7 +80,7 @@ def droplets_at(tables, quantity, rho):
     """
     if quantity == ONSET:
         return np.asarray(_of_droplets(tables.onset)["rho_J"])
-    column = {"a": "shape_factor", "void_sides": "z"}.get(quantity, quantity)
+    column = {"d_shape_factor": "shape_factor", "void_sides": "z"}.get(quantity, quantity)
     found = []
     for _, packing in _of_droplets(tables.states).sort_values("rho").groupby("seed"):
         x, y = packing["rho"].to_numpy(), packing[column].to_numpy()
@@ -90,7 +90,7 @@ def droplets_at(tables, quantity, rho):
     values = np.array([value for value in found if np.isfinite(value)])
     if quantity == "void_sides":
         return np.asarray(2 * values / (values - 2))
-    return values - free_shape(reference_way().nv) if quantity == "a" else values
+    return values - free_shape(reference_way().nv) if quantity == "d_shape_factor" else values
 
 
 def _of_droplets(table):

@@ -155,9 +155,9 @@ def estimates(folder):
     p = read(folder, "sp500")
     return [
         str(jamlab.choose(0.9, {"z": 0.2, "g": 0.1})),
-        str(jamlab.choose(0.86, {"a": 0.02})),
+        str(jamlab.choose(0.86, {"d_shape_factor": 0.02})),
         *(str(jamlab.estimate_cost(name, 0.9, error)) for name, error in (("z", 0.05), ("g", 0.01), ("b", 0.02))),
-        str(jamlab.estimate_cost("rho-J", None, 1e-3)),
+        str(jamlab.estimate_cost("rho_J", None, 1e-3)),
         str(jamlab.choose_flow(p, rate=3e-2)),
         str(jamlab.choose_flow(p, omega=0.1, amplitude=1e-3)),
     ]
