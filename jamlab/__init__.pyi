@@ -59,9 +59,11 @@ from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
 from .packing.box_strains import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing
+from .packing.recipe import Recipe as Recipe
 from .packing.write import write as write
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import droplets_from_disks as droplets_from_disks
+from .protocols.make import make as make
 from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam

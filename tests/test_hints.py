@@ -240,7 +240,7 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         "pack(N=32, pressure=1e-3)": "pack has no argument 'N': use `n`",
         "pack(32, 1e-3, verbose=True)": "use `progress`",
         "jam(8, max_iter=3)": "jam has no argument 'max_iter'",
-        "jam(8, 'dp', law='hertz')": "law = 'hertz': exponent is a parameter of model sp",
+        "jam(8, 'dp', law='hertz')": "law['exponent'] = 2.5: exponent is a parameter of model sp",
         "jam(8, phi=0.9)": "use `jamlab.compress(onset, to=0.9)`",
         "droplets_from_disks(p, step=1)": "droplets_from_disks has no argument 'step'",
         "scene(0.9, friction=1)": "limits.md",

@@ -168,6 +168,6 @@ def test_entry_points_cost_an_import_nothing():
 
 @pytest.mark.parametrize(("typed", "name"), [("disks", "sp"), ("Droplets", "dp"), ("polygons", "dp"), ("SP", "sp")])
 def test_a_word_for_a_model_is_answered_by_its_name(typed, name):
-    for call in (lambda: jamlab.jam(8, typed), lambda: jamlab.scene(0.87, 16, tolerance={"z": 1.0}, model=typed)):
+    for call in (lambda: jamlab.jam(8, typed), lambda: jamlab.scene(0.87, 16, error={"z": 1.0}, model=typed)):
         with pytest.raises(jamlab.InputError, match=f"unknown model {typed!r}: use {name!r}"):
             call()

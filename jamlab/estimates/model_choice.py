@@ -14,15 +14,22 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import Ensemble, Law, ModelOrAuto, Units
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge, write_bounds
 from jamlab.estimates.ways import WAYS, N, WayRecord, Ways
+from jamlab.models.disks import DISKS
+from jamlab.models.droplets import DROPLETS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, part_of
+from jamlab.protocols.law_arguments import law_given
+from jamlab.protocols.onset import jam
 from jamlab.protocols.particle_numbers import check_count
+from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 CHOICE_QUANTITIES = {
@@ -169,10 +176,19 @@ def scene(
     seed: int = 1,
     *,
     error: Mapping[str, float],
-    model: str = "auto",
+    model: ModelOrAuto = "auto",
     step: float = WAYS.step,
+    ensemble: Ensemble = "fixed-box",
+    force_tolerance: float | None = None,
+    ranks: int = 1,
+    law: Law | None = None,
+    size_ratio: float | None = None,
+    fraction_large: float = 0.5,
+    sizes: Sizes | None = None,
+    units: Units | None = None,
+    progress: Progress | None = None,
 ) -> Packing:
-    """Make a packing at rho with the cheapest model whose error is expected to be small enough.
+    """Make a packing at rho with the cheapest model that is expected to meet every error.
 
     Disks are jammed and compressed. If droplets are needed, they replace the disks at rho, or at 0.88 if rho is higher,
     and are compressed further.
@@ -181,16 +197,27 @@ def scene(
         rho: true packing fraction.
         n: even number of particles.
         seed: seed of the random start.
-        error: largest accepted error of each quantity, see `choose`.
+        error: largest accepted error of each quantity, e.g. {"z": 0.05}.
         model: "auto", or the name of a model.
         step: step of rho in the compressions.
+        ensemble: "fixed-box", or of disks "shear-stabilized".
+        force_tolerance: largest residual force, as in `jamlab.jam`.
+        ranks: threads of FIRE while the particles are disks; useful above 10 000.
+        law: force law of the model that `model` names, as in `jamlab.jam`.
+        size_ratio, fraction_large, sizes: of the disks, as in `jamlab.jam`; droplets have the sizes of their disks.
+        units: "eps" (default), or "k" of disks.
+        progress: called after each minimisation with (fraction done, text); True: print it.
 
     Returns:
         The packing. Its provenance contains the choice (`model_choice`), its expected errors (`model_error`), and
-        corrections to add to measured quantities (`model_correction`).
+        corrections to add to measured quantities (`model_correction`). They hold for two sizes of ratio 1.4, default
+        laws and a fixed box.
+
+    Warns:
+        JamlabWarning: the law, the sizes or the ensemble differ from those that the expected errors hold for.
 
     Raises:
-        InputError: see `jamlab.choose`.
+        InputError: see `jamlab.choose`; an argument that the chosen model does not have.
         ConvergenceError: no onset below rho, or a state of the compression did not converge.
 
     Example:
@@ -198,7 +225,35 @@ def scene(
         >>> p.model, p.n
         ('sp', 16)
     """
+    if law is not None and model == "auto":
+        raise InputError(f"law = {law!r}: parameters belong to a model, which is not chosen yet; give model too")
     choice = choose(rho, error, n, model=model)
-    packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed), rho, step)
+    way = replace(choice.way, force_tolerance=force_tolerance)
+    own = law_given(law, way.model)
+    _check_scene(way.model, ensemble, units)
+    of_droplets = way.model == DROPLETS.name
+    odd = {"law": bool(own), "size_ratio": size_ratio is not None, "sizes": sizes is not None}
+    odd |= {"fraction_large": fraction_large != 0.5, "ensemble": ensemble != "fixed-box"}
+    if any(odd.values()):
+        differ = ", ".join(name for name, other in odd.items() if other)
+        warn(f"{differ}: the expected errors are those of packings with the default values")
+    how: dict[str, Any] = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "units": units}
+    how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
+    first, rest = part_of(progress, 0.0, 0.4), part_of(progress, 0.4, 1.0)
+    onset = jam(n, DISKS.name, seed, law=None if of_droplets else own, progress=first, **how)
+    packing = ways.bring_on(way, onset, rho, step, law=own if of_droplets else None, ranks=ranks, progress=rest)
     entries = {"model_error": choice.bound, "model_correction": choice.correction}
     return packing.with_state(provenance={"model_choice": str(choice.way), **entries})
+
+
+def _check_scene(model: str, ensemble: str, units: str | None) -> None:
+    """Refuse what droplets that take the place of disks do not have."""
+    if model != DROPLETS.name:
+        return
+    if units not in (None, "eps"):
+        raise InputError(f"units = {units!r}: the chosen model is dp, whose units are eps; leave it out")
+    if ensemble != "fixed-box":
+        raise InputError(
+            f"ensemble = {ensemble!r}: droplets take the place of disks in a fixed box; use model='sp', or "
+            "jam(n, 'dp', ensemble='shear-stabilized') and compress"
+        )

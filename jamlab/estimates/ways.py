@@ -27,6 +27,7 @@ from jamlab.measure import numbers_of
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, part_of
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
@@ -105,21 +106,43 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     return jam(way.n, DROPLETS.name, seed, force_tolerance=force, law=way.law)
 
 
-def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = WAYS.step) -> Packing:
+def bring_on(
+    way: EnsembleWay,
+    packing: Packing,
+    rho: float,
+    step: float = WAYS.step,
+    *,
+    law: Mapping[str, Any] | None = None,
+    ranks: int = 1,
+    progress: Progress | None = None,
+) -> Packing:
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
-    or at `WAYS.handover`, and continue from there."""
+    or at `WAYS.handover`, and continue from there.
 
+    Args:
+        way: how it is made.
+        packing: where it starts.
+        rho: true packing fraction to reach.
+        step: of rho.
+        law: more parameters of droplets that take over.
+        ranks: threads of FIRE of disks.
+        progress: see `compress`.
+    """
+    force = way.force_tolerance
     if packing.model == DROPLETS.name or way.nv is None:
-        return _compress_to(packing, rho, step, way.force_tolerance)
-    droplets = hand_over(way, _compress_to(packing, min(rho, WAYS.handover), step, way.force_tolerance))
-    return _compress_to(droplets, rho, step, way.force_tolerance) if rho > WAYS.handover else droplets
+        return _compress_to(packing, rho, step, force_tolerance=force, ranks=ranks, progress=progress)
+    first = {"ranks": ranks, "progress": part_of(progress, 0.0, 0.5)}
+    disks = _compress_to(packing, min(rho, WAYS.handover), step, force_tolerance=force, **first)
+    droplets = hand_over(way, disks, law)
+    if rho <= WAYS.handover:
+        return droplets
+    return _compress_to(droplets, rho, step, force_tolerance=force, progress=part_of(progress, 0.5, 1.0))
 
 
-def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
-    """Put droplets in the place of disks, see `droplets_from_disks`."""
-    return _require_reached(
-        droplets_from_disks(disks, force_tolerance=way.force_tolerance, law=way.law), packing_fraction(disks)
-    )
+def hand_over(way: EnsembleWay, disks: Packing, law: Mapping[str, Any] | None = None) -> Packing:
+    """Put droplets in the place of disks, see `droplets_from_disks`; `law`: more of its parameters."""
+    droplets = droplets_from_disks(disks, force_tolerance=way.force_tolerance, law=way.law | dict(law or {}))
+    return _require_reached(droplets, packing_fraction(disks))
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
@@ -141,13 +164,13 @@ def free_shape(nv: tuple[int, int] | None) -> float:
     return float((counts * np.tan(np.pi / counts) / np.pi).mean())
 
 
-def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | None) -> Packing:
+def _compress_to(packing: Packing, rho: float, step: float, **how: Any) -> Packing:
     reached = packing_fraction(packing)
     if reached >= rho + WAYS.off_target * (packing.model == DROPLETS.name):
         raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the requested {rho:g}")
     if reached >= rho - 1e-6:
         return packing
-    for state in compress(packing, rho, step, force_tolerance=tolerance):
+    for state in compress(packing, rho, step, **how):
         packing = _require_reached(state, None)
     return _require_reached(packing, rho)
 

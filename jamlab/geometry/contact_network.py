@@ -14,6 +14,7 @@ from jamlab.errors import InputError
 from jamlab.laws.pair_law import LEAST_CONTACTS
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import changed
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER, RED
@@ -291,7 +292,7 @@ def remove_rattlers(packing: Packing) -> Packing:
     kept = ~contacts(packing).rattlers
     if not kept.any():
         raise InputError("every particle is a rattler, so no particle would remain: give a jammed packing")
-    return packing.select(kept)
+    return changed(packing, packing.select(kept), "remove_rattlers")
 
 
 def contacts_are_certain(packing: Packing) -> bool:

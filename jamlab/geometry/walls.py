@@ -14,6 +14,7 @@ from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import changed
 from jamlab.packing.result import Result
 
 _MORE = 0.25  # mean sizes that a slab between flat walls is wider: six packings at 1e-2 k keep 86 % of it or more
@@ -50,6 +51,10 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
         >>> w.walls, bool(0 < w.fixed.sum() < w.n), w.converged
         (True, True, True)
     """
+    return changed(packing, _with_walls(packing, thickness, flat), "with_walls", thickness=thickness, flat=flat)
+
+
+def _with_walls(packing: Packing, thickness: float, flat: bool) -> Packing:
     size, height, largest = mean_size(packing), float(packing.box[1, 1]), float(packing.kind.sizes(packing).max())
     if not flat and height < 3 * largest:
         raise InputError(

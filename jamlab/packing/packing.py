@@ -28,6 +28,7 @@ from jamlab.packing.magnitudes import check_box
 from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.polygons import Polygons
 from jamlab.packing.quantities import MEASURED
+from jamlab.packing.recipe import RECIPE, Made
 from jamlab.plotting.drawable import CELL, drawn
 
 # what is known of a minimum, and its values for a state that nobody minimised
@@ -41,7 +42,7 @@ _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a
 
 @checked_class
 @dataclass(frozen=True, eq=False)
-class Packing(Hinted):
+class Packing(Made, Hinted):
     """Disks or deformable polygons in a periodic parallelogram.
 
     Arrays, `params` and `provenance` are read-only copies. To change them, give changed copies to `with_state`.
@@ -71,7 +72,7 @@ class Packing(Hinted):
         walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: shear along x and compression along
             y shift the upper wall as a whole; the lower wall stays.
         rounding: error of coordinates if their source had fewer digits than float64; else 0.
-        provenance: how the packing was made: seed, versions, protocol, wall time.
+        provenance: how the packing was made: seed, versions, protocol, wall time, `recipe`.
 
     Raises:
         InputError: wrong shapes, values that are not finite, a box without area, clockwise polygons. The message names
@@ -258,14 +259,15 @@ class Packing(Hinted):
         A copy with other particles, another box or another force law is at no known minimum: `max_force`, `converged`,
         `force_tolerance`, `on_rattlers` and `on_target` are cleared, unless they are among the changes.
         """
-        copy = replace(self, **self._changed(changes), provenance={**self.provenance, **(provenance or {})})
+        history = {**self._history(changes), **(provenance or {})}
+        copy = replace(self, **self._changed(changes), provenance=history)
         if _DEFINING.isdisjoint(changes):
             copy._set("_derived", self._derived)
         return copy
 
     def _trusted(self, **changes: Any) -> Packing:
         """`with_state` without checks, of float64 arrays right by construction; `provenance` replaces the old one."""
-        changes = self._changed(changes)
+        changes = {"provenance": self._history(changes), **self._changed(changes)}
         copy = object.__new__(Packing)
         copy.__dict__.update({**self.__dict__, **changes})
         copy._lock(self._derived if _DEFINING.isdisjoint(changes) else None)
@@ -274,6 +276,12 @@ class Packing(Hinted):
     def _changed(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes of a copy, which is at no known minimum if its state differs."""
         return changes if _STATE.isdisjoint(changes) else {**MINIMUM, **changes}
+
+    def _history(self, changes: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Provenance of a copy, which has no recipe if its state differs."""
+        if _DEFINING.isdisjoint(changes) or RECIPE not in self.provenance:
+            return self.provenance
+        return {name: value for name, value in self.provenance.items() if name != RECIPE}
 
     @checked
     def select(self, particles: Mask) -> Packing:

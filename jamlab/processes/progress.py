@@ -11,6 +11,14 @@ def no_progress(share: float, text: str) -> None:
     """Tell nobody how far the work is."""
 
 
+def part_of(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """Progress of a part of the work, from one share of the whole to another."""
+    if progress is None:
+        return None
+    whole = progress
+    return lambda share, text: whole(first + (last - first) * share, text)
+
+
 def in_words(seconds: float) -> str:
     """A time as text, in the unit that suits it."""
     if seconds < 120:

@@ -24,6 +24,7 @@ from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import changed
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.makings import making_of
@@ -59,7 +60,6 @@ MOST_STATES = 1_000_000  # of a sweep: weeks of computing for any packing
 
 
 @checked
-@in_natural_units()
 def compress(
     packing: Packing,
     to: float,
@@ -110,17 +110,11 @@ def compress(
         >>> [round(jamlab.packing_fraction(p), 3) for p in sweep[-2:]], all(p.converged for p in sweep)
         ([0.881, 0.9], True)
     """
-    how: dict[str, Any] = {
-        "by": by,
-        "first_step": first_step,
-        "per_decade": per_decade,
-        "force_tolerance": force_tolerance,
-    }
-    how |= {"pressure_tolerance": pressure_tolerance, "ranks": ranks, "progress": progress}
+    how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade, "ranks": ranks}
+    how |= {"pressure_tolerance": pressure_tolerance, "force_tolerance": force_tolerance, "progress": progress}
     return go_on(packing, packing, 0, to, step, repeatable=False, **how)
 
 
-@in_natural_units()
 def go_on(
     last: Packing,
     start: Packing,
@@ -146,6 +140,37 @@ def go_on(
         repeatable: build particles anew for each state, which takes 3 to 10 ms, so that states are the same to the
             last bit wherever the sweep was stopped. Without it they depend on what LAMMPS did before, by rounding.
     """
+    how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade, "ranks": ranks}
+    how |= {"pressure_tolerance": pressure_tolerance, "force_tolerance": force_tolerance, "repeatable": repeatable}
+    states = _states(last, start, done, to, step, progress=progress, **how)
+    return _with_recipes(states, start, done, {"to": to, "step": step, **how})
+
+
+def _with_recipes(states: Iterator[Packing], start: Packing, done: int, how: dict[str, Any]) -> Iterator[Packing]:
+    how |= {"repeatable": how["repeatable"] or None}
+    for state, packing in enumerate(states, done + 1):
+        number = -1 if packing.provenance["target"] == how["to"] else state
+        yield changed(start, packing, "compress", **how, state=number)
+
+
+@in_natural_units()
+def _states(
+    last: Packing,
+    start: Packing,
+    done: int,
+    to: float,
+    step: float,
+    *,
+    by: str,
+    first_step: float | None,
+    per_decade: int | None,
+    pressure_tolerance: float | None,
+    force_tolerance: float | None,
+    ranks: int,
+    progress: Progress | None,
+    repeatable: bool,
+) -> Iterator[Packing]:
+    """`go_on` in natural units, without recipes."""
     if by not in ("rho", "phi"):
         raise InputError(f"by = {by!r}: use 'rho' or 'phi'")
     if by == "rho":

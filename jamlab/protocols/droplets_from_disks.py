@@ -29,6 +29,7 @@ from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import changed
 from jamlab.protocols.compression import SWEEP
 from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import droplet_params
@@ -96,7 +97,7 @@ def droplets_from_disks(
         )
     if not packing.law.springs:
         warn(f"exponent = {packing.params['exponent']:g} of the disks is not kept: droplets repel by springs")
-    began = time.perf_counter()
+    began, given = time.perf_counter(), packing
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
@@ -106,7 +107,9 @@ def droplets_from_disks(
     continuous = bool(abs(after.z - before.z) <= HAND_OVER.z_jump and kept >= HAND_OVER.kept)
     handover = {"rho": rho, "z_disks": before.z, "z": after.z, "contacts_kept": kept, "continuous": continuous}
     entries = {"protocol": "from disks", "handover": handover, "wall_time": time.perf_counter() - began}
-    return found.with_state(provenance=entries | versions())
+    found = found.with_state(provenance=entries | versions())
+    how: dict[str, Any] = {"seed": seed, "force_tolerance": force_tolerance, "law": parameters or None}
+    return changed(given, found, "droplets_from_disks", **how)
 
 
 @in_natural_units()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from jamlab.arguments.choices import Law
@@ -12,7 +13,7 @@ from jamlab.packing.kinds import MODELS
 from jamlab.protocols.makings import making_of
 
 
-def law_given(law: Law | None, model: str) -> dict[str, Any]:
+def law_given(law: Law | Mapping[str, Any] | None, model: str) -> dict[str, Any]:
     """Parameters of the force law of packings of a model.
 
     Raises:
@@ -23,7 +24,7 @@ def law_given(law: Law | None, model: str) -> dict[str, Any]:
     for name, value in given.items():
         if name in known:
             continue
-        where = f"law = {law!r}" if isinstance(law, str) else f"law[{name!r}] = {value!r}"
+        where = f"law = {value!r}" if name == "law" else f"law[{name!r}] = {value!r}"
         if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
         for other in MODELS.each().keys() - {model}:

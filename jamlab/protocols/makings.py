@@ -23,9 +23,11 @@ from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.minimising import MAKINGS, Minimising
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
-from jamlab.protocols.size_distributions import Sizes, disk_diameters
+from jamlab.protocols.size_distributions import diameters_of
+from jamlab.protocols.units_of_recipes import units_of
 
 ComplexArray = NDArray[np.complex128]
 SAME_AREA = 1e-6  # relative
@@ -88,44 +90,33 @@ class Making(Minimising):
 
     # start ----------------------------------------------------------------------------------------------------------
 
-    def check_start(self, start: str, ratio: float | None) -> None:
-        """Refuse `start` and `size_ratio` of `jam` that these particles do not take."""
-        if not self.starts and start != "from-disks":
-            raise InputError(f"start = {start!r}: start applies to droplets only; leave it out")
+    def check_start(self, recipe: Recipe) -> None:
+        """Refuse `start` and `size_ratio` that these particles do not take."""
+        if not self.starts and recipe.start != "from-disks":
+            raise InputError(f"start = {recipe.start!r}: start applies to droplets only; leave it out")
 
-    def start(
-        self,
-        n: int,
-        seed: int,
-        *,
-        start: str = "from-disks",
-        ratio: float | None = None,
-        large: float = 0.5,
-        sizes: Sizes | None = None,
-        law: Mapping[str, Any],
-    ) -> Packing:
-        """A loose random packing in units "eps", from which a search for onset starts; arguments as of `jam`."""
-        phi = numbers("onset")["phi_start"]
-        return self.place(n, seed, phi, disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes), law)
+    def start(self, recipe: Recipe) -> Packing:
+        """A loose random packing, from which a search for onset starts."""
+        return self.place(recipe, numbers("onset")["phi_start"], diameters_of(recipe))
 
-    def place(self, n: int, seed: int, phi: float, sizes: Array, law: Mapping[str, Any]) -> Packing:
+    def place(self, recipe: Recipe, phi: float, sizes: Array) -> Packing:
         """Place particles at random, turned at random, one after the other, each where it touches none before it; where
         there is hardly room for one it lies upon others.
 
         Args:
-            n: number of particles.
-            seed: of numpy's default generator.
+            recipe: of the packing, of which n, seed, law and units count.
             phi: nominal packing fraction.
             sizes: (n,) diameters.
-            law: parameters that replace defaults.
         """
         check_number("phi", phi, 2.0)
-        kind, params, random = MODELS.get(self.name), self.params("eps", **law), np.random.default_rng(seed)
-        usual = {name: each.default for name, each in kind.parameters("eps", params).items()}
+        kind, random = MODELS.get(self.name), np.random.default_rng(recipe.seed)
+        units = units_of(recipe, "eps", kind.unit_names)
+        params = self.params(units, **recipe.parameters)
+        usual = {name: each.default for name, each in kind.parameters(units, params).items()}
         shapes = _shapes(kind, sizes, {**usual, **params}) @ np.array([1, 1j])
 
         def placed(side: float, positions: Array) -> Packing:
-            return Packing(self.name, np.diag([side, side]), positions.reshape(-1, 2), params, "eps", sizes)
+            return Packing(self.name, np.diag([side, side]), positions.reshape(-1, 2), params, units, sizes)
 
         wide = float(np.sqrt(np.sum(sizes**2) / phi))
         loose = placed(wide, np.stack([shapes.real, shapes.imag], axis=-1))

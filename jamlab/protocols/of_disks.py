@@ -8,9 +8,10 @@ from typing import Any
 from jamlab.arrays import Array
 from jamlab.models.disks import DISKS
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.descent import DescentOfDisks
 from jamlab.protocols.makings import Making
-from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
+from jamlab.protocols.random_start import disk_params, disks_of, usual_units
 
 
 class MakingOfDisks(Making):
@@ -24,8 +25,8 @@ class MakingOfDisks(Making):
     def check_law(self, parameters: Mapping[str, Any]) -> None:
         disk_params(usual_units(parameters, "eps"), **parameters)
 
-    def place(self, n: int, seed: int, phi: float, sizes: Array, law: Mapping[str, Any]) -> Packing:
-        return push_apart(random_disks(n, seed, phi=phi, sizes=sizes, **law))
+    def place(self, recipe: Recipe, phi: float, sizes: Array) -> Packing:
+        return disks_of(recipe, phi, sizes, "eps")
 
 
 MAKING = MakingOfDisks()  # as entry points name it

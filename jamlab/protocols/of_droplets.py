@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -22,6 +21,7 @@ from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.descent_of_droplets import DescentOfDroplets
 from jamlab.protocols.makings import Making
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
@@ -34,7 +34,8 @@ from jamlab.protocols.random_start import (
 )
 from jamlab.protocols.relaxation import relax_session
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
-from jamlab.protocols.size_distributions import Sizes, disk_diameters
+from jamlab.protocols.size_distributions import diameters_of
+from jamlab.protocols.units_of_recipes import units_of
 
 
 @dataclass(frozen=True)
@@ -77,29 +78,19 @@ class MakingOfDroplets(Making):
                 f"{tolerance:g}: use ka up to {tolerance / PLACING.rounding:.1g} eps"
             )
 
-    def check_start(self, start: str, ratio: float | None) -> None:
-        check_choice("start", start, self.starts)
-        if ratio is not None:
+    def check_start(self, recipe: Recipe) -> None:
+        if (ratio := recipe.size_ratio) is not None:
             raise InputError(
                 f"size_ratio = {ratio!r}: the size ratio of droplets follows from their vertices; give nv_small and "
                 f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
             )
 
-    def start(
-        self,
-        n: int,
-        seed: int,
-        *,
-        start: str = "from-disks",
-        ratio: float | None = None,
-        large: float = 0.5,
-        sizes: Sizes | None = None,
-        law: Mapping[str, Any],
-    ) -> Packing:
-        protocol = numbers("onset")
-        phi, highest = protocol["phi_start"], protocol["phi_carried" if start == "from-disks" else "phi_start"]
-        drawn = None if sizes is None else disk_diameters(n, seed, large=large, sizes=sizes)
-        nv, params = droplet_params(n, large, drawn, **law)
+    def start(self, recipe: Recipe) -> Packing:
+        protocol, n, seed, large = numbers("onset"), recipe.n, recipe.seed, recipe.fraction_large
+        units_of(recipe, "eps", DROPLETS.unit_names)  # refuses others
+        phi, highest = protocol["phi_start"], protocol["phi_carried" if recipe.start == "from-disks" else "phi_start"]
+        drawn = None if recipe.sizes is None else diameters_of(recipe)
+        nv, params = droplet_params(n, large, drawn, **recipe.parameters)
         side = droplet_cell(nv, params, phi)
         disks = random_disks(n, seed, phi=phi, large=large, sizes=drawn)
         scale = side / disks.box[0, 0]

@@ -11,16 +11,14 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from jamlab.arguments.choices import Law
-from jamlab.checks import check_choice, check_number, checked
+from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Units
+from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError, typed
-from jamlab.models.disks import DISKS
-from jamlab.packing.ensembles import ENSEMBLES
-from jamlab.packing.kinds import MODELS
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe, made_by
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.compression import MOST_STATES
@@ -30,33 +28,32 @@ from jamlab.protocols.onset_search import OnsetSearch, OnsetWork
 from jamlab.protocols.particle_numbers import check_bidisperse
 from jamlab.protocols.relaxation import check_tolerance, usual_force_tolerance
 from jamlab.protocols.saddles import record
-from jamlab.protocols.size_distributions import Sizes, sizes_record
+from jamlab.protocols.size_distributions import Sizes, lasting, sizes_record
 from jamlab.storage.verified_file import versions
 
-SEARCHES = ("bisection", "incremental")
-STARTS = ("from-disks", "direct")
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
 @checked
 def jam(
     n: int = 64,
-    model: str = DISKS.name,
+    model: ModelName = "sp",
     seed: int = 1,
     *,
-    search: str = "bisection",
+    search: Search = "bisection",
     step: float | None = None,
-    ensemble: str = "fixed-box",
-    start: str = "from-disks",
+    ensemble: Ensemble = "fixed-box",
+    start: Start = "from-disks",
     force_tolerance: float | None = None,
     ranks: int = 1,
     law: Law | None = None,
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
-    sizes: "Sizes | None" = None,
+    sizes: Sizes | None = None,
+    units: Units | None = None,
     progress: Progress | None = None,
 ) -> Packing:
-    """Make a packing at jamming onset in units "eps" (Boromand et al., section 2.3).
+    """Make a packing at jamming onset (Boromand et al., section 2.3).
 
     Args:
         n: number of particles; must be even for the default sizes.
@@ -82,6 +79,7 @@ def jam(
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd. DP: sizes are proportional to the square roots of the
             rest areas.
+        units: "eps" (default), or "k" of disks: stiffness k and mean diameter 1 instead of energy eps.
         progress: called after each minimisation with (fraction done, text); True: print it.
 
     Returns:
@@ -103,31 +101,45 @@ def jam(
         >>> droplets.params["gamma"], droplets.params["contact"]
         (0.4, 'outline')
     """
-    protocol = numbers("onset")
-    _check(model, search, ensemble, start, size_ratio)
-    parameters = law_given(law, model)
-    first_step = _first_step(step, search, protocol)
-    check_tolerance(force_tolerance, LARGEST_TOLERANCE)
-    if sizes is None:
-        check_bidisperse(n, seed, protocol["phi_start"], fraction_large)
+    given = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "law": law, "units": units}
+    given |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
+    given |= {"search": search, "step": step, "start": start}
+    return onset_of(Recipe(protocol="onset", n=n, model=model, seed=seed, **given), progress)
+
+
+def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
+    """The packing at onset that a recipe makes; errors as of `jam`."""
+    protocol, making = numbers("onset"), making_of(recipe.model)
+    by_paper = recipe.search == "incremental"
+    if by_paper and recipe.ensemble != "fixed-box":
+        raise InputError(
+            f"ensemble = {recipe.ensemble!r}: the incremental search has a fixed box, use "
+            + typed("search='bisection'", "--search bisection")
+        )
+    making.check_start(recipe)
+    law_given(recipe.law, recipe.model)
+    first_step = _first_step(recipe.step, by_paper, protocol)
+    check_tolerance(recipe.force_tolerance, LARGEST_TOLERANCE)
+    if recipe.sizes is None:
+        check_bidisperse(recipe.n, recipe.seed, protocol["phi_start"], recipe.fraction_large)
     began = time.perf_counter()
-    making = making_of(model)
-    placed = making.start(n, seed, start=start, ratio=size_ratio, large=fraction_large, sizes=sizes, law=parameters)
+    placed = making.start(recipe)
     if placed.law.range:
         raise InputError(f"{placed.law}: what attracts has no onset at zero contact energy; use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
         "protocol_version": making.version_of(placed.law),
-        "search": search,
-        "start": start,
-        "seed": seed,
+        "search": recipe.search,
+        "start": recipe.start,
+        "seed": recipe.seed,
         "step": first_step,
     }
-    entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "incremental", ensemble, force_tolerance, ranks, OnsetWork(making.way, progress))
+    entries |= sizes_record(recipe.sizes, placed.kind.sizes(placed))
+    how = (by_paper, recipe.ensemble, recipe.force_tolerance, recipe.ranks, OnsetWork(making.way, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
-    return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
+    found = found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
+    return made_by(found, lasting(recipe))
 
 
 @in_natural_units(units=unit_scales)
@@ -157,19 +169,6 @@ def _onset_above(
     return record(session, packing, onset.found, minimizer=method)
 
 
-def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None) -> None:
-    MODELS.get(model)  # refuses one that is unknown
-    check_choice("search", search, SEARCHES)
-    check_choice("ensemble", ensemble, ENSEMBLES)
-    check_choice("start", start, STARTS)
-    if search == "incremental" and ensemble != "fixed-box":
-        raise InputError(
-            f"ensemble = {ensemble!r}: the incremental search has a fixed box, use "
-            + typed("search='bisection'", "--search bisection")
-        )
-    making_of(model).check_start(start, ratio)
-
-
 def _without_last_digits(packing: Packing) -> Packing:
     """The packing with strengths to 14 digits: the same in whichever units they were given."""
     names = {
@@ -178,9 +177,9 @@ def _without_last_digits(packing: Packing) -> Packing:
     return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
 
 
-def _first_step(step: float | None, search: str, protocol: Mapping[str, float]) -> float:
+def _first_step(step: float | None, by_paper: bool, protocol: Mapping[str, float]) -> float:
     if step is None:
-        return protocol["step" if search == "bisection" else "step_paper"]
+        return protocol["step_paper" if by_paper else "step"]
     check_number("step", step, 0.5)
     least = max(protocol["increment_least"], 1 / MOST_STATES)
     if step < least:

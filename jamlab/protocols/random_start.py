@@ -18,7 +18,9 @@ from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS, free_area, free_polygon_area, regular_polygon
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
+from jamlab.protocols.units_of_recipes import units_of
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,13 @@ def random_disks(
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
     return Packing(DISKS.name, np.diag([side, side]), positions, params, units, diameters)
+
+
+def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: str) -> Packing:
+    """Random disks of a recipe at a nominal packing fraction, see `push_apart`. `sizes`: (n,) diameters; `usual`: units
+    unless the recipe or its law says others."""
+    units = units_of(recipe, usual, law_class(recipe.parameters).strengths)
+    return push_apart(random_disks(recipe.n, recipe.seed, phi=phi, units=units, sizes=sizes, **recipe.parameters))
 
 
 def disk_params(units: str, **changes: Any) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import changed
 from jamlab.protocols.saddles import record, relax_off_saddles
 
 
@@ -39,7 +40,8 @@ def relax(packing: Packing, force_tolerance: float | None = None) -> Packing:
     """
     found = _relaxed(packing, force_tolerance)
     moved = float(np.hypot(*(found.positions - packing.positions).T).max())
-    return found.with_state(rounding=0.0, provenance={"moved": moved})
+    found = found.with_state(rounding=0.0, provenance={"moved": moved})
+    return changed(packing, found, "relax", force_tolerance=force_tolerance)
 
 
 @in_natural_units()

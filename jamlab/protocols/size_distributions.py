@@ -12,7 +12,7 @@ diameters instead.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from jamlab.checks import check_positive, check_seed, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.disks import DISKS
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.particle_numbers import check_bidisperse, check_count
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
@@ -237,6 +238,19 @@ def disk_diameters(
         check_count(n, None)
         diameters = SizeDistribution.of(sizes).draw(n, seed)
     return _checked(n, diameters)
+
+
+def diameters_of(recipe: Recipe) -> Array:
+    """(n,) diameters of the disks of a recipe."""
+    return disk_diameters(
+        recipe.n, recipe.seed, ratio=recipe.size_ratio, large=recipe.fraction_large, sizes=recipe.sizes
+    )
+
+
+def lasting(recipe: Recipe) -> Recipe:
+    """The recipe with the diameters of a file instead of its name: the file may change."""
+    from_file = isinstance(recipe.sizes, str) and recipe.sizes.startswith(FROM_FILE)
+    return replace(recipe, sizes=diameters_of(recipe).tolist()) if from_file else recipe
 
 
 def sizes_record(sizes: Sizes | None, diameters: Array) -> dict[str, Any]:

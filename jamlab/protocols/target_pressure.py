@@ -1,14 +1,14 @@
 """Pack disks at a target pressure, from a random start or down from a packing at a higher one."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from jamlab.arguments.choices import Law
-from jamlab.checks import check_choice, check_number, checked, is_number
+from jamlab.arguments.choices import Ensemble, Law, Units
+from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
@@ -19,18 +19,19 @@ from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, natural_scales, natural_stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
+from jamlab.packing.recipe import Recipe, changed, made_by
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
 from jamlab.protocols.descent import load, quench
 from jamlab.protocols.law_arguments import law_given
-from jamlab.protocols.random_start import disk_params, push_apart, random_disks, usual_units
+from jamlab.protocols.random_start import disk_params, disks_of
 from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
-from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
+from jamlab.protocols.size_distributions import Sizes, diameters_of, lasting, sizes_record
+from jamlab.protocols.units_of_recipes import units_of
 from jamlab.storage.verified_file import versions
 
 PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
@@ -56,16 +57,17 @@ def pack(
     seed: int = 1,
     *,
     phi: float | None = None,
-    ensemble: str = "fixed-box",
+    ensemble: Ensemble = "fixed-box",
     ranks: int = 1,
     force_tolerance: float | None = None,
     law: Law | None = None,
     size_ratio: float | None = None,
     fraction_large: float = 0.5,
-    sizes: "Sizes | None" = None,
+    sizes: Sizes | None = None,
+    units: Units | None = None,
     progress: Progress | None = None,
 ) -> Packing:
-    """Make a packing of disks at a pressure or a packing fraction, in units "k" (stiffness k, mean diameter d).
+    """Make a packing of disks at a pressure or a packing fraction.
 
     Random disks are quenched above onset and decompressed until p = (S_xx + S_yy)/2 is close to the target. Then the
     enthalpy U + p A is minimised over positions and box size, and over box shear in the shear-stabilized ensemble. If
@@ -90,6 +92,7 @@ def pack(
         fraction_large: number fraction of large disks; d stays the mean of the two diameters.
         sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`; n may be odd.
+        units: "k" (default), or "eps": energy eps and mean diameter 1. Then pressures are in units of eps/d^2.
         progress: called after each minimisation with (nan, text); True: print it.
 
     Returns:
@@ -108,26 +111,41 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    check_choice("ensemble", ensemble, ENSEMBLES)
-    parameters = law_given(law, DISKS.name)
-    search = numbers("pressure")
-    diameters = disk_diameters(n, seed, ratio=size_ratio, large=fraction_large, sizes=sizes)
-    entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}
-    entries |= sizes_record(sizes, diameters)
+    how = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "law": law, "units": units}
+    how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
+    if (phi is None) == (pressure is None):
+        raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
+    protocol: Any = "phi" if pressure is None else "pressure"
+    return packed_by(Recipe(protocol=protocol, n=n, seed=seed, pressure=pressure, phi=phi, **how), progress)
+
+
+def packed_by(recipe: Recipe, progress: Progress | None = None) -> Packing:
+    """The packing at a pressure or a packing fraction that a recipe makes; errors as of `pack`."""
+    law_given(recipe.law, recipe.model)
+    diameters = diameters_of(recipe)
+    entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": recipe.seed}
+    entries |= sizes_record(recipe.sizes, diameters)
 
     def start(fraction: float) -> Packing:
-        placed = random_disks(n, seed, phi=fraction, units="k", sizes=diameters, **parameters)
-        return push_apart(placed.with_state(ensemble=ensemble))
+        return disks_of(recipe, fraction, diameters, "k").with_state(ensemble=recipe.ensemble)
 
-    if phi is not None and pressure is None:
+    if recipe.phi is not None:
         entries |= {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
-        return _quenched(start(phi), force_tolerance, ranks, entries)
-    if phi is not None or pressure is None:
-        raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
-    force, pair_law = check_pressure(pressure, force_tolerance, **parameters)
+        found = _quenched(start(recipe.phi), recipe.force_tolerance, recipe.ranks, entries)
+    else:
+        found = _at_pressure(recipe, start, entries, progress)
+    return made_by(found, lasting(recipe))
+
+
+def _at_pressure(
+    recipe: Recipe, start: Callable[[float], Packing], entries: dict[str, Any], progress: Progress | None
+) -> Packing:
+    """Disks at the pressure of a recipe, or decompressed to it; `start` gives random ones at a packing fraction."""
+    search, (force, law), ranks = numbers("pressure"), check_pressure(recipe), recipe.ranks
+    pressure = float(recipe.pressure or 0.0)
 
     def at(target: float) -> Packing:
-        began, extra = time.perf_counter(), 0.0 if pair_law.range else 2 * pair_law.linear_in_phi(target)
+        began, extra = time.perf_counter(), 0.0 if law.range else 2 * law.linear_in_phi(target)
         placed = start(search["phi_jammed"] + extra)
         packing, reached = _from_random(placed, target, force, ranks, progress)
         known = {"pressure": reached, "wall_time": time.perf_counter() - began}
@@ -136,10 +154,10 @@ def pack(
     try:
         return at(pressure)
     except ConvergenceError:
-        if pair_law.range:
+        if law.range:
             raise
         for times in _ABOVE:
-            if pair_law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
+            if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
                     return _come_down(at(times * pressure), pressure, force, ranks)
         raise
@@ -216,7 +234,9 @@ def decompress(
     check_ranks(ranks, packing.kind)
     _check_repulsive(packing)
     force = _check_force(pressure, force_tolerance, packing.law, natural_scales(packing).stress)
-    return _come_down(packing, pressure, force, ranks, progress)
+    found = _come_down(packing, pressure, force, ranks, progress)
+    how = {"pressure": pressure, "ranks": ranks, "force_tolerance": force_tolerance}
+    return changed(packing, found, "decompress", **how)
 
 
 def _come_down(
@@ -296,13 +316,15 @@ def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -
         )
 
 
-def check_pressure(pressure: Any, tolerance: float | None, **parameters: Any) -> tuple[float, PairLaw]:
-    """Force tolerance, small beside a pressure of disks of strength and mean diameter 1, and their force law.
+def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
+    """Force tolerance of a recipe, small beside its pressure, and its force law; disks have mean diameter 1.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
     """
-    units = usual_units(parameters, "k")
+    pressure: Any = recipe.pressure
+    tolerance, parameters = recipe.force_tolerance, recipe.parameters
+    units = units_of(recipe, "k", law_class(parameters).strengths)
     params = disk_params(units, **parameters)
     law = law_class(params).of(params, units)
     least, highest = law.pressures

@@ -1,0 +1,90 @@
+"""Make a packing from its recipe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import signature
+from typing import Any
+
+from jamlab.checks import checked
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import remove_rattlers
+from jamlab.geometry.walls import with_walls
+from jamlab.packing.packing import Packing
+from jamlab.packing.recipe import Recipe
+from jamlab.processes.progress import Progress
+from jamlab.protocols.compression import compress, go_on
+from jamlab.protocols.droplets_from_disks import droplets_from_disks
+from jamlab.protocols.onset import onset_of
+from jamlab.protocols.relax import relax
+from jamlab.protocols.target_pressure import decompress, packed_by
+
+
+@checked
+def make(recipe: Recipe, *, progress: Progress | None = None) -> Packing:
+    """Make the packing of a recipe, and everything that was done to it afterwards.
+
+    Args:
+        recipe: `packing.recipe`, or one of your own.
+        progress: called after each minimisation with (fraction done, text); True: print it.
+
+    Returns:
+        The packing: the same bits as before on the same machine with the same versions.
+
+    Raises:
+        InputError: an argument out of range, or a change that cannot be repeated.
+        ConvergenceError: as of the function that made the packing.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> dense = list(jamlab.compress(onset, to=0.9, step=0.02))[-1]
+        >>> jamlab.make(dense.recipe) == dense
+        True
+        >>> from dataclasses import replace
+        >>> hertz = jamlab.make(replace(dense.recipe, seed=2, law="hertz"))
+        >>> hertz.params["exponent"], round(jamlab.packing_fraction(hertz), 3)
+        (2.5, 0.9)
+    """
+    for name, arguments in recipe.changes:
+        _check(name, arguments)
+    packing = onset_of(recipe, progress) if recipe.protocol == "onset" else packed_by(recipe, progress)
+    for name, arguments in recipe.changes:
+        change = _state_of_sweep if name == "compress" else CHANGES[name]
+        packing = change(packing, **arguments)
+    return packing
+
+
+def _check(name: str, arguments: Mapping[str, Any]) -> None:
+    """Refuse a change that cannot be repeated."""
+    if name not in CHANGES:
+        raise InputError(f"changes: {name!r} cannot be repeated: known are {', '.join(CHANGES)}")
+    own = {key: value for key, value in arguments.items() if name != "compress" or key not in _OF_SWEEP}
+    try:
+        signature(CHANGES[name]).bind(None, **own)
+    except TypeError as error:
+        raise InputError(f"changes: {name}: {error}; give the arguments of `jamlab.{name}`") from None
+
+
+def _state_of_sweep(packing: Packing, *, state: int = -1, repeatable: bool = False, **how: Any) -> Packing:
+    """One state of `compress`, by its number from 1; -1: the last."""
+    reached = packing
+    count = 0
+    for reached in go_on(packing, packing, 0, **{"step": _STEP, **how}, repeatable=repeatable):
+        count += 1
+        if count == state:
+            return reached
+    if state != -1 or not count:
+        raise ConvergenceError(f"the sweep has {count} states, and state {state} is asked for; use a smaller number")
+    return reached
+
+
+_STEP = signature(compress).parameters["step"].default
+_OF_SWEEP = ("state", "repeatable")  # which state of a sweep, and whether particles were built anew for each
+CHANGES: Mapping[str, Callable[..., Any]] = {
+    "compress": compress,
+    "decompress": decompress,
+    "relax": relax,
+    "droplets_from_disks": droplets_from_disks,
+    "with_walls": with_walls,
+    "remove_rattlers": remove_rattlers,
+}
