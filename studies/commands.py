@@ -10,7 +10,7 @@ from jamlab.checks import check_choice
 from jamlab.cli.commands import Commands
 from jamlab.cli.console import err_console, out_console, print_json, print_line, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json, Overwrite, Seed
+from jamlab.cli.options import option
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets
 from studies.ensemble_tables import NAMES
@@ -56,8 +56,8 @@ def draw(
         Path | None, typer.Option("--from", help="Campaign or folder of tables; default: those that ship.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-studies"),
-    overwrite: Overwrite = False,
-    as_json: Json = False,
+    overwrite: Annotated[bool, option("overwrite")] = False,
+    as_json: Annotated[bool, option("json")] = False,
 ) -> None:
     """Draw studies from the tables that ship, or from a campaign or results of your own."""
     if source is not None and source.resolve() == out.resolve():
@@ -131,9 +131,9 @@ def tables(
 @app.command("compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64")
 def compare_codes(
     n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
-    seed: Seed = 1,
+    seed: Annotated[int, option("seed")] = 1,
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
-    as_json: Json = False,
+    as_json: Annotated[bool, option("json")] = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, ASE, LAMMPS; analysis: freud, matscipy."""
     found = compare(n, seed, phi, progress=tell)
@@ -156,7 +156,7 @@ def reduce(
     out: Annotated[Path, typer.Option(help="Folder of tables.")] = Path("jamlab-tables"),
     commit: Annotated[str, typer.Option(help="Commit to record.")] = "unknown",
     only: Annotated[list[str] | None, typer.Option("--only", help="A table to write; default: all.")] = None,
-    overwrite: Overwrite = False,
+    overwrite: Annotated[bool, option("overwrite")] = False,
 ) -> None:
     """Reduce the tables of a campaign to what figures are drawn from."""
     for name in only or ():

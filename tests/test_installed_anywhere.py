@@ -84,7 +84,7 @@ def scene(request, tmp_path):
 
 
 USES = {
-    "demo": ['jamlab demo --n 8 --to 0.9 --out "$NAME"'],
+    "demo": ['jamlab demo --n 8 --to 0.9 --folder "$NAME"'],
     "deck": ["jamlab deck in.sp.jam --n 8", "jamlab deck in.dp.jam --n 8", "jamlab deck in.sp.pressure --n 8"],
     "campaign": ['jamlab campaign run "$NAME.toml" --workers 2', 'jamlab campaign status "$NAME.toml"'],
     "restart": [

@@ -1,8 +1,10 @@
 """Arguments of functions that analyse packings, spectra and tables."""
 
 import math
+from typing import get_args
 
 from jamlab.arguments.argument import REQUIRED, Argument, InWords
+from jamlab.arguments.choices import SpectrumMethod
 
 ANALYSIS = (
     Argument(
@@ -52,14 +54,16 @@ ANALYSIS = (
         "method",
         "How it is computed.",
         "choice",
+        choices_otherwise={"jamlab gstar": get_args(SpectrumMethod)},
         default="auto",
         habits="solver algorithm",
         otherwise={"bulk_modulus": "linear-response", "shear_modulus": "linear-response", "packing_fraction": "exact"},
     ),
     Argument(
         "direction",
-        "Direction of shear: simple (along x), pure, or an angle.",
-        unit="degrees",
+        "Direction of shear: simple (along x), pure, or an angle of simple shear, such as 0.5 or 30deg.",
+        unit="radian",
+        metavar="{simple,pure,ANGLE}",
         default="simple",
         otherwise={
             "shear_modulus": None,
@@ -90,10 +94,10 @@ ANALYSIS = (
     ),
     Argument("spacing", "Distance between points of outlines, in mean diameters.", "number", default=0.05),
     Argument("rim", "Include the rims of droplets.", "flag", default=False),
-    Argument("quantity", "Quantity whose mean is estimated.", "choice"),
+    Argument("quantity", "Quantity whose mean is estimated, such as z, g or b.", "choice"),
     Argument(
         "workers",
-        "Processes side by side, or an executor.",
+        "Processes side by side; in Python also an executor.",
         "integer",
         least=1,
         highest=1024,

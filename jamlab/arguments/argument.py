@@ -55,8 +55,10 @@ class Argument:
     highest: float | None = None
     above: bool = False  # whether the least value is itself excluded
     choices: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
+    choices_otherwise: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # place -> its choices
     default: Any = REQUIRED  # in Python; None: see `unset`
     unset: str = ""  # what a default of None stands for, in words
+    unset_otherwise: Mapping[str, str] = field(default_factory=dict)  # place -> these words
     otherwise: Mapping[str, Any] = field(default_factory=dict)  # place -> its default
     limits_otherwise: Mapping[str, Limits] = field(default_factory=dict)  # place -> its least and highest value
     habits: str = ""  # words that users of other programs type for it
@@ -65,7 +67,7 @@ class Argument:
     metavar: str = ""  # of the option
 
     def __post_init__(self) -> None:
-        for name in ("otherwise", "limits_otherwise"):
+        for name in ("otherwise", "limits_otherwise", "unset_otherwise", "choices_otherwise"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
@@ -78,6 +80,14 @@ class Argument:
         """The choices there are."""
         return self.choices() if callable(self.choices) else self.choices
 
+    def choices_at(self, *places: str) -> tuple[str, ...]:
+        """The choices at the first of the places that differs, or else the usual ones."""
+        return next((self.choices_otherwise[place] for place in places if place in self.choices_otherwise), self.known)
+
+    def unset_at(self, *places: str) -> str:
+        """What None stands for at the first of the places that differs, or else usually."""
+        return next((self.unset_otherwise[place] for place in places if place in self.unset_otherwise), self.unset)
+
     def default_at(self, *places: str) -> Any:
         """The default at the first of the places that differs, or else the usual one."""
         return next((self.otherwise[place] for place in places if place in self.otherwise), self.default)
@@ -89,7 +99,7 @@ class Argument:
 
     def allowed(self, *places: str) -> str:
         """What a value may be, in words."""
-        if known := self.known:
+        if known := self.choices_at(*places):
             return f"one of {', '.join(known)}"
         what, (least, highest) = "a whole number" if self.kind == "integer" else "a number", self.limits_at(*places)
         beyond = "" if least is None else f"above {least:g}" if self.above else f"from {least:g}"

@@ -1,6 +1,9 @@
 """Keys of campaign files, and arguments of `Campaign`."""
 
+from typing import get_args
+
 from jamlab.arguments.argument import REQUIRED, Argument, InWords
+from jamlab.arguments.choices import TableFormat
 
 CAMPAIGNS = (
     Argument(
@@ -59,14 +62,22 @@ CAMPAIGNS = (
         metavar="K/N",
         otherwise={**dict.fromkeys(("jamlab campaign run", "jamlab campaign resume"), "1/1")},
     ),
-    Argument("only", "Names of sweeps.", default=None, unset="all", metavar="NAME"),
+    Argument("only", "Name of a sweep; several may be given.", default=None, unset="all", metavar="NAME"),
     Argument("retry_failed", "Run failed tasks again.", "flag", default=False),
     Argument("pilot", "Run one task of each sweep, model and n only.", "flag", default=False),
     Argument("verify", "Check every file.", "flag", default=True, otherwise={"Campaign.status": False}),
     Argument("done", "Function that is called with the outcome of each task.", default=None, unset="none"),
     Argument("task", "Name of a task.", "text"),
-    Argument("tables", "Names of tables.", "array", default=(), unset="all", each="table"),
-    Argument("format", "Format of tables: csv, tsv, json, h5 or parquet.", "choice", default="csv"),
+    Argument(
+        "tables",
+        "Name of a table; several may be given.",
+        "array",
+        default=(),
+        unset="all",
+        each="table",
+        metavar="NAME",
+    ),
+    Argument("format", "Format of tables.", "choice", choices=get_args(TableFormat), default="csv"),
     Argument("where", "Address or file of a scheduler, or the name of a batch system.", "text", metavar="WHERE"),
     Argument(
         "scheduler",
@@ -76,7 +87,14 @@ CAMPAIGNS = (
         unset="this machine",
         metavar="WHERE",
     ),
-    Argument("jobs", "Largest number of jobs at a time.", "integer", least=1, default=None, unset="one"),
+    Argument(
+        "jobs",
+        "Largest number of jobs at a time, which a batch system needs.",
+        "integer",
+        least=1,
+        default=None,
+        unset="not given",
+    ),
     Argument("tell", "Function that is called with messages.", default=InWords("jamlab.errors.warn")),
     Argument(
         "flow",

@@ -75,7 +75,6 @@ FLOW = (
         unset="disks 1e-6, droplets 3e-7",
         otherwise={
             **dict.fromkeys(("shear_modulus", "bulk_modulus"), None),
-            "jamlab quasistatic-shear": 0.0001,
             **dict.fromkeys(("in.sp.shear", "in.sp.bulk"), 1e-06),
         },
         limits_otherwise={"sweep.flow": (1e-06, 0.1)},
@@ -178,7 +177,7 @@ FLOW = (
         "Drag law: one by name, or its parameters; in Python also an object.",
         default=None,
         unset="contact damping with beta = 1",
-        metavar="NAME:PARAMETER=VALUE,...",
+        metavar="NAME|PARAMETER=VALUE",
         otherwise={"deck": "contact"},
         habits="zeta friction eta viscosity drag",
     ),
@@ -206,7 +205,7 @@ FLOW = (
     ),
     Argument(
         "trajectory_error",
-        "Repeat the run at a tenth of the tolerance; state the largest difference.",
+        "Repeat the run at a tenth of `tolerance`; state the largest difference.",
         "flag",
         default=False,
     ),

@@ -19,9 +19,10 @@ MAKING = (
         "model",
         "Disks (sp), deformable droplets (dp), or a registered model.",
         "choice",
+        choices_otherwise={"jamlab estimate": ("auto", "sp", "dp")},
         default="sp",
         otherwise={
-            **dict.fromkeys(("choose", "estimate", "estimate_cost", "scene"), "auto"),
+            **dict.fromkeys(("choose", "estimate", "estimate_cost", "scene", "jamlab estimate"), "auto"),
             **dict.fromkeys(("Packing", "sweep"), REQUIRED),
             **dict.fromkeys(
                 (
@@ -63,14 +64,16 @@ MAKING = (
         default=None,
         otherwise={"sweep": {}},
         unset="the usual parameters of the model",
-        metavar="NAME=VALUE",
+        metavar="NAME|PARAMETER=VALUE",
         habits="potential hertz force_law pair_style interaction",
     ),
     Argument(
         "sizes",
-        "Sizes of particles: a distribution by its words, or a number for each.",
+        "Sizes of particles: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, "
+        "power-law:EXPONENT,SMALLEST,LARGEST or from-file:PATH, W being the standard deviation over the mean; "
+        "in Python also a number for each.",
         default=None,
-        unset="small and large ones, see size_ratio",
+        unset="small and large ones",
         metavar="DISTRIBUTION",
         habits="poly pd dispersity polydispersity polydisperse size_distribution sigma_d disp",
     ),
@@ -137,7 +140,7 @@ MAKING = (
     ),
     Argument(
         "ranks",
-        "Threads for each minimisation (of disks; useful above 10 000).",
+        "Threads for each minimisation of disks, useful above 10 000; of decks MPI ranks.",
         "integer",
         least=1,
         highest=1024,
@@ -162,6 +165,7 @@ MAKING = (
         unit="natural units",
         default=None,
         unset="phi is given",
+        unset_otherwise=dict.fromkeys(("quasistatic_shear", "jamlab quasistatic-shear"), "the area is held"),
         otherwise={"decompress": REQUIRED, "in.sp.pressure": 1e-3},
         limits_otherwise={"deck": (0, 30)},
         habits="target_pressure p_target",
@@ -187,11 +191,11 @@ MAKING = (
         highest=1,
         above=True,
         otherwise={"jamlab estimate": None},
-        unset="a quantity that has none",
+        unset="of a quantity at onset none",
     ),
     Argument(
         "search",
-        "Search for onset: by bisection, or in increments as in Boromand et al.",
+        "Search for onset: by bisection, or in equal increments.",
         "choice",
         choices=("bisection", "incremental"),
         default="bisection",

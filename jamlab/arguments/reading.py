@@ -37,7 +37,7 @@ READING = (
         default=None,
         unset="as the file says",
         otherwise={**dict.fromkeys(("Packing", "droplets_from_outlines", "jamlab droplets"), REQUIRED)},
-        metavar="LX,LY",
+        metavar="LX,LY|AX,AY,BX,BY",
     ),
     Argument(
         "radii",
@@ -45,7 +45,7 @@ READING = (
         "array",
         default=None,
         unset="as the file says",
-        metavar="RADIUS",
+        metavar="RADIUS|TYPE=RADIUS,...",
     ),
     Argument("relaxed", "Whether the packing is at a minimum.", "flag", default=False),
     Argument("outlines", "Outlines of droplets, (n, 2) each.", "array"),

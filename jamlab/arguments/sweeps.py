@@ -20,7 +20,7 @@ SWEEPS = (
     ),
     Argument(
         "by",
-        "Packing fraction of to and step: true (rho) or nominal (phi).",
+        "Packing fraction of `to` and `step`: true (rho) or nominal (phi).",
         "choice",
         choices=("rho", "phi"),
         default="rho",
@@ -28,7 +28,7 @@ SWEEPS = (
     ),
     Argument(
         "first_step",
-        "First step of a sweep, from which steps grow up to step.",
+        "First step of a sweep, from which steps grow up to `step`.",
         "number",
         least=0,
         highest=1,
@@ -46,6 +46,7 @@ SWEEPS = (
         least=1,
         highest=1000,
         default=FromDeck("sweep", "per_decade"),
+        unset="as in the decks",
     ),
     Argument(
         "pressure_tolerance",

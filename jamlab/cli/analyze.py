@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from jamlab.cli.console import (
     err_console,
     out_console,
@@ -16,105 +14,68 @@ from jamlab.cli.console import (
 )
 from jamlab.cli.given import is_picture
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import AnyFile, Json, Overwrite, reads_any_file, written_as
+from jamlab.cli.option_values import Reading
+from jamlab.cli.options import Written, command
 from jamlab.cli.picture_series import analyze_series, is_series, refuse_for_series
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
-from jamlab.storage.formats import check_ending
 from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
 
 
-Source = Annotated[
-    Path | None,
-    typer.Argument(
-        help="File of jamlab, LAMMPS or GSD; picture of droplets; table of disks (CSV). Optional with --labels."
-    ),
-]
-Pixel = Annotated[
-    float | None, typer.Option(help="Picture: size of a pixel (default: the one that a TIFF file states, or pixels).")
-]
-Film = Annotated[
-    float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels (default: estimated).")
-]
-Contrast = Annotated[
-    str, typer.Option(metavar="{auto,dark,bright}", help="Picture: dark or bright droplets; auto: detected.")
-]
-Labels = Annotated[
-    Path | None, typer.Option(help="Label image or mask to measure; of several pages, droplets are tracked.")
-]
-Memory = Annotated[
-    int | None, typer.Option(help="Series: frames in which a droplet may be missing and keep its number (default: 0).")
-]
-Overlay = Annotated[
-    Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png"))
-]
-OfDroplets = Annotated[
-    Path | None,
-    typer.Option(
-        help="Picture: also write its droplets as a relaxed periodic packing (.h5) of --model (default: dp).",
-        callback=written_as("packings"),
-    ),
-]
-Csv = Annotated[
-    Path | None, typer.Option(help="CSV file to write: one row per packing or droplet.", callback=written_as("table"))
-]
-
-
-@reads_any_file
+@command("micrograph", "track_droplets", "measure")
 def analyze(
-    file: Source = None,
-    pixel: Pixel = None,
-    film: Film = None,
-    contrast: Contrast = "auto",
-    labels: Labels = None,
-    channel: Annotated[
-        str, typer.Option(metavar="{grey,red,green,blue}", help="Picture in colours: channel to measure.")
-    ] = "grey",
-    memory: Memory = None,
-    overlay: Overlay = None,
-    packing: OfDroplets = None,
-    csv: Csv = None,
-    overwrite: Overwrite = False,
-    as_json: Json = False,
+    file: Path | None,
     *,
-    reading: dict[str, Any],
+    pixel: float | None,
+    film: float | None,
+    contrast: str,
+    labels: Path | None,
+    channel: str,
+    memory: int | None,
+    overlay: Annotated[Path | None, Written(("png",))],
+    reading: Reading,
+    out: Annotated[Path | None, Written(("packings",))],
+    csv: Annotated[Path | None, Written(("table",))],
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Measure the packings of a file, or pictures of droplets.
 
     Packings: rho, z, pressure, moduli, shape factor. Pictures: area, shape, contacts and voids of droplets. A file of
-    several pages: droplets are tracked through them.
+    several pages: droplets are tracked through them. --out writes the droplets of one picture as a relaxed periodic
+    packing of --model (default: dp).
     """
     source = file or labels
     if source is None:
         raise InputError("no FILE is given: name a file or a picture, or a label image by --labels")
     if file is not None and file.suffix.lower() in (".npy", ".npz"):
         raise InputError(f"{file}: an array of labels or a mask is given as --labels {file}")
-    for path in (overlay, csv, packing):
+    for path in (overlay, csv, out):
         if path is not None:
             check_target(path, replace=overwrite)
             expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
     if is_picture({"file": file}) and is_series(file, labels):
-        refuse_for_series({"--overlay": overlay, "--packing": packing})
-        analyze_series(source.name, file, labels, memory or 0, how, csv, as_json)
+        refuse_for_series({"--overlay": overlay, "--out": out})
+        analyze_series(source.name, file, labels, memory or 0, how, csv, json)
     elif is_picture({"file": file}):
         if memory is not None:
             raise InputError(f"--memory: for a series, and {source.name} is one picture; leave it out")
         found = _measure_picture(file, labels, how, overlay, csv)
-        if packing is not None:
+        if out is not None:
             from jamlab.packing.write import write
 
-            write(packing, [found.packing(**({} if reading.get("model") is None else {"model": reading["model"]}))])
-        print_micrograph(source.name, found, as_json)
+            write(out, [found.packing(**({} if reading.get("model") is None else {"model": reading["model"]}))])
+        print_micrograph(source.name, found, json)
     else:
         from jamlab.trajectories.files import read_all
 
         packings = read_all(source, **reading)
         _say_what_is_missing(source, packings[0])
-        print_packings(packings, None, as_json, csv)
+        print_packings(packings, None, json, csv)
 
 
 def _measure_picture(
@@ -184,15 +145,15 @@ def _text(value: Any) -> str:
     return "; ".join(value) if isinstance(value, list) else "" if value is None else str(value)
 
 
-@reads_any_file
+@command("write_page")
 def explore(
-    file: AnyFile,
-    every: Annotated[int, typer.Option(help="Show every k-th state.")] = 1,
-    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
-    overwrite: Overwrite = False,
-    as_json: Json = False,
+    file: Path,
     *,
-    reading: dict[str, Any],
+    every: int,
+    reading: Reading,
+    out: Annotated[Path, Written(("page",))],
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Write an interactive HTML page of a sweep.
 
@@ -204,14 +165,13 @@ def explore(
     from jamlab.trajectories.files import read_all
 
     check_target(out, replace=overwrite)
-    check_ending(out, "page", option="--out")
     expect_output(out)
     packings = read_all(file, **reading)
     known = read_observables(file) if is_hdf5(file) else {}
     with progress_bar("states") as progress:
         write_page(out, packings, every=every, observables=known, progress=progress)
     states, size = len(packings[::every]), out.stat().st_size
-    if as_json:
+    if json:
         print_json({"out": str(out), "states": states, "bytes": size})
     else:
         count = "1 state" if states == 1 else f"{states} states"

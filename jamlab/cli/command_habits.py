@@ -4,7 +4,7 @@ AGAIN = ("restart", "resume", "continue")  # words for which an interrupted comm
 # words of the shell that are no command -> the command, as it is written
 COMMANDS = {
     **dict.fromkeys(("minimize", "minimise"), "relax"),
-    "decompress": "compress",
+    **dict.fromkeys(("unload", "unjam", "expand", "decompression"), "decompress"),
     **dict.fromkeys(
         (
             "measure",
@@ -46,7 +46,9 @@ COMMANDS = {
         ),
         "gstar",
     ),
-    **dict.fromkeys(("strain", "deform", "quasistatic", "aqs", "startup", "quasistatic-shear", "steady"), "shear"),
+    **dict.fromkeys(("strain", "deform", "startup", "steady"), "shear"),
+    **dict.fromkeys(("quasistatic", "aqs", "athermal-quasistatic"), "quasistatic-shear"),
+    **dict.fromkeys(("cessation", "stop", "flow-cessation"), "stop-flow"),
     **dict.fromkeys(("creep-test", "creep-compliance", "compliance", "constant-stress"), "creep"),
     **dict.fromkeys(("stress-relaxation", "relaxation", "step-strain"), "relax-stress"),
     **dict.fromkeys(

@@ -3,7 +3,7 @@
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -121,17 +121,35 @@ def _line(error: BaseException) -> str:
     return f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
+def _of_a_law(word: str, options: Collection[str]) -> str:
+    """How to give a parameter of a law, or a drag law by its name."""
+    from jamlab.packing.kinds import MODELS
+    from jamlab.protocols.makings import making_of
+    from jamlab.rheology.drag_law import DRAGS
+
+    if "--damping" in options and word in DRAGS.names():
+        return f"--damping {word}"
+    if "--damping" in options and any(word in law.parameters() for law in DRAGS.each().values()):
+        return f"--damping {word}=VALUE"
+    parameters = {name for model in MODELS.names() for name in making_of(model).arguments({})}
+    return f"--law {word}=VALUE" if "--law" in options and word in parameters else ""
+
+
+_FOREIGN = "Files of other programs"
 TOPICS = {
     name: topic
     for topic, names in {
-        "Force law and sizes": "law size_ratio fraction_large sizes",
-        "Drag law": "drag beta alpha tau stokes eta_f background",
-        "Accuracy and cores": "force_tolerance pressure_tolerance tolerance ranks workers",
-        "Files of other programs": "units box radii atom_style",
-        "Output": "out plot csv overlay packing overwrite as_json",
+        "Force law and sizes": "law sizes size_ratio fraction_large",
+        "Drag law": "damping background_drag",
+        "Accuracy and cores": "force_tolerance pressure_tolerance tolerance trajectory_error ranks workers",
+        _FOREIGN: "units box radii atom_style",
+        "Output": "out plot csv overlay overwrite json",
     }.items()
     for name in names.split()
 }
+
+
+_ORDER = ["Arguments", "Options", *dict.fromkeys(TOPICS.values())]
 
 
 class Once(TyperCommand):
@@ -164,8 +182,15 @@ class OwnCommand(Once):
 
     def _option_meant(self, name: str) -> str:
         """What to use instead of an option that the command does not have."""
-        options = {opt.lstrip("-").replace("-", "_"): opt for each in self.params for opt in sorted(each.opts, key=len)}
+        options = {
+            opt.lstrip("-").replace("-", "_"): opt
+            for each in self.params
+            for opt in sorted(each.opts, key=len)
+            if opt.startswith("-")
+        }
         word = name.lstrip("-").replace("-", "_")
+        if use := _of_a_law(word, options.values()):
+            return f"use {use}"
         use = meant(word, [f"jamlab {self.name}", SHELL], options, argument=True)
         use = options.get(use.strip("`"), use) or options.get(misspelt(word, options), "")
         return use if use == LIMITS else f"use {use}" if use else f"it takes {', '.join(options.values())}"
@@ -185,10 +210,15 @@ class OwnCommand(Once):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write each topic below its heading."""
         topics: dict[str, list[tuple[str, str]]] = {}
+        names = {each.name for each in self.params}
+        foreign = {"law", "model"} if "radii" in names and "sizes" not in names else set()
         for each in self.get_params(ctx):
             if line := each.get_help_record(ctx):
-                plain = "Arguments" if each.param_type_name == "argument" else "Options"
-                topics.setdefault(TOPICS.get(each.name or "", plain), []).append(line)
-        for topic, lines in topics.items():
+                word = each.param_type_name == "argument"
+                line = (str(each.metavar), line[1]) if word else line
+                plain = "Arguments" if word else "Options"
+                topic = _FOREIGN if each.name in foreign else TOPICS.get(each.name or "", plain)
+                topics.setdefault(topic, []).append(line)
+        for topic, lines in sorted(topics.items(), key=lambda named: _ORDER.index(named[0])):
             with formatter.section(topic):
                 formatter.write_dl(lines)

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.given import check_apart
-from jamlab.cli.options import Json
+from jamlab.cli.options import command, option
 from jamlab.errors import EngineError, InputError
 from jamlab.storage.atomic_file import check_target
 
@@ -20,12 +20,13 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 
-def doctor(as_json: Json = False) -> None:
+@command()
+def doctor(*, json: bool) -> None:
     """Check the installation, and say how to repair it."""
     from jamlab.engine.doctor import examine
 
     findings = examine()
-    if as_json:
+    if json:
         print_json({f.subject: {"ok": f.right, "detail": f.detail} for f in findings})
     else:
         for f in findings:
@@ -35,11 +36,8 @@ def doctor(as_json: Json = False) -> None:
         raise typer.Exit(1)
 
 
-def decks(
-    name: Annotated[str | None, typer.Argument(help="Deck to show, such as in.sp.jam (default: list all).")] = None,
-    copy: Annotated[Path | None, typer.Option(help="Folder to which all decks and parts are copied.")] = None,
-    as_json: Json = False,
-) -> None:
+@command()
+def decks(name: str | None, *, copy: Path | None, json: bool) -> None:
     """List, show or copy the LAMMPS decks."""
     from jamlab.engine.deck_files import copy_decks, summaries
     from jamlab.installed_files import installed
@@ -49,7 +47,7 @@ def decks(
         typer.echo(_path_of(name).read_text(), nl=False)
         return
     found, examples = summaries(folder), summaries(folder / "examples")
-    if as_json:
+    if json:
         print_json({"folder": str(folder), "decks": found, "examples": examples})
         return
     for deck_name, summary in (found | {f"examples/{example}": text for example, text in examples.items()}).items():
@@ -61,7 +59,7 @@ def decks(
 def deck(
     context: typer.Context,
     name: Annotated[str, typer.Argument(help="Deck of this folder or, if there is none, of jamlab: in.sp.jam.")],
-    ranks: Annotated[int, typer.Option(help="MPI ranks.")] = 1,
+    ranks: Annotated[int, option("ranks", "jamlab deck")] = 1,
 ) -> None:
     """Run a LAMMPS deck; its variables are checked options.
 

@@ -1,12 +1,10 @@
 """`jamlab estimate`: a mean over packings of droplets to an error asked for, or what it will cost."""
 
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from jamlab.cli.console import print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
-from jamlab.cli.options import Json, Seed
+from jamlab.cli.options import command
 
 if TYPE_CHECKING:
     from jamlab.estimates.choice import Choice
@@ -14,17 +12,17 @@ if TYPE_CHECKING:
 _COLUMNS = ("way", "packings", "seconds", "error", "why")  # of the options
 
 
+@command("estimate", "estimate_cost")
 def estimate(
-    quantity: Annotated[str, typer.Argument(help="z, g, b, rho_J, d_shape_factor or void_sides.")],
-    error: Annotated[float, typer.Option(help="Half-width of the 95 % interval asked for, in the quantity's unit.")],
-    rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98 (not of rho_J).")] = None,
-    model: Annotated[
-        str, typer.Option(metavar="{auto,sp,dp}", help="Packings to use: the cheapest, disks only or droplets only.")
-    ] = "auto",
-    seed: Seed = 1,
-    processes: Annotated[int, typer.Option(help="Packings made at the same time.")] = 1,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print plan and cost only.")] = False,
-    as_json: Json = False,
+    quantity: str,
+    *,
+    error: float,
+    rho: float | None,
+    model: str,
+    seed: int,
+    workers: int,
+    dry_run: bool,
+    json: bool,
 ) -> None:
     """Estimate a mean over packings of droplets to a given error.
 
@@ -36,7 +34,7 @@ def estimate(
 
     if dry_run:
         choice = estimate_cost(quantity, rho, error, model=model)
-        if as_json:
+        if json:
             print_json(_plan(choice, quantity))
         else:
             _print_plan(choice, quantity)
@@ -50,9 +48,9 @@ def estimate(
 
     describe_kept(lambda: f"so far {told}; nothing was written")
     with progress_bar("estimate") as progress:
-        found = run(quantity, rho, error, seed=seed, model=model, workers=processes, progress=tell)
+        found = run(quantity, rho, error, seed=seed, model=model, workers=workers, progress=tell)
     numbers = {name: getattr(found, name) for name in ("value", "ci95", "met", "packings", "left_out", "seconds")}
-    if as_json:
+    if json:
         rows = {"seeds": found.seeds.tolist(), "values": found.values.tolist()}
         print_json({"quantity": quantity, **numbers, **rows, "plan": _plan(found.choice, quantity)})
         return

@@ -41,6 +41,10 @@ def _has_outlines(values: Values) -> bool:
     return name in MODELS.names() and MODELS.get(name).has_outlines
 
 
+def _is_of_disks(values: Values) -> bool:
+    return not _has_outlines(values)
+
+
 def _has_ranks(values: Values) -> bool:
     from jamlab.packing.kinds import MODELS
 
@@ -49,41 +53,40 @@ def _has_ranks(values: Values) -> bool:
 
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-TIMED = "shear flow-curve oscillate creep relax-stress"
-_DRAG = "drag beta alpha tau stokes eta_f tolerance background"
+TIMED = "shear quasistatic-shear flow-curve oscillate creep relax-stress stop-flow"
 
 USES = (
-    Use("shear", "step direction pressure", "in quasi-static shear, --rate 0", lambda v: v["rate"] == 0),
-    Use("shear", f"rows within trajectory_error {_DRAG}", "at a rate other than 0", lambda v: v["rate"] != 0),
-    Use(f"{TIMED} gstar", "beta alpha tau stokes eta_f", "without --drag", lambda v: v["drag"] is None),
-    Use(f"{TIMED} gstar", "beta alpha", "without --stokes", lambda v: not v["stokes"]),
-    Use(f"{TIMED} gstar", "eta_f", "with --stokes", lambda v: v["stokes"]),
-    Use("relax-stress", "step_time", "with a --strain other than 0", lambda v: v["strain"] != 0),
-    Use("gstar", "n pressure seed ensemble", "without FILES", lambda v: not v["files"]),
-    Use("gstar", "frame units box radii law model atom_style", "with FILES", lambda v: bool(v["files"])),
-    Use("jam pack", "size_ratio fraction_large", "without --sizes", lambda v: v["sizes"] is None),
-    Use(
-        "jam", "size_ratio", "for disks; droplets have nv_small and nv_large, see --law", lambda v: not _has_outlines(v)
-    ),
+    Use("gstar", "n pressure phi seed sizes size_ratio fraction_large ensemble force_tolerance ranks", "without FILES",
+        lambda v: not v["files"]),
+    Use("gstar", "frame units box radii model atom_style", "with FILES", lambda v: bool(v["files"])),
+    Use("jam pack gstar", "size_ratio fraction_large", "without --sizes", lambda v: v["sizes"] is None),
+    Use("jam", "size_ratio", "for disks: droplets have nv_small and nv_large, see --law", _is_of_disks),
     Use("jam", "ranks", "for disks", _has_ranks),
-    Use("analyze", "pixel film contrast channel labels memory overlay packing", "for pictures", is_picture),
+    Use("jam", "start", "for droplets", _has_outlines),
+    Use("analyze", "pixel film contrast channel labels memory overlay out", "for pictures", is_picture),
     Use("analyze", "units box radii law atom_style", "for files of packings", lambda v: not is_picture(v)),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),
     Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),
-    Use("analyze", "model", "with --packing", lambda v: v["packing"] is not None or not is_picture(v)),
+    Use("analyze", "model", "with --out", lambda v: v["out"] is not None or not is_picture(v)),
     Use(
-        f"{TIMED} gstar analyze explore convert relax compress",
+        f"{TIMED} analyze explore convert relax compress decompress",
         "units box radii law model atom_style",
         "for files of other programs: HDF5 files of jamlab contain them",
         _is_foreign,
     ),
+    Use(
+        "gstar",
+        "units box radii law model atom_style",
+        "for files of other programs: HDF5 files of jamlab contain them",
+        lambda v: not v["files"] or _is_foreign(v),
+    ),
     Use("estimate", "rho", "for quantities other than rho_J", lambda v: v["quantity"] != "rho_J"),
-    Use("estimate", "seed processes", "without --dry-run", lambda v: not v["dry_run"]),
-    Use("decks", "as_json", "without NAME", lambda v: v["name"] is None),
-)
+    Use("estimate", "seed workers", "without --dry-run", lambda v: not v["dry_run"]),
+    Use("decks", "json", "without NAME", lambda v: v["name"] is None),
+)  # fmt: skip
 
 INPUTS = ("file", "files", "labels")
-OUTPUTS = ("out", "plot", "csv", "overlay", "packing", "target")  # `copy` and `to` are folders
+OUTPUTS = ("out", "plot", "csv", "overlay", "target")
 
 
 def check_given(command: str, values: Values, given: Mapping[str, str]) -> None:

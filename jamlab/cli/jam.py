@@ -1,16 +1,15 @@
-"""`jamlab jam`, `pack`, `compress`, `droplets`, `relax`: make packings; `convert`: files; `demo`: both on a page."""
+"""`jamlab jam`, `pack`, `compress`, `decompress`, `droplets`, `relax`: make packings; `convert`: files; `demo`: both on
+a page."""
 
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from jamlab.cli import options
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept, expect_output
-from jamlab.cli.options import N, Overwrite, Seed
+from jamlab.cli.option_values import Box, Law, Making, Reading
+from jamlab.cli.options import Written, command
 from jamlab.cli.sweep_file import SweepFile
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
@@ -19,26 +18,22 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
 
+Out = Annotated[Path, Written(("packings",))]
 
+
+@command("jam")
 def jam(
-    model: Annotated[
-        str, typer.Option(help="Disks (sp), deformable droplets (dp), or a model of another package by its name.")
-    ] = "sp",
-    n: options.N = 64,
-    seed: options.Seed = 1,
-    law: options.Law = None,
-    size_ratio: options.Ratio = None,
-    fraction_large: options.Large = 0.5,
-    sizes: options.Sizes = None,
-    search: Annotated[
-        str, typer.Option(metavar="{bisection,incremental}", help="Onset search; incremental: steps of 1e-4.")
-    ] = "bisection",
-    ensemble: options.EnsembleOption = "fixed-box",
-    ranks: options.Ranks = 1,
-    force_tolerance: options.Tolerance = None,
-    out: options.Out = Path("onset.h5"),
-    overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
+    *,
+    model: str,
+    n: int,
+    seed: int,
+    making: Making,
+    search: str,
+    step: float | None,
+    start: str,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Make a packing at jamming onset.
 
@@ -49,34 +44,22 @@ def jam(
 
     check_target(out, replace=overwrite)
     expect_output(out)
-    how: dict[str, Any] = {
-        "size_ratio": size_ratio,
-        "fraction_large": fraction_large,
-        "sizes": sizes,
-        "search": search,
-        "ensemble": ensemble,
-    }
-    how |= {"ranks": ranks, "force_tolerance": force_tolerance, "law": options.law_values(law, jamlab.jam)}
     with progress_bar("to onset") as progress:
-        packing = jamlab.jam(n, model, seed, progress=progress, **how)
-    print_packings([packing], out, as_json)
+        packing = jamlab.jam(n, model, seed, search=search, step=step, start=start, progress=progress, **making)
+    print_packings([packing], out, json)
 
 
+@command("pack")
 def pack(
-    pressure: Annotated[float | None, typer.Option(help="Target pressure (units of k). Or:")] = None,
-    phi: Annotated[float | None, typer.Option(help="Nominal packing fraction of a quench, jammed or not.")] = None,
-    n: options.N = 256,
-    seed: options.Seed = 1,
-    ensemble: options.EnsembleOption = "fixed-box",
-    ranks: options.Ranks = 1,
-    law: options.Law = None,
-    size_ratio: options.Ratio = None,
-    fraction_large: options.Large = 0.5,
-    sizes: options.Sizes = None,
-    force_tolerance: options.Tolerance = None,
-    out: options.Out = Path("packing.h5"),
-    overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
+    *,
+    pressure: float | None,
+    phi: float | None,
+    n: int,
+    seed: int,
+    making: Making,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Make a packing of disks at a pressure or packing fraction.
 
@@ -89,38 +72,28 @@ def pack(
         raise InputError("give --pressure or --phi, one of them")
     check_target(out, replace=overwrite)
     expect_output(out)
-    how: dict[str, Any] = {
-        "size_ratio": size_ratio,
-        "fraction_large": fraction_large,
-        "sizes": sizes,
-        "ensemble": ensemble,
-    }
-    how |= {"ranks": ranks, "force_tolerance": force_tolerance, "law": options.law_values(law, jamlab.pack)}
     with progress_bar("to pressure") as progress:
-        packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **how)
-    print_packings([packing], out, as_json)
+        packing = jamlab.pack(n, pressure, seed, phi=phi, progress=progress, **making)
+    print_packings([packing], out, json)
 
 
-@options.reads_any_file
+@command("compress")
 def compress(
-    file: options.AnyFile,
-    to: Annotated[float, typer.Option(help="Last packing fraction.")],
-    step: Annotated[float, typer.Option(help="Difference in packing fraction between two states.")] = 0.01,
-    by: Annotated[
-        str, typer.Option(metavar="{rho,phi}", help="True (rho) or nominal (phi) packing fraction in --to and --step.")
-    ] = "rho",
-    first_step: Annotated[float | None, typer.Option(help="First step; steps grow up to --step.")] = None,
-    pressure_tolerance: Annotated[
-        float | None, typer.Option(help="Adapt steps to this relative error of pressure.")
-    ] = None,
-    frame: options.FrameOption = -1,
-    ranks: options.Ranks = 1,
-    force_tolerance: options.Tolerance = None,
-    out: options.Out = Path("sweep.h5"),
-    overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
+    file: Path,
     *,
-    reading: dict[str, Any],
+    to: float,
+    step: float,
+    by: str,
+    first_step: float | None,
+    per_decade: int | None,
+    pressure_tolerance: float | None,
+    frame: int,
+    ranks: int,
+    force_tolerance: float | None,
+    reading: Reading,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Compress or decompress a packing in steps.
 
@@ -129,27 +102,50 @@ def compress(
     from jamlab.protocols.compression import go_on
     from jamlab.trajectories.files import read
 
-    task = {"--to": to, "--step": step, "--by": by, "--first-step": first_step}
-    task |= {"--pressure-tolerance": pressure_tolerance, "--force-tolerance": force_tolerance}
+    how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade}
+    how |= {"pressure_tolerance": pressure_tolerance, "force_tolerance": force_tolerance}
+    task = {"--to": to, "--step": step, **{f"--{name.replace('_', '-')}": value for name, value in how.items()}}
     sweep = SweepFile(out, task, replace=overwrite)
     sweep.begin(read(file, frame, **reading))
-    how: dict[str, Any] = {"by": by, "first_step": first_step, "pressure_tolerance": pressure_tolerance}
-    how["force_tolerance"] = force_tolerance
     with progress_bar("compress") as progress:
         sweep.make(lambda last, start, done: go_on(last, start, done, to, step, ranks=ranks, progress=progress, **how))
-    print_packings(sweep.states, out, as_json, save=sweep.write)
+    print_packings(sweep.states, out, json, save=sweep.write)
 
 
-@options.reads_any_file
-def convert(
-    file: options.AnyFile,
-    target: Annotated[Path, typer.Argument(help="File to write: .h5, .data, .dump or .xyz.")],
-    frame: Annotated[int | None, typer.Option(help="One frame; -1: the last (default: all).")] = None,
-    overwrite: options.Overwrite = False,
+@command("decompress")
+def decompress(
+    file: Path,
     *,
-    reading: dict[str, Any],
+    pressure: float,
+    frame: int,
+    ranks: int,
+    force_tolerance: float | None,
+    reading: Reading,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
-    """Convert packings to the format of the ending of TARGET."""
+    """Decompress a packing to a lower pressure.
+
+    No file is written if interrupted: intermediate states have other pressures.
+    """
+    from jamlab.protocols.target_pressure import decompress as run
+    from jamlab.trajectories.files import read
+
+    check_target(out, replace=overwrite)
+    expect_output(out)
+    start = read(file, frame, **reading)
+    with progress_bar("to pressure") as progress:
+        packing = run(start, pressure, ranks=ranks, force_tolerance=force_tolerance, progress=progress)
+    print_packings([packing], out, json)
+
+
+@command("convert")
+def convert(file: Path, target: Path, *, frame: int | None, reading: Reading, overwrite: bool) -> None:
+    """Convert packings to the format of the ending of TARGET.
+
+    It is .h5, .data, .dump or .xyz.
+    """
     from jamlab.trajectories.convert import convert as run
 
     check_target(target, replace=overwrite)
@@ -160,50 +156,45 @@ def convert(
         print_line(f"{target} does not hold: {', '.join(lost)}")
 
 
+@command("droplets_from_outlines")
 def droplets(
-    file: Annotated[
-        Path, typer.Argument(help="Outlines: a table with columns droplet, x, y and a row for each vertex, or GeoJSON.")
-    ],
-    box: Annotated[str, typer.Option(metavar="LX,LY", help="Sides of the box, or both lattice vectors, AX,AY,BX,BY.")],
-    rims: Annotated[
-        bool, typer.Option("--rims", help="Outlines are those of droplets with their rims, as in pictures.")
-    ] = False,
-    vertices: Annotated[
-        int | None,
-        typer.Option(help="Vertices of every droplet, with edges of equal length (default: as in the file)."),
-    ] = None,
-    wrapped: Annotated[bool, typer.Option("--wrapped", help="The box may cut outlines.")] = False,
-    law: options.Law = None,
-    out: options.Out = Path("droplets.h5"),
-    overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
+    file: Path,
+    *,
+    box: Box,
+    rims: bool,
+    vertices: int | None,
+    wrapped: bool,
+    law: Law,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Make droplets of given outlines, not relaxed.
 
-    Columns free_area or rest_area of the table set the sizes of droplets; by default a droplet that nothing touches has
-    the area of its outline. Go on with `jamlab relax`.
+    FILE is GeoJSON, or a table with columns droplet, x, y and a row for each vertex. Columns free_area or rest_area of
+    the table set the sizes of droplets; by default a droplet that nothing touches has the area of its outline. Go on
+    with `jamlab relax`.
     """
     import jamlab
     from jamlab.trajectories.outline_files import read_outlines
 
     check_target(out, replace=overwrite)
     expect_output(out)
-    how: dict[str, Any] = {"rims": rims, "vertices": vertices, "wrapped": wrapped}
-    how["law"] = options.law_values(law, jamlab.droplets_from_outlines)
-    packing = jamlab.droplets_from_outlines(**read_outlines(file), box=options.lattice(box), **how)
-    print_packings([packing], out, as_json)
+    how: dict[str, Any] = {"rims": rims, "vertices": vertices, "wrapped": wrapped, "law": law}
+    packing = jamlab.droplets_from_outlines(**read_outlines(file), box=box, **how)
+    print_packings([packing], out, json)
 
 
-@options.reads_any_file
+@command("relax")
 def relax(
-    file: options.AnyFile,
-    frame: options.FrameOption = -1,
-    force_tolerance: options.Tolerance = None,
-    out: options.Out = Path("relaxed.h5"),
-    overwrite: options.Overwrite = False,
-    as_json: options.Json = False,
+    file: Path,
     *,
-    reading: dict[str, Any],
+    frame: int,
+    force_tolerance: float | None,
+    reading: Reading,
+    out: Out,
+    overwrite: bool,
+    json: bool,
 ) -> None:
     """Relax a packing to the energy minimum next to it."""
     from jamlab.protocols.relax import relax as run
@@ -214,16 +205,11 @@ def relax(
     start = read(file, frame, **reading)
     with progress_bar("relax"):
         packing = run(start, force_tolerance)
-    print_packings([packing], out, as_json)
+    print_packings([packing], out, json)
 
 
-def demo(
-    n: N = 64,
-    seed: Seed = 1,
-    to: Annotated[float, typer.Option(help="Last true packing fraction.")] = 0.95,
-    out: Annotated[Path, typer.Option(help="Folder for HDF5 and HTML files.")] = Path("jamlab-demo"),
-    overwrite: Overwrite = False,
-) -> None:
+@command("jam", "compress")
+def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None:
     """Compress disks and droplets through jamming: tables, a page."""
     import numpy as np
 
@@ -239,12 +225,12 @@ def demo(
 
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
-    make_folder(out)
-    check_target(out / "index.html", replace=overwrite)
+    make_folder(folder)
+    check_target(folder / "index.html", replace=overwrite)
     task = {"--n": n, "--seed": seed, "--to": to}
     models = {model.name: model for model in (DISKS, DROPLETS)}
-    sweeps = {name: SweepFile(out / f"{name}.h5", task | {"model": name}, replace=overwrite) for name in models}
-    describe_kept(lambda: _describe_demo(out))
+    sweeps = {name: SweepFile(folder / f"{name}.h5", task | {"model": name}, replace=overwrite) for name in models}
+    describe_kept(lambda: _describe_demo(folder))
     sections = []
     for name, model in models.items():
         sweep = sweeps[name]
@@ -272,8 +258,8 @@ def demo(
         "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
         "The page shows up to 40 states of each model, from onset to the densest; the HDF5 files hold all of them."
     )
-    write_sections(out / "index.html", title, lead, sections, {"seed": str(seed), **versions()})
-    print_note(f"Open {out / 'index.html'}")
+    write_sections(folder / "index.html", title, lead, sections, {"seed": str(seed), **versions()})
+    print_note(f"Open {folder / 'index.html'}")
 
 
 def _compress_for_demo(
@@ -284,6 +270,6 @@ def _compress_for_demo(
     return go_on(last, start, done, to, 1e-3, progress=progress)
 
 
-def _describe_demo(out: Path) -> str:
-    found = [name for name in ("sp.h5", "dp.h5") if (out / name).exists()]
-    return f"kept {' and '.join(found)} in {out}; the same command resumes it" if found else NOTHING
+def _describe_demo(folder: Path) -> str:
+    found = [name for name in ("sp.h5", "dp.h5") if (folder / name).exists()]
+    return f"kept {' and '.join(found)} in {folder}; the same command resumes it" if found else NOTHING

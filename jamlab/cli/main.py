@@ -10,9 +10,9 @@ from jamlab.cli.commands import Commands, Hinting, OwnCommand
 from jamlab.cli.console import warnings_as_lines
 from jamlab.cli.decks import deck, decks, doctor
 from jamlab.cli.estimate import estimate
-from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
+from jamlab.cli.flow import creep, flow_curve, oscillate, quasistatic_shear, relax_stress, shear, stop_flow
 from jamlab.cli.gstar import gstar
-from jamlab.cli.jam import compress, convert, demo, droplets, jam, pack, relax
+from jamlab.cli.jam import compress, convert, decompress, demo, droplets, jam, pack, relax
 
 
 class OwnCommands(Commands):
@@ -61,6 +61,7 @@ COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an e
         jam: "--model dp --n 16 --seed 3 --out onset.h5",
         pack: "--n 256 --pressure 1e-4 --out packing.h5",
         compress: "onset.h5 --to 0.95 --step 0.005 --out sweep.h5",
+        decompress: "packing.h5 --pressure 1e-5 --out loose.h5",
         droplets: "outlines.csv --box 40,30 --vertices 16 --out droplets.h5",
         relax: "disks.csv --box 12.5,12.5 --units k --out relaxed.h5",
     },
@@ -73,13 +74,15 @@ COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an e
     },
     "Flow": {
         shear: "packing.h5 --rate 1e-2 --strain 2 --plot shear.png",
+        quasistatic_shear: "packing.h5 --strain 0.1 --plot shear.png",
         flow_curve: "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1",
         oscillate: "packing.h5 --omega 0.1 --amplitude 1e-4",
         creep: "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
         relax_stress: "packing.h5 --strain 1e-5 --duration 1e4",
+        stop_flow: "shear.h5 --duration 1e3",
     },
     "Start": {
-        demo: "--out jamlab-demo",
+        demo: "--folder jamlab-demo",
         decks: "--copy my-decks",
         deck: "in.sp.jam --n 64 --to 0.9",
         doctor: "",

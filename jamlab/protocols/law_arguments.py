@@ -7,7 +7,7 @@ from typing import Any
 
 from jamlab.arguments.choices import Law
 from jamlab.checks import name_meant
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.laws.laws import parameters_of
 from jamlab.packing.kinds import MODELS
 from jamlab.protocols.makings import making_of
@@ -24,7 +24,7 @@ def law_given(law: Law | Mapping[str, Any] | None, model: str) -> dict[str, Any]
     for name, value in given.items():
         if name in known:
             continue
-        where = f"law = {value!r}" if name == "law" else f"law[{name!r}] = {value!r}"
+        where = _as_typed(name, value)
         if name in MODELS.get(model).unit_names:
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
         for other in MODELS.each().keys() - {model}:
@@ -34,3 +34,10 @@ def law_given(law: Law | Mapping[str, Any] | None, model: str) -> dict[str, Any]
         use = name_meant(name, known, f"use {', '.join(known)}" if known else "leave it out")
         raise InputError(f"{where}: {own} has no parameter {name!r}; {use}")
     return given
+
+
+def _as_typed(name: str, value: Any) -> str:
+    """A parameter as the reader of a message has given it."""
+    if name == "law":
+        return typed(f"law = {value!r}", f"--law {value}")
+    return typed(f"law[{name!r}] = {value!r}", f"--law {name}={value}")

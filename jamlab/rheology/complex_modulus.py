@@ -118,10 +118,15 @@ class ComplexModulus(Result):
         """
         from jamlab.plotting.curves import draw_modulus, label_modulus
 
-        name = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}^\\circ"
-        index = "xy" if name == "simple" else rf"\mathrm{{{name}}}"
+        index = index_of(self.direction)
         draw_modulus(axes, self.omega, self.storage, self.loss, index=index, **style)
         label_modulus(axes, self.unit, legend=True, index=index)
+
+
+def index_of(direction: Direction) -> str:
+    """The index of a modulus along a direction, in mathematics of matplotlib."""
+    name = direction if isinstance(direction, str) else f"{np.degrees(direction):.4g}^\\circ"
+    return "xy" if name == "simple" else rf"\mathrm{{{name}}}"
 
 
 @checked

@@ -1,7 +1,7 @@
 """Mean spectra: G*(omega) of packings, a mean with band and table for each kind of packings.
 
-G* is G*_xy, for simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
-over directions, which `jamlab.measure` calls g, stands beside it.
+G* is that of one direction, by default G*_xy, for simple shear along x of the box. A small packing is anisotropic, so
+the static modulus averaged over directions, which `jamlab.measure` calls g, stands beside it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
+from jamlab.packing.shear_direction import Direction
 from jamlab.plotting.drawable import LABEL, drawn
 from jamlab.plotting.palette import COLOURS, ordered_colours
-from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
+from jamlab.rheology.complex_modulus import ComplexModulus, index_of, linear_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
 
@@ -34,12 +35,12 @@ LIMITS = ("g0", "eta0", "eta_inf")
 
 @dataclass(frozen=True)
 class MeanSpectrum(Result):
-    """G*_xy(omega) of packings of one kind: means over packings.
+    """G*(omega) of packings of one kind: means over packings.
 
     Attributes:
         kind: what the packings have in common, and what tells them from other kinds.
         omega: (m,) angular frequencies, 1/tau_1.
-        storage: (m,) G' for simple shear along x.
+        storage: (m,) G' along `direction`.
         loss: (m,) G''.
         error_bound: (m,) bound of the larger of the relative errors of both, by rounding and method.
         storage_stderr: (m,) standard error of `storage` over packings; nan of one packing.
@@ -75,6 +76,11 @@ class MeanSpectrum(Result):
     def method(self) -> str:
         """Solvers used."""
         return ", ".join(sorted({each.method for each in self.spectra}))
+
+    @property
+    def direction(self) -> Direction:
+        """Direction of shear, as in `jamlab.complex_modulus`."""
+        return self.spectra[0].direction
 
     @classmethod
     def of(cls, kind: str, packings: Mapping[int, Packing], spectra: list[ComplexModulus], g: Array) -> MeanSpectrum:
@@ -113,7 +119,7 @@ class MeanSpectrum(Result):
 
 @dataclass(frozen=True)
 class MeanSpectra(Result):
-    """Mean G*_xy(omega) of each kind of packings: a sequence of `MeanSpectrum`.
+    """Mean G*(omega) of each kind of packings: a sequence of `MeanSpectrum`.
 
     Attributes:
         means: one for each kind, in the order in which the kinds were given.
@@ -161,8 +167,9 @@ class MeanSpectra(Result):
         colours = COLOURS[: len(self)] if len(self) <= len(COLOURS) else ordered_colours(len(self))
         for colour, s in zip(colours, self, strict=True):
             look = {"label": s.kind if several else str(self.damping), "color": colour, **style}
-            draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), **look)
-        label_modulus(axes, " or ".join(dict.fromkeys(s.unit for s in self)), legend=not several)
+            draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), index=index_of(s.direction), **look)
+        unit, index = " or ".join(dict.fromkeys(s.unit for s in self)), index_of(self[0].direction)
+        label_modulus(axes, unit, legend=not several, index=index)
         if several:
             axes.set_title(f"{self.damping}; $G'$ filled, $G''$ open", fontsize=LABEL)
             # top of a legend below the label of the axis, in heights of the axes
@@ -175,6 +182,7 @@ def mean_spectra(
     omega: ArrayLike,
     damping: DragLaw | None = None,
     *,
+    direction: Direction = "simple",
     prestress: bool = True,
     method: str = "auto",
 ) -> MeanSpectra:
@@ -187,6 +195,7 @@ def mean_spectra(
         packings: one or several, at energy minima.
         omega: (m,) angular frequencies, 1/tau_1.
         damping: as in `jamlab.complex_modulus`, as are the arguments that follow.
+        direction: of the shear; default: along x.
         prestress: False replaces contacts by unstressed springs; of disks only.
         method: solver.
 
@@ -213,12 +222,13 @@ def mean_spectra(
     means = []
     for kind, members in group_by_kind(packings).items():
         own = {k: packings[k] for k in members}
-        how: dict[str, Any] = {"prestress": prestress, "method": method}
+        how: dict[str, Any] = {"direction": direction, "prestress": prestress, "method": method}
         spectra = [_one(f"packing {k}: " * (len(packings) > 1), p, omega, law, **how) for k, p in own.items()]
         tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]
         g = np.array([mean_shear_modulus(p, tensor) for p, tensor in zip(own.values(), tensors, strict=True)])
         means.append(MeanSpectrum.of(kind, own, spectra, g))
-    moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in (("G_xy", "g0"), ("G", "g"))}
+    along = "G_xy" if direction == "simple" else f"G along {direction}"
+    moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in ((along, "g0"), ("G", "g"))}
     warn_of_negative_rows(moduli, "packings")
     return MeanSpectra(tuple(means), law)
 

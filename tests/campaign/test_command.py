@@ -27,17 +27,17 @@ def test_command_line(full, tmp_path):
     assert "0 tasks left" in said("plan", full.file)
     line = said("resume", full.file)
     assert "6 of 6 tasks are finished" in line
-    exported = said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip()
+    exported = said("export", full.file, "--out", tmp_path / "t", "--table", "onset").strip()
     assert exported == str(tmp_path / "t/onset.csv")
-    words = ("--to", tmp_path / "t", "--table", "onset", "--format", "h5")
+    words = ("--out", tmp_path / "t", "--table", "onset", "--format", "h5")
     assert said("export", full.file, *words).strip() == str(tmp_path / "t/onset.h5")
 
 
 def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
-    """As every other command writes its result to --out; a folder there is named."""
+    """The folder of the tasks is that of Python, `open_campaign(path, folder)`; one without tasks is named."""
     written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True)
-    assert call(tmp_path, "campaign", "run", "c.toml", "--workers", "1", "--out", "elsewhere").exit_code == 0
-    tables = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--table", "onset")
+    assert call(tmp_path, "campaign", "run", "c.toml", "--workers", "1", "--folder", "elsewhere").exit_code == 0
+    tables = ("export", "c.toml", "--out", "tables", "--folder", "elsewhere", "--table", "onset")
     assert call(tmp_path, "campaign", *tables).exit_code == 0
     (there := next(tmp_path.rglob("onset.csv"))).write_text("work of a week")
     again = call(tmp_path, "campaign", *tables)
@@ -68,7 +68,7 @@ def test_plan_counts_the_tasks_that_failed(tmp_path):
 def test_a_failed_export_leaves_no_folder(tmp_path):
     written(tmp_path / "c.toml")
     for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ("--format", "csv")):
-        call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
+        call(tmp_path, "campaign", "export", "c.toml", "--out", "tables", *words)
         assert not (tmp_path / "tables").exists()
 
 

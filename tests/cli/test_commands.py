@@ -152,14 +152,14 @@ BAD = [  # one for each way in which words are wrong; values are tested where th
     (("gstar",), "give FILES, or --n and --pressure"),
     (("gstar", "{packed}", "--n", "8", "--pressure", "0.1"), "--n is used only without FILES"),
     (("gstar", "{packed}", "--out", "s.txt"), "s.txt"),
-    (("gstar", "{packed}", "--points", "1000000000000"), "1000000000000 points"),
+    (("gstar", "{packed}", "--points", "1000000000000"), "--points 1000000000000"),
     (("gstar", "{packed}", "--omega-max", "inf"), "inf"),
     (("analyze", "foreign.h5"), "foreign.h5"),
     (("analyze", "{packed}", "--memory", "2"), "--memory"),
     (("analyze", "7000.png"), "7000.png is (7000, 7000): cut it"),
     (("analyze", "100000.png"), "100000.png"),
     (("demo", "--to", "2"), "--to 2.0"),
-    (("demo", "--n", "8", "--out", "foreign.h5"), "foreign.h5"),
+    (("demo", "--n", "8", "--folder", "foreign.h5"), "foreign.h5"),
 ]
 
 

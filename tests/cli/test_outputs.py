@@ -29,31 +29,34 @@ FLOWS = {
     "oscillate": "--omega 0.1 --amplitude 1e-3",
     "creep": "--stress 1e-4 --duration 1",
     "relax-stress": "--strain 1e-3 --duration 1",
+    "quasistatic-shear": "--strain 2e-3",
+    "stop-flow": "--duration 1",
 }
 WRITTEN = {  # command and its option that names what is written: its other words, files that it may not replace unasked
-    ("demo", "--out"): ("--n 8", ["index.html", "sp.h5", "dp.h5"]),
+    ("demo", "--folder"): ("--n 8", ["index.html", "sp.h5", "dp.h5"]),
     ("jam", "--out"): ("--n 8", "p.h5"),
     ("pack", "--out"): ("--n 8 --pressure 1e-2", "p.h5"),
     ("compress", "--out"): ("source.h5 --to 0.86", "p.h5"),
     ("relax", "--out"): ("source.h5", "p.h5"),
+    ("decompress", "--out"): ("source.h5 --pressure 1e-6", "p.h5"),
     ("droplets", "--out"): ("d.csv --box 9,9", "p.h5"),
     ("explore", "--out"): ("source.h5", "p.html"),
     ("analyze", "--csv"): ("photo.png", "p.csv"),
     ("analyze", "--overlay"): ("photo.png", "p.png"),
-    ("analyze", "--packing"): ("photo.png", "p.h5"),
+    ("analyze", "--out"): ("photo.png", "p.h5"),
     ("gstar", "--out"): ("source.h5", "g.csv"),
     **{(name, "--out"): (f"source.h5 {words}", "p.h5") for name, words in FLOWS.items()},
     **{(name, "--csv"): (f"source.h5 {words}", "p.csv") for name, words in FLOWS.items()},
     **{(name, "--plot"): (f"source.h5 {words}", "p.png") for name, words in FLOWS.items()},
     ("decks", "--copy"): ("", ["in.sp.shear"]),
-    ("campaign new", "file"): ("", "new.toml"),
+    ("campaign new", "campaign"): ("", "new.toml"),
 }
-READ = {"file", "files", "folders", "source", "--from", "--folder", "--labels"}
+READ = {"file", "files", "folders", "source", "campaign", "--from", "--labels"}
 TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "export")}
 
 
 def test_every_option_that_names_a_file_to_write_is_tried():
-    """But for folders of tasks, which grow, and `campaign export --to`, see tests/campaign/test_command.py."""
+    """But for folders of tasks, which grow, and `campaign export --out`, see tests/campaign/test_command.py."""
 
     def commands(group, *path):
         for name, each in group.commands.items():
@@ -76,7 +79,7 @@ def test_no_file_is_replaced_without_force_or_gets_a_name_of_another_format(tmp_
     jamlab.write(tmp_path / "source.h5", onset)
     (tmp_path / "photo.png").write_bytes(b"never read")
     (tmp_path / "c.toml").write_text(campaigns.FULL)
-    line = [*command.split(), *words.split(), *([] if option == "file" else [option])]
+    line = [*command.split(), *words.split(), *([] if option == "campaign" else [option])]
     for name in [names] if isinstance(names, str) else names:
         out = tmp_path / name if isinstance(names, str) else tmp_path / f"folder-{name}" / name
         out.parent.mkdir(exist_ok=True)
@@ -110,7 +113,14 @@ def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatc
     assert call(tmp_path, *words, "--overwrite").exit_code == 0
 
 
-WRONG = {"shear": "--tolerance 7", "creep": "--tolerance 7", "oscillate": "--cycles 0", "relax-stress": "--tau -1"}
+WRONG = {
+    "shear": "--tolerance 7",
+    "creep": "--tolerance 7",
+    "oscillate": "--cycles 0",
+    "relax-stress": "--damping tau=-1",
+    "stop-flow": "--tolerance 7",
+}
+WRONG["quasistatic-shear"] = "--strain-step 9"
 
 
 @pytest.mark.parametrize("name", FLOWS)
@@ -199,7 +209,7 @@ def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch,
         campaign.folder.task_file(name).touch()
     lines, nothing = [], CampaignRun(0, 0, {}, 0)
     monkeypatch.setattr("jamlab.campaign.campaign.Campaign.run", lambda *_, **__: lines.append(said()) or nothing)
-    call(tmp_path, "campaign", "run", "c.toml", *(["--out", out] if out else []))
+    call(tmp_path, "campaign", "run", "c.toml", *(["--folder", out] if out else []))
     assert f"3 of 12 tasks are finished in {out or 'c'}; " in lines[0]
     words = shlex.split(lines[0].split("`")[1])
     assert words[:3] == ["jamlab", "campaign", "resume"]

@@ -16,7 +16,7 @@ from jamlab.cli.main import app
 
 CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 64\nseeds = 400\nonset = true\n'
 COMMANDS = {
-    "demo": ["demo", "--n", "256", "--out", "out"],
+    "demo": ["demo", "--n", "256", "--folder", "out"],
     "campaign": ["campaign", "run", "c.toml", "--workers", "2"],
     "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
     "deck": ["deck", "in.sp.jam", "--n", "4096"],
@@ -120,12 +120,15 @@ LONG = {  # commands that keep what is finished when they are interrupted
     "creep": "source.h5 --stress 1e-3 --duration 1e6",
     "oscillate": "source.h5 --omega 1e-3 --amplitude 0.1",
     "relax-stress": "source.h5 --strain 0.05 --duration 1e8",
+    "quasistatic-shear": "source.h5 --strain 1 --strain-step 1e-4",
+    "stop-flow": "source.h5 --duration 1e8",
 }
 ALL_OR_NOTHING = {
     "demo",
     "deck",
     "jam",
     "pack",
+    "decompress",
     "relax",
     "droplets",
     "estimate",

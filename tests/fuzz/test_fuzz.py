@@ -186,11 +186,11 @@ COMMANDS = {  # each with an option or argument that nothing can start from
     ("compress", "run.h5", "--out", "."): ["--to", "--step", "--first-step", "--frame"],
     ("analyze", "absent.h5"): ["--pixel", "--film", "--contrast"],
     ("analyze", "run.h5"): ["--pixel", "--film", "--json"],
-    ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
-    ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],
-    ("campaign", "export", "c.toml", "--to", "run.h5"): ["--format", "--table", "--sweep", "--out"],
-    ("campaign", "status", "c.toml"): ["--out", "--verify"],
-    ("campaign", "run", "c.toml", "--workers", "0"): ["--share", "--only", "--out"],
+    ("gstar", "absent.h5"): ["--out", "--damping", "--direction", "--n", "--pressure", "--seed", "--points"],
+    ("campaign", "plan", "absent.toml"): ["--folder", "--workers", "--only"],
+    ("campaign", "export", "c.toml", "--out", "run.h5"): ["--format", "--table", "--sweep", "--folder"],
+    ("campaign", "status", "c.toml"): ["--folder", "--verify"],
+    ("campaign", "run", "c.toml", "--workers", "0"): ["--share", "--only", "--folder"],
 }
 
 
@@ -204,7 +204,7 @@ def test_command_lines(tmp_path, examples):
         command = data.draw(st.sampled_from(list(COMMANDS)))
         options = []
         for option in data.draw(st.lists(st.sampled_from(COMMANDS[command]), max_size=3)):
-            options += [option, data.draw(unwritable if option == "--out" else words)]
+            options += [option, data.draw(unwritable if option in ("--out", "--folder") else words)]
         assert_harmless(tmp_path, *command, *options)
 
     try_all(run, examples, data=st.data())

@@ -96,7 +96,7 @@ def test_the_static_moduli_are_those_of_measure():
 
 
 def test_unknown_endings_and_places_are_refused(tmp_path):
-    with pytest.raises(jamlab.InputError, match=r"s\.txt"):
-        check_output(tmp_path / "s.txt")
+    with pytest.raises(jamlab.InputError, match="end its name in"):
+        check_output(tmp_path / "s")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
         check_output(tmp_path / "nowhere" / "s.png")
