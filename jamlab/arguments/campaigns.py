@@ -78,7 +78,6 @@ CAMPAIGNS = (
         metavar="NAME",
     ),
     Argument("format", "Format of tables.", "choice", choices=get_args(TableFormat), default="csv"),
-    Argument("where", "Address or file of a scheduler, or the name of a batch system.", "text", metavar="WHERE"),
     Argument(
         "scheduler",
         "Address or file of a Dask scheduler, or slurm, pbs, sge, lsf, oar, moab or htcondor.",

@@ -226,7 +226,7 @@ class Campaign(Hinted):
     @checked
     def cluster(
         self,
-        where: str,
+        scheduler: str,
         jobs: int | None = None,
         *,
         only: Iterable[str] | None = None,
@@ -239,7 +239,7 @@ class Campaign(Hinted):
         one worker.
 
         Args:
-            where: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor"; or the address of a Dask scheduler
+            scheduler: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor"; or the address of a Dask scheduler
                 ("tcp://host:8786"), or its scheduler file.
             jobs: largest number of jobs of the batch system at a time.
             only: names of sweeps that will be run; by default all.
@@ -260,14 +260,14 @@ class Campaign(Hinted):
         """
         from jamlab.clusters.cluster import cluster_executor  # its asyncio would make every command slower
 
-        return cluster_executor(where, jobs, self.folder.path, self._ranks(only), tell)
+        return cluster_executor(scheduler, jobs, self.folder.path, self._ranks(only), tell)
 
     @checked
-    def job_script(self, where: str, *, only: Iterable[str] | None = None) -> str:
+    def job_script(self, scheduler: str, *, only: Iterable[str] | None = None) -> str:
         """Return the script of a job as `cluster` would send it to a batch system; nothing is sent.
 
         Args:
-            where: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor".
+            scheduler: "slurm", "pbs", "sge", "lsf", "oar", "moab" or "htcondor".
             only: names of sweeps that will be run; by default all.
 
         Raises:
@@ -275,7 +275,7 @@ class Campaign(Hinted):
         """
         from jamlab.clusters.cluster import job_script
 
-        return job_script(where, self.folder.path, self._ranks(only))
+        return job_script(scheduler, self.folder.path, self._ranks(only))
 
     def _ranks(self, only: Iterable[str] | None) -> int:
         """Cores that a task may need."""
@@ -388,7 +388,7 @@ class Campaign(Hinted):
     @checked
     def export(
         self,
-        to: str | os.PathLike[str],
+        out: str | os.PathLike[str],
         tables: Iterable[str] = (),
         sweep: str | None = None,
         *,
@@ -400,7 +400,7 @@ class Campaign(Hinted):
         For "csv" and "tsv" 5000 tasks at a time are in memory, for the other formats one table.
 
         Args:
-            to: folder of the files, which is made if it is missing.
+            out: folder of the files, which is made if it is missing.
             tables: their names, see `table`; by default all that have rows.
             sweep: take the tasks of this sweep only.
             format: "csv"; "tsv", with tabs; "json", a list of rows, in which null stands for nan; "h5", HDF5 with a
@@ -423,10 +423,10 @@ class Campaign(Hinted):
             chosen = batches(self.content, None if sweep is None else [sweep])
             parts = in_parts(chosen, self.folder.finished()) if format in IN_PARTS else [self.finished(sweep)]
             for name in names or TABLES:
-                path, temporary = Path(to) / f"{name}.{format}", None
+                path, temporary = Path(out) / f"{name}.{format}", None
                 for frame in TableParts(self.folder, name, parts):
                     if temporary is None and (len(frame) or names):
-                        make_folder(Path(to))
+                        make_folder(Path(out))
                         check_target(path, replace=overwrite)
                         temporary = stack.enter_context(atomic_file(path))
                         TABLE_FORMATS[format](frame, temporary)

@@ -64,7 +64,7 @@ class Cluster:
 
 @contextmanager
 def cluster_executor(
-    where: str,
+    scheduler: str,
     jobs: int | None,
     folder: Path,
     ranks: int = 1,
@@ -73,7 +73,7 @@ def cluster_executor(
     """Workers of a running scheduler, or of jobs of a batch system, which end with the block.
 
     Args:
-        where: address of a Dask scheduler, a scheduler file, or one of `SYSTEMS`.
+        scheduler: address of a Dask scheduler, a scheduler file, or one of `SYSTEMS`.
         jobs: most jobs at a time; None for a scheduler.
         folder: the folder of the campaign, which all nodes see: for keys and for what jobs print.
         ranks: cores of each worker.
@@ -83,34 +83,34 @@ def cluster_executor(
         InputError: there is no Dask, no such scheduler, or the settings of the site cannot be.
         EngineError: the scheduler is gone, or the batch system refuses all jobs.
     """
-    dask = _dask(where)
+    dask = _dask(scheduler)
     with dask.config.set(_DASK), _silence(), ExitStack() as stack:
-        if where in SYSTEMS:
+        if scheduler in SYSTEMS:
             if jobs is None or jobs < 1:
                 given = f"{typed('jobs =', '--jobs')} {jobs}"
-                raise InputError(f"{given}: give the largest number of jobs of {where} at a time, 1 or more")
+                raise InputError(f"{given}: give the largest number of jobs of {scheduler} at a time, 1 or more")
             stack.enter_context(dask.config.set(_JOBS_ALONE))
-            yield from _on_jobs(stack, where, jobs, folder, ranks, tell)
+            yield from _on_jobs(stack, scheduler, jobs, folder, ranks, tell)
         else:
             if jobs is not None:
                 given = f"{typed('jobs =', '--jobs')} {jobs}"
-                raise InputError(f"{given}: the scheduler {where} has its own workers; jobs are for {_NAMES}")
-            yield from _on_scheduler(stack, where, tell)
+                raise InputError(f"{given}: the scheduler {scheduler} has its own workers; jobs are for {_NAMES}")
+            yield from _on_scheduler(stack, scheduler, tell)
 
 
-def job_script(where: str, folder: Path, ranks: int = 1) -> str:
+def job_script(scheduler: str, folder: Path, ranks: int = 1) -> str:
     """The script of a job of a batch system, as `cluster_executor` would send it; nothing is sent.
 
     Raises:
         InputError: there is no Dask, no such batch system, or the settings of the site cannot be.
     """
-    if where not in SYSTEMS:
-        given = f"{typed('where =', '--scheduler')} {where}"
+    if scheduler not in SYSTEMS:
+        given = f"{typed('scheduler =', '--scheduler')} {scheduler}"
         raise InputError(f"{given}: only batch systems have a job script: {_NAMES}")
-    _dask(where)
+    _dask(scheduler)
     made = [path for path in (folder, folder / "jobs") if not path.exists()]
     try:
-        job = Site(where, folder, ranks).job("jamlab-1", "tls://ADDRESS:PORT", _key_files(folder / "keys.XXXXXXXX"))
+        job = Site(scheduler, folder, ranks).job("jamlab-1", "tls://ADDRESS:PORT", _key_files(folder / "keys.XXXXXXXX"))
     finally:
         for path in reversed(made):
             with suppress(OSError):
@@ -118,21 +118,21 @@ def job_script(where: str, folder: Path, ranks: int = 1) -> str:
     return str(job.job_script())
 
 
-def _dask(where: str) -> Any:
-    """Dask, with what `where` needs."""
-    loaded = where not in SYSTEMS or "dask_jobqueue" in sys.modules
+def _dask(scheduler: str) -> Any:
+    """Dask, with what `scheduler` needs."""
+    loaded = scheduler not in SYSTEMS or "dask_jobqueue" in sys.modules
     if not loaded and threading.current_thread() is not threading.main_thread():
-        raise InputError(f"{where}: dask_jobqueue loads in the main thread only: open the cluster there")
+        raise InputError(f"{scheduler}: dask_jobqueue loads in the main thread only: open the cluster there")
     try:
         with _signals_later():
             import dask
             import distributed  # noqa: F401
 
-            if where in SYSTEMS:
+            if scheduler in SYSTEMS:
                 import cryptography  # noqa: F401
                 import dask_jobqueue  # noqa: F401
     except ImportError as error:
-        raise InputError(f"{where} needs Dask ({error}): pip install 'jamlab[dask]'") from None
+        raise InputError(f"{scheduler} needs Dask ({error}): pip install 'jamlab[dask]'") from None
     return dask
 
 
@@ -179,35 +179,35 @@ def _silence() -> Iterator[None]:
 # a running scheduler
 
 
-def _on_scheduler(stack: ExitStack, where: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
+def _on_scheduler(stack: ExitStack, scheduler: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
     from distributed import Client
 
-    address = _address(where)
+    address = _address(scheduler)
     try:
         client = Client(address, timeout="20s", set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"no Dask scheduler answers at {address} ({first_line(error)}): {_REMEDY}") from error
     stack.callback(client.close, timeout=_CLOSING)
-    _check_workers(client, where, tell)
-    client.loop.call_later(_SILENT, _tell_of_no_workers, client, where, tell)
+    _check_workers(client, scheduler, tell)
+    client.loop.call_later(_SILENT, _tell_of_no_workers, client, scheduler, tell)
     try:
         yield Cluster(client.get_executor(pure=False), client.dashboard_link or None)
     except JamlabError as error:
         if client.status != "running":
-            raise EngineError(f"the Dask scheduler at {where} is gone: start it again, and run again") from error
+            raise EngineError(f"the Dask scheduler at {scheduler} is gone: start it again, and run again") from error
         raise
 
 
-def _address(where: str) -> str:
+def _address(scheduler: str) -> str:
     """Address of a scheduler, also from its scheduler file; a client of what cannot be one would take long to end."""
     from distributed.comm import get_address_host_port
     from distributed.security import Security
 
     try:
-        address = json.loads(Path(where).read_text())["address"] if Path(where).is_file() else where
+        address = json.loads(Path(scheduler).read_text())["address"] if Path(scheduler).is_file() else scheduler
         get_address_host_port(address)
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f"{where!r} is no Dask scheduler ({first_line(error)}): {_REMEDY}") from error
+        raise InputError(f"{scheduler!r} is no Dask scheduler ({first_line(error)}): {_REMEDY}") from error
     if address.startswith("tls:") and Security().get_connection_args("client")["ssl_context"] is None:
         said = f"{address} wants certificates: name them below distributed.comm.tls"
         raise InputError(f"{said} in ~/.config/dask/distributed.yaml, as for its workers")
@@ -218,12 +218,14 @@ def _workers(client: Any) -> dict[str, dict[str, Any]]:
     return dict(client.scheduler_info(n_workers=-1).get("workers", {}))
 
 
-def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
+def _check_workers(client: Any, scheduler: str, tell: Callable[[str], None]) -> None:
     """Refuse workers that run several tasks at once, and name versions that differ."""
     for address, worker in _workers(client).items():
         if worker["nthreads"] != 1:
             said = f"the worker {address} runs {worker['nthreads']} tasks at once in threads, which LAMMPS cannot"
-            raise InputError(f"{said}: start it by `dask worker {where} --nthreads 1 --nworkers {worker['nthreads']}`")
+            raise InputError(
+                f"{said}: start it by `dask worker {scheduler} --nthreads 1 --nworkers {worker['nthreads']}`"
+            )
     found = client.get_versions(check=False)
     here = found["client"]["packages"]
     for whose, versions in {"the scheduler": found["scheduler"], **found["workers"]}.items():
@@ -238,9 +240,9 @@ def _check_workers(client: Any, where: str, tell: Callable[[str], None]) -> None
             raise InputError(f"the worker {address} {said}: install jamlab {mine} there")
 
 
-def _tell_of_no_workers(client: Any, where: str, tell: Callable[[str], None]) -> None:
+def _tell_of_no_workers(client: Any, scheduler: str, tell: Callable[[str], None]) -> None:
     if client.status == "running" and not _workers(client):
-        said = f"the scheduler at {where} has no workers: the run waits until one comes"
+        said = f"the scheduler at {scheduler} has no workers: the run waits until one comes"
         tell(f"{said}; `dask worker {client.scheduler.address} --nthreads 1` starts one")
 
 
@@ -248,12 +250,12 @@ def _tell_of_no_workers(client: Any, where: str, tell: Callable[[str], None]) ->
 
 
 def _on_jobs(
-    stack: ExitStack, where: str, jobs: int, folder: Path, ranks: int, tell: Callable[[str], None]
+    stack: ExitStack, scheduler: str, jobs: int, folder: Path, ranks: int, tell: Callable[[str], None]
 ) -> Iterator[Cluster]:
     import dask
     from distributed import Client, SpecCluster
 
-    site = Site(where, folder, ranks)
+    site = Site(scheduler, folder, ranks)
     site.check_program()
     keys = stack.enter_context(key_folder(site.shared))
     stack.enter_context(dask.config.set({"temporary-directory": str(keys)}))  # so that nothing else is left behind
@@ -262,7 +264,7 @@ def _on_jobs(
     try:
         cluster = SpecCluster(scheduler=site.scheduler(own), security=own, silence_logs=False)
     except (RuntimeError, ValueError, TypeError, OSError) as error:
-        said = f"interface or scheduler-options of jobqueue.{where} in {SETTINGS}: {first_line(error)}"
+        said = f"interface or scheduler-options of jobqueue.{scheduler} in {SETTINGS}: {first_line(error)}"
         raise InputError(f"no scheduler can be started by {said}") from error
     stack.callback(_close, cluster)
     client = stack.enter_context(Client(cluster, set_as_default=False))
@@ -280,10 +282,10 @@ def _on_jobs(
         make=lambda name: site.job(name, scheduler.contact_address or scheduler.address, files),
         at_work=lambda: {str(each.name): bool(each.processing) for each in scheduler.workers.values()},
         tasks=lambda: sum(task.state in ("queued", "no-worker", "processing") for task in scheduler.tasks.values()),
-        ask=lambda: _output(list_command(where)),
-        tell=lambda line: tell(f"{where}: {line}"),
+        ask=lambda: _output(list_command(scheduler)),
+        tell=lambda line: tell(f"{scheduler}: {line}"),
         fail=fail,
-        lists=shlex.join(list_command(where)),
+        lists=shlex.join(list_command(scheduler)),
     )
     keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
     stack.callback(_stop, kept, keeping, loop, site, keys)
@@ -291,7 +293,7 @@ def _on_jobs(
         yield Cluster(client.get_executor(pure=False), site.dashboard(cluster))
     except JamlabError as error:
         if failed:
-            raise EngineError(f"{where}: {failed[0]}; {site.remedy()}") from error
+            raise EngineError(f"{scheduler}: {failed[0]}; {site.remedy()}") from error
         raise
 
 

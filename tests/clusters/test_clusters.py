@@ -107,7 +107,7 @@ def test_settings_of_a_site_that_cannot_be_name_file_and_key(site, campaign, set
 
 
 def test_only_batch_systems_have_a_script(site, campaign):
-    with pytest.raises(InputError, match="where = tcp://a:1: only batch systems"):
+    with pytest.raises(InputError, match="scheduler = tcp://a:1: only batch systems"):
         campaign.job_script("tcp://a:1")
 
 
