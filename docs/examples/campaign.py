@@ -20,7 +20,7 @@ name = "compressed"
 model = "sp"
 n = [16, 32]
 seeds = {seeds}
-compress = {{ by = "phi", to = 0.95, step = 0.02, nearest = 1e-4 }}
+compress = {{ by = "phi", to = 0.95, step = 0.02, first_step = 1e-4 }}
 observables = ["states", "voids"]
 
 [[sweep]]

@@ -2,7 +2,7 @@
 
 | name                  | type | content                                                        |
 |-----------------------|------|----------------------------------------------------------------|
-| / jamlab_campaign     | int  | 3, version of the campaign schema                              |
+| / jamlab_campaign     | int  | 4, version of the campaign schema                              |
 | / jamlab_chunk        | int  | 1, version of this layout; a newer one is refused              |
 | /same, /each, /shapes |      | `jamlab.storage.stacked_records`, a record of each task        |
 

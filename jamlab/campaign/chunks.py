@@ -12,7 +12,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from jamlab.campaign.file import LIMITS, site_count
+from jamlab.campaign.file import site_count
+from jamlab.campaign.keys import highest
 from jamlab.campaign.tasks import Batch, Parameters, seeds_before, states_name
 
 
@@ -31,6 +32,7 @@ class ChunkRules:
 
 
 RULES = ChunkRules()
+LARGEST = highest("chunk")  # seeds, which are all lost if its worker dies
 
 
 class Cutter:
@@ -133,12 +135,12 @@ def chunk_size(batch: Batch, each: float, left: float, workers: int) -> int:
         left: time of all tasks that are left, of this batch and others, s.
         workers: number of them.
     """
-    most = max(1, min(LIMITS.chunk, RULES.bytes // _most_bytes(batch.parameters)))
+    most = max(1, min(LARGEST, RULES.bytes // _most_bytes(batch.parameters)))
     if batch.chunk is not None:
         return min(batch.chunk, most)
     share = left / (RULES.parts * max(1, workers))
     seconds = max(RULES.shortest, min(RULES.seconds, share))
-    return max(1, min(most, int(seconds / max(each, seconds / LIMITS.chunk))))
+    return max(1, min(most, int(seconds / max(each, seconds / LARGEST))))
 
 
 def count_chunks(batch: Batch, tasks: int, each: float | None, workers: int) -> int | None:
@@ -236,7 +238,7 @@ def _most_bytes(parameters: Parameters) -> int:
 
 def _sites(parameters: Parameters) -> float:
     """Disks or vertices of a packing."""
-    return site_count(parameters.n, parameters.model, parameters.force_law)
+    return site_count(parameters.n, parameters.model, parameters.law)
 
 
 _LOOSEST = 0.5  # rho and phi of an onset, which lies above
@@ -247,5 +249,5 @@ def _most_states(parameters: Parameters) -> int:
     how = parameters.compress
     if how is None:
         return len(parameters.pressures or parameters.phi or (0,))
-    near = 0.0 if how.nearest is None else how.per_decade * (1 + math.log10(how.step / how.nearest))
+    near = 0.0 if how.first_step is None else how.per_decade * (1 + math.log10(how.step / how.first_step))
     return math.ceil(max(0.0, how.to - _LOOSEST) / how.step + near) + 1

@@ -7,7 +7,7 @@
     model = "sp"
     n = [32, 64]
     seeds = 10
-    compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
+    compress = { to = 0.95, step = 0.01, first_step = 1e-4 }
 
 `starter.toml` and `reference.toml` show more keys; `Sweep` lists the keys of every sweep, and the classes of
 `observables.py` the keys of each observable. Each wrong key is one line of the error: its place, its value, and what
@@ -33,15 +33,17 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.campaign.observable import DECLARED, FileTable, LogGrid, Observable, OneOrMore, Tolerances, distinct
+from jamlab.arguments.choices import By, Ensemble, Search, Start
+from jamlab.campaign.keys import usual, within
+from jamlab.campaign.observable import DECLARED, FileTable, LogGrid, Observable, OneOrMore, distinct
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.campaign.wrong_keys import explain
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.laws.laws import parameters_of
 from jamlab.models.disks import DISKS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.model import Model
-from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.storage.system_errors import system_said
 
 
@@ -51,10 +53,8 @@ class CampaignLimits:
 
     bytes: int = 10_000_000  # of a campaign file
     tasks: int = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
-    ranks: int = 1_024  # of a task: more than any one machine has cores
     sizes: int = 1_000  # of a sweep: each is a line of `plan` and `status`
-    smallest_step: float = 1e-5  # of a compression, whose states are all kept in memory
-    chunk: int = 10_000  # seeds of a chunk, which are all lost if its worker dies
+    states: int = 100_000  # of a compression, which are all kept in memory
 
 
 LIMITS = CampaignLimits()
@@ -82,29 +82,34 @@ class Compression(FileTable):
     """Arguments of `jamlab.compress`, from onset up to a packing fraction. With `confluence`, the packing fraction at
     which z reaches 6 is bisected to that error (`bisect_confluence`)."""
 
-    to: Annotated[float, Field(gt=0, le=2)]
-    by: Literal["rho", "phi"] = "rho"
-    step: Annotated[float, Field(ge=LIMITS.smallest_step, le=1)] = 0.01
-    nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
-    per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
-    confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
+    to: Annotated[float, within("to")]
+    by: By = usual("by", "compress")
+    step: Annotated[float, within("step", "compress")] = usual("step", "sweep.compress")
+    first_step: Annotated[float, within("first_step")] | None = None
+    per_decade: Annotated[int, within("per_decade"), Field(default_factory=lambda: usual("per_decade"))]
+    pressure_tolerance: Annotated[float, within("pressure_tolerance")] | None = None
+    confluence: Annotated[float, within("confluence")] | None = None
 
     @model_validator(mode="after")
     def _check_steps(self) -> "Compression":
         if self.by == "rho" and self.to > 1:
             raise ValueError(f"to = {self.to:g} is above 1, the highest rho there is: lower it, or set by = 'phi'")
-        if self.nearest is not None and self.nearest > self.step:
-            raise ValueError(f"nearest = {self.nearest:g} is above step = {self.step:g}: lower it")
-        if self.nearest is None and self.per_decade != int(defaults("sweep")["per_decade"]):
-            raise ValueError(f"per_decade = {self.per_decade}: it spaces the states after nearest; give nearest too")
+        if self.first_step is not None and self.first_step > self.step:
+            raise ValueError(f"first_step = {self.first_step:g} is above step = {self.step:g}: lower it")
+        if self.first_step is None and self.per_decade != usual("per_decade"):
+            said = f"per_decade = {self.per_decade}: it spaces the states after first_step"
+            raise ValueError(f"{said}; give first_step too")
+        if self.to > LIMITS.states * self.step:
+            least = f"use {self.to / LIMITS.states:.1g} or more"
+            raise ValueError(f"step = {self.step:g}: {self.to / self.step:.1g} states up to {self.to:g}; {least}")
         return self
 
 
 class SeedRange(FileTable):
     """{ first, last }: seeds from the first to the last, such as those that another machine does not run."""
 
-    first: Annotated[int, Field(ge=0)]
-    last: Annotated[int, Field(ge=0)]
+    first: Annotated[int, within("first")]
+    last: Annotated[int, within("last")]
 
     @model_validator(mode="after")
     def _check_order(self) -> "SeedRange":
@@ -123,22 +128,29 @@ class Sweep(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the sweep, for `--only` and `table(..., sweep=...)`
     model: OneOrMore[Annotated[str, AfterValidator(_check_model)]]
-    n: Annotated[OneOrMore[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]], Field(max_length=LIMITS.sizes)]
-    seeds: list[Annotated[int, Field(ge=0)]] | range
+    n: Annotated[OneOrMore[Annotated[int, within("n")]], Field(max_length=LIMITS.sizes)]
+    seeds: list[Annotated[int, within("seed")]] | range
     # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
     pressures: OneOrMore[float] | None = None  # of disks, in units of k; see `pack`
-    decompress: bool = False
-    phi: OneOrMore[Annotated[float, Field(ge=0.1, le=2)]] | None = None  # of disks, in units of k
+    decompress: bool = usual("decompress")
+    phi: OneOrMore[Annotated[float, within("phi")]] | None = None  # of disks, in units of k
     onset: Literal[True] | None = None
-    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
+    # of `jam`, which `compress` and `onset` begin with
+    search: Search = usual("search")
+    step: Annotated[float, within("step", "jam")] | None = usual("step", "jam")
+    start: Start = usual("start")
+    ensemble: Ensemble = usual("ensemble")
     # of a function of the user's own, "module:function", or of another package, only the name enters names of tasks
     observables: OneOrMore[Annotated[str, AfterValidator(_check_observable)]] = Field(default=[STATES])
-    force_law: dict[str, Any] = Field(default={})  # parameters that replace the defaults
-    sizes: str | list[float] | None = None  # see `jamlab.protocols.size_distributions`
-    tolerances: Tolerances = Tolerances()
-    ranks: Annotated[int, Field(ge=1, le=LIMITS.ranks)] = 1  # threads of each task; a worker or job holds so many cores
-    chunk: Annotated[int, Field(ge=1, le=LIMITS.chunk)] | None = None  # seeds of a call and of a file; see `chunks.py`
+    # parameters that replace the defaults; in the file also the name of a law
+    law: Annotated[dict[str, Any], BeforeValidator(parameters_of)] = Field(default={})
+    size_ratio: Annotated[float, within("size_ratio")] | None = usual("size_ratio")
+    fraction_large: Annotated[float, within("fraction_large")] = usual("fraction_large")
+    sizes: str | list[float] | None = usual("sizes")  # see `jamlab.protocols.size_distributions`
+    force_tolerance: Annotated[float, within("force_tolerance", "jam")] | None = usual("force_tolerance")
+    ranks: Annotated[int, within("ranks")] = usual("ranks")  # threads of each task; a worker or job holds so many cores
+    chunk: Annotated[int, within("chunk")] | None = usual("chunk")  # seeds of a call and of a file; see `chunks.py`
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -184,8 +196,10 @@ class Sweep(FileTable):
         if self.decompress and len(self.pressures or ()) < 2:
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
-        if self.tolerances.step_error is not None and self.compress is None:
-            raise ValueError("tolerances.step_error applies to compress only: leave it out")
+        unused = {"search", "step", "start"} & self.model_fields_set
+        if unused and (self.pressures is not None or self.phi is not None):
+            said = f"{' and '.join(sorted(unused))} belong to the search for onset"
+            raise ValueError(f"{said}, and packings at pressures or phi are not made from onset: leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only(lambda kind: kind.name == DISKS.name, f"{key} are")
@@ -211,21 +225,21 @@ class Sweep(FileTable):
         from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
         from jamlab.protocols.target_pressure import check_pressure
 
-        force = self.tolerances.max_force
+        force = self.force_tolerance
         for name in self.model:
             making = making_of(name)
-            making.check_law(self.force_law)
-            making.check_stiffness(
-                defaults(name) | self.force_law, usual_force_tolerance(name) if force is None else force
-            )
-        if self.force_law.get("stickiness") and (self.compress or self.onset):
+            making.check_law(self.law)
+            making.check_stiffness(defaults(name) | self.law, usual_force_tolerance(name) if force is None else force)
+            making.check_start(self.start, self.size_ratio)
+        if self.law.get("stickiness") and (self.compress or self.onset):
             raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():
-            check_pressure(pressure, force, **self.force_law)
+            check_pressure(pressure, force, **self.law)
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
             raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
         for n in self.n:
-            disk_diameters(n, self.seeds[0] if self.seeds else 0, sizes=self.sizes)
+            how: dict[str, Any] = {"ratio": self.size_ratio, "large": self.fraction_large, "sizes": self.sizes}
+            disk_diameters(n, self.seeds[0] if self.seeds else 0, **how)
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
@@ -238,16 +252,16 @@ class Sweep(FileTable):
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
             if name in self.observables:
                 self._only(observable.serves, f"observable {name!r} is")
-        laws = {each: defaults(each) | self.force_law for each in self.model}
+        laws = {each: defaults(each) | self.law for each in self.model}
         for wanted in self.measured:
             wanted.check(max(site_count(n, model, law) for n in self.n for model, law in laws.items()))
 
 
-def site_count(n: int, model: str, force_law: Mapping[str, Any]) -> float:
+def site_count(n: int, model: str, law: Mapping[str, Any]) -> float:
     """Count the sites of n particles, of droplets the vertices, whose mean is that of the two sizes."""
     if (each := MODELS.get(model).sites) is not None:
         return n * each
-    counts = [int(force_law[name]) for name in ("nv_small", "nv_large") if name in force_law]
+    counts = [int(law[name]) for name in ("nv_small", "nv_large") if name in law]
     return n * sum(counts) / 2 if counts else n
 
 

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
 
+from jamlab.campaign.keys import within
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
-from jamlab.protocols.onset import LARGEST_TOLERANCE
-from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.registry import Registry
 from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
 from jamlab.type_variables import T
@@ -80,7 +79,7 @@ class LogGrid(FileTable):
 
     lowest: Positive
     highest: Positive
-    points: Annotated[int, Field(ge=2, le=10_000)]  # of a spectrum
+    points: Annotated[int, within("points")]
 
     @model_validator(mode="after")
     def _check_order(self) -> "LogGrid":
@@ -134,13 +133,6 @@ class DampingLaws(FileTable):
             own = {f"{law.name}_{name}": getattr(law, name) for name in law.parameters()}
             laws.append((law, none | {"damping": law.name} | own))
         return laws
-
-
-class Tolerances(FileTable):
-    """How well states are minimised."""
-
-    max_force: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None  # of `jam`
-    step_error: Annotated[float, Field(gt=0, le=1)] | None = None  # `error` of `jamlab.compress`
 
 
 # columns of the state of a row: the frame, its pressure at rest, and the one aimed at; of its damping law

@@ -199,7 +199,7 @@ def longest_first(batches: list[Batch]) -> list[Batch]:
 
     def sites(batch: Batch) -> float:
         made = batch.parameters
-        return site_count(made.n, made.model, made.force_law)
+        return site_count(made.n, made.model, made.law)
 
     return sorted(batches, key=sites, reverse=True)
 

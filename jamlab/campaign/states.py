@@ -30,7 +30,7 @@ from jamlab.protocols.target_pressure import decompress, pack
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
     """Make the packings of a task."""
     missing: list[dict[str, str]] = []
-    effort = {"force_tolerance": parameters.tolerances.max_force, "ranks": ranks}
+    effort = {"force_tolerance": parameters.force_tolerance, "ranks": ranks}
     if parameters.pressures is not None:
         packings, targets = _at_pressures(parameters, effort, missing)
     elif parameters.phi is not None:  # random disks, quenched; loose ones too
@@ -67,15 +67,17 @@ def _at_pressures(
 
 def _particles(parameters: Parameters) -> dict[str, Any]:
     """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
-    law = parameters.force_law
+    law = parameters.law
     changes = {name: law[name] for name in making_of(parameters.model).arguments(law) if name in law}
-    return {"law": changes, "sizes": parameters.sizes}
+    sizes = {name: getattr(parameters, name) for name in ("size_ratio", "fraction_large", "sizes")}
+    return {"law": changes, **sizes}
 
 
 def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    law = _particles(parameters)
-    onset = jam(parameters.n, parameters.model, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
+    search = {name: getattr(parameters, name) for name in ("search", "step", "start", "ensemble")}
+    made = search | effort | _particles(parameters)
+    onset = jam(parameters.n, parameters.model, parameters.seed, **made)
     how = parameters.compress
     if how is None:
         return [onset]
@@ -86,9 +88,9 @@ def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[di
     packings = [onset]
     try:
         steps: dict[str, Any] = {"by": by, "step": how.step}
-        if how.nearest is not None:
-            steps |= {"first_step": how.nearest, "per_decade": how.per_decade}
-        for packing in compress(onset, to, pressure_tolerance=parameters.tolerances.step_error, **steps, **effort):
+        if how.first_step is not None:
+            steps |= {"first_step": how.first_step, "per_decade": how.per_decade}
+        for packing in compress(onset, to, pressure_tolerance=how.pressure_tolerance, **steps, **effort):
             packings.append(packing)
         if how.confluence is not None:
             packings = _add_confluence(packings, how.confluence, by, **effort)

@@ -164,7 +164,7 @@ def _first(file: TaskRows) -> Indices:
 
 
 def _states(file: TaskRows) -> dict[str, Any]:
-    model, law = file.parameters.model, file.parameters.force_law
+    model, law = file.parameters.model, file.parameters.law
     onset = _onset(file)
     return {
         "units": file.units,
@@ -182,7 +182,7 @@ def _states(file: TaskRows) -> dict[str, Any]:
 
 def _of_named_law(file: TaskRows) -> dict[str, Any]:
     """The force law that a sweep names, and those of its parameters that are no columns of every table."""
-    law = file.parameters.force_law
+    law = file.parameters.law
     if "law" not in law:
         return {}
     own = MODELS.get(file.parameters.model).parameters(None, law)

@@ -1,12 +1,12 @@
 """One finished task in one HDF5 file: frames and observables as in `jamlab.packing.hdf5`, and tables.
 
-Beside the layout of `jamlab.packing.hdf5`, version 3 of the campaign schema adds
+Beside the layout of `jamlab.packing.hdf5`, version 4 of the campaign schema adds
 
 | name                      | type           | content                                                               |
 |---------------------------|----------------|-----------------------------------------------------------------------|
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
-| /campaign jamlab_campaign | int            | 3                                                                     |
+| /campaign jamlab_campaign | int            | 4                                                                     |
 | /campaign missing         | str            | JSON list: states that could not be made, and the reasons             |
 | /campaign seconds         | float          | wall time: content that may differ between runs                       |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |

@@ -20,7 +20,7 @@ from typing import Any
 from pydantic import SerializeAsAny, field_validator
 
 from jamlab.campaign.file import CampaignTable, Compression, Sweep
-from jamlab.campaign.observable import FileTable, Observable, Tolerances
+from jamlab.campaign.observable import FileTable, Observable
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -77,7 +77,7 @@ def _as_text(versions: Mapping[str, int]) -> str:
     return "; ".join(f"{name}={version}" for name, version in versions.items())
 
 
-TASK_VERSION = 3  # of the groups in a task file and the meaning of the parameters
+TASK_VERSION = 4  # of the groups in a task file and the meaning of the parameters
 _HALF = 16  # hexadecimal digits of a name for the packings, and as many for what is measured of them
 
 
@@ -87,10 +87,15 @@ class Parameters(FileTable):
     model: str  # its name
     n: int  # number of particles
     ensemble: str  # "fixed-box" or "shear-stabilized"
-    # force_law, search: of the particles and of the search for onset, defaults of the decks included
-    force_law: dict[str, float | str]
-    search: dict[str, float | str]
-    tolerances: Tolerances  # of the sweep
+    # law, decks: of the particles and of the search for onset, defaults of the decks included
+    law: dict[str, float | str]
+    decks: dict[str, float | str]
+    search: str  # these and the following: arguments of `jam` and `pack`
+    step: float | None
+    start: str
+    force_tolerance: float | None
+    size_ratio: float | None
+    fraction_large: float
     seed: int  # of the random start; in a batch that of its first task
     observables: dict[str, SerializeAsAny[Observable]]  # of jamlab's own, beside "states"
     own: tuple[str, ...]  # those that are functions of the user's own, module:function, or names of other packages
@@ -248,26 +253,29 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
     ]
 
 
+_MAKING = ("search", "step", "start", "force_tolerance", "size_ratio", "fraction_large")
+
+
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
-    usual = {name: each.default for name, each in optional_parameters(model, sweep.force_law).items()}
+    usual = {name: each.default for name, each in optional_parameters(model, sweep.law).items()}
     kind = MODELS.get(model)  # of a named law, parameters of other laws in the deck say nothing
-    foreign = kind.parameters(None, {}).keys() - kind.parameters(None, sweep.force_law).keys()
+    foreign = kind.parameters(None, {}).keys() - kind.parameters(None, sweep.law).keys()
     law = {
         name: value
-        for name, value in (defaults(model) | sweep.force_law).items()
+        for name, value in (defaults(model) | sweep.law).items()
         # the protocol sets `units`, `longest_edge` affects speed only, and what has its default is left to the law
         if name not in {"units", "longest_edge", *foreign} and usual.get(name) != value
     }
-    search = defaults("onset")
-    search.pop("increment_least")  # says when to give up, not what comes out
+    decks = defaults("onset")
+    decks.pop("increment_least")  # says when to give up, not what comes out
     sizes = sweep.sizes
     return Parameters(
         model=model,
         n=n,
         ensemble=sweep.ensemble,
-        force_law=law,
-        search=search,
-        tolerances=sweep.tolerances,
+        law=law,
+        decks=decks,
+        **{name: getattr(sweep, name) for name in _MAKING},
         seed=sweep.seeds[0],
         observables={observable.name: observable for observable in sweep.measured},
         own=tuple(sweep.own),

@@ -3,44 +3,45 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, get_args
 
+from jamlab.arguments.table import ARGUMENTS
 from jamlab.campaign.observable import FileTable
 from jamlab.checks import name_meant
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-# key -> what it is called elsewhere; said only in tables that have the key
+# key -> what it is called elsewhere, beside the habits of the argument of its name; said only in tables with the key
 _ALSO_CALLED = {
-    "name": ("campaign", "title", "label", "id"),
-    "sweep": ("task", "run", "batch"),
-    "model": ("kind", "type", "particle", "particles"),
-    "n": ("N", "number", "size", "count", "num_particles", "n_particles", "particle_number"),
-    "seeds": ("samples", "replicas", "realizations", "realisations", "repeats", "packings"),
-    "phi": ("packing_fraction", "density", "area_fraction", "volume_fraction"),
-    "onset": ("jam", "jamming"),
-    "observables": ("measure", "quantities", "output", "outputs", "tables"),
-    "force_law": ("law", "params", "parameters", "potential", "interaction", "exponent", "stickiness", "gamma"),
-    "sizes": ("diameters", "radii", "polydispersity", "size_distribution", "size_ratio"),
-    "tolerances": ("precision", "accuracy", "error", "max_force"),
-    "ranks": ("threads", "cores", "processes", "processors", "cpus", "mpi"),
-    "damping": ("drag", "viscosity"),
-    "contact": ("beta",),
-    "stokes": ("eta_f",),
-    "omega": ("frequency", "frequencies", "freq", "w"),
-    "to": ("until", "target", "end", "stop", "rho", "phi", "highest"),
-    "nearest": ("first_step", "first", "closest"),
-    "step": ("increment", "d_phi", "d_rho", "dphi", "drho"),
-    "lowest": ("min", "low", "start", "from", "first"),
-    "highest": ("max", "high", "stop", "end", "to", "last"),
-    "points": ("n", "count", "number", "num", "samples"),
-    "first": ("start", "from", "lowest", "min"),
-    "last": ("stop", "end", "to", "highest", "max"),
-    "max_force": ("tolerance", "force", "ftol"),
-    "step_error": ("pressure_tolerance", "error"),
-    "rates": ("shear_rate", "shear_rates", "strain_rate", "strain_rates", "gamma_dot", "gammadot"),
-    "amplitudes": ("strain", "strains", "gamma0"),
-    "cycles": ("periods",),
-    "background_drag": ("background", "eta_bg"),
+    "name": "campaign title label id",
+    "sweep": "task run batch",
+    "model": "type particles",
+    "n": "number size count particle_number",
+    "seeds": "samples replicas realizations realisations repeats packings seed",
+    "phi": "density",
+    "onset": "jam jamming",
+    "compress": "compression",
+    "pressures": "pressure p target_pressures",
+    "observables": "measure quantities output outputs tables",
+    "law": "params parameters exponent stickiness gamma",
+    "sizes": "diameters radii",
+    "force_tolerance": "tolerances tolerance accuracy max_force force",
+    "pressure_tolerance": "error",
+    "ranks": "processes processors cpus mpi",
+    "contact": "beta",
+    "stokes": "eta_f",
+    "omega": "frequency frequencies freq w",
+    "to": "until stop rho phi highest",
+    "first_step": "first closest",
+    "step": "d_phi d_rho drho",
+    "lowest": "min low start from first",
+    "highest": "max high stop end to last",
+    "points": "n count number num samples",
+    "first": "start from lowest min",
+    "last": "stop end to highest max",
+    "rates": "rate shear_rate shear_rates strain_rate strain_rates gamma_dot gammadot",
+    "amplitudes": "amplitude strain strains gamma0",
+    "stresses": "stress",
+    "strain_step": "step",
 }
 
 
@@ -97,9 +98,15 @@ def _explain_unknown(key: str, keys: list[str], everywhere: Mapping[str, list[st
     """The key that was meant by an unknown one, or the table that has it, and all keys that there are."""
     holders = [holder for holder, known in everywhere.items() if holder and key in known]
     where = f"it is a key of {' and '.join(holders)}." if holders else "leave it out."
-    meant = [known for known in keys if key.lower() == known or key in _ALSO_CALLED.get(known, ())]
+    meant = [known for known in keys if key.lower() == known or key in _words(known)]
     said = f"did you mean {meant[0]}?" if meant else name_meant(key, keys, otherwise=where)
     return f"unknown key, {said} Keys here: {', '.join(keys)}"
+
+
+def _words(key: str) -> list[str]:
+    """What else a key is called, the argument of its name included."""
+    habits = ARGUMENTS[key].habits if key in ARGUMENTS else ""
+    return f"{_ALSO_CALLED.get(key, '')} {habits}".split()
 
 
 def _show(value: Any) -> str:

@@ -98,7 +98,7 @@ def compress(
         One Packing per state. A step that does not converge is repeated in up to 16 smaller steps. If it still does not
         converge, the state has `converged` False and the sweep ends; if rattlers block a sliding droplet, it has
         `on_rattlers`. A state that misses its packing fraction has `on_target` False. With `pressure_tolerance`,
-        `provenance["step_error"]` is the largest relative error of a predicted pressure since the previous state.
+        `provenance["pressure_error"]` is the largest relative error of a predicted pressure since the previous state.
 
     Raises:
         InputError: an argument is out of range.
@@ -229,7 +229,7 @@ def _sweep(
                 session.last_descent = None
             began, stride = time.perf_counter(), abs(target - before)
             tolerance = min(SWEEP.met * stride, SWEEP.met_last if target == targets[-1] else 1.0)
-            found, step_error = sweep.go_to(target, tolerance)
+            found, off = sweep.go_to(target, tolerance)
             packing = session.packing()
             before = fraction_by(packing, by)
             packing = record(
@@ -241,7 +241,7 @@ def _sweep(
                 target=float(target),
                 minimizer=making.descent.name(session),
                 wall_time=time.perf_counter() - began,
-                **({} if error is None else {"step_error": step_error}),
+                **({} if error is None else {"pressure_error": off}),
                 **{_SLOPE: sweep.slope},
             ).with_state(on_target=bool(abs(before - target) <= tolerance))
             sweep.last = packing

@@ -32,11 +32,11 @@ def spectra(omega, **more):
 
 
 def sticky():
-    return {"force_law": {"stickiness": 0.05}}
+    return {"law": {"stickiness": 0.05}}
 
 
 def droplets(**law):
-    return {"model": "dp", "force_law": law}
+    return {"model": "dp", "law": law}
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def droplets(**law):
         ({"compress": None}, "sweep[1]: give exactly one of compress, pressures, phi and onset"),
         ({"pressures": [0.01]}, "compress and pressures"),
         ({"compress": {"to": 1.2}}, "to = 1.2"),
-        ({"compress": {"to": 0.9, "nearest": 0.1}}, "nearest = 0.1"),
+        ({"compress": {"to": 0.9, "first_step": 0.1}}, "first_step = 0.1"),
         ({"compress": None, "phi": [0.8], "model": "dp"}, "phi"),
         ({"compress": None, "phi": [0.8], "ensemble": "shear-stabilized"}, "fixed-box"),
         (pressed(0.01, model=["sp", "dp"]), "pressures"),
@@ -88,7 +88,18 @@ def droplets(**law):
         # what would be ignored
         ({"damping": {"contact": [2.0]}}, "damping is given, but no observable"),
         ({"prestress": [False]}, "prestress is given, but no observable"),
-        (pressed(0.01, tolerances={"step_error": 0.1}), "step_error"),
+        (pressed(0.01, tolerances={"max_force": 1e-10}), "tolerances: unknown key, did you mean force_tolerance?"),
+        (pressed(0.01, force_law={"exponent": 2.5}), "force_law: unknown key, did you mean law?"),
+        ({"compress": {"to": 0.9, "nearest": 1e-4}}, "compress.nearest: unknown key, did you mean first_step?"),
+        ({"compress": {"to": 0.9, "step_error": 0.1}}, "step_error: unknown key, did you mean pressure_tolerance?"),
+        (pressed(0.01, pressure_tolerance=0.1), "pressure_tolerance: unknown key, it is a key of compress"),
+        (pressed(0.01, search="incremental"), "search belong"),
+        ({"model": "dp", "size_ratio": 1.4}, "size_ratio = 1.4"),
+        ({"start": "direct"}, "start = 'direct'"),
+        ({"size_ratio": 1.4, "sizes": "lognormal:0.2"}, "give one of them"),
+        ({"compress": {"to": 0.9, "step": 1e-7}}, "step = 1e-07"),
+        ({"law": "hertzian"}, "hertzian"),
+        ({"size_ratio": 11.0}, "size_ratio = 11"),
         (flows("flow", strain_step=1e-2), "flow.strain_step"),
         *((flows("flow", **{key: 0.5}) | STOKES, f"flow.{key}") for key in ("alpha", "background_drag")),
         # what every task would refuse
@@ -99,9 +110,9 @@ def droplets(**law):
         (droplets(delta=1e30), "params['delta'] is 1e+30"),
         (droplets(ka=1e7), "1e+07"),
         *((droplets(nv_small=value), "vertices") for value in (1e300, 1e-300, 10**400, [12], True, "x", 10001)),
-        ({"force_law": {"gamma": 0.1}}, "'gamma'"),
-        (pressed(1e-2, 0.3, force_law={"exponent": 2.5}), "0.3"),
-        (pressed(1e-6, tolerances={"max_force": 1e-9}), "1e-06"),
+        ({"law": {"gamma": 0.1}}, "'gamma'"),
+        (pressed(1e-2, 0.3, law={"exponent": 2.5}), "0.3"),
+        (pressed(1e-6, force_tolerance=1e-9), "1e-06"),
         (spectra([1.0], damping={"contact": [1e99]}), "1e+99"),
         (flows("flow") | {"damping": {"contact": [1e7]}}, "1e+07"),
         (flows("flow", rates=[1e4]), "10000"),
@@ -151,7 +162,7 @@ def test_hints_lead_to_keys_that_exist():
     everywhere = dict(tables)
     for _, keys in tables:
         for key in keys:
-            for word in set(wrong_keys._ALSO_CALLED.get(key, ())) - set(keys):
+            for word in set(wrong_keys._words(key)) - set(keys):
                 said = wrong_keys._explain_unknown(word, keys, everywhere)
                 assert said.partition("did you mean ")[2].partition("?")[0] in keys, (word, said)
 
@@ -200,7 +211,7 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
         {"sizes": "lognormal:0.3"},
         {"compress": {"to": 0.91, "step": 0.02}},
         {"observables": ["voids"]},
-        {"tolerances": {"max_force": 1e-9}},
+        {"force_tolerance": 1e-9},
     ):
         assert not set(names(written(path, **changes))) & set(one)
     lists = {"compress": None, "pressures": [1e-3, 1e-2], "observables": ["spectra"], "omega": [1.0, 2.0]}
@@ -209,19 +220,19 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
 
 
 def test_names_of_tasks_survive_their_files_and_depend_on_the_defaults_of_the_decks(tmp_path):
-    path = written(tmp_path / "c.toml", model="dp", force_law={"gamma": 0.1})
+    path = written(tmp_path / "c.toml", model="dp", law={"gamma": 0.1})
     task = next(batches(read_campaign_file(path))[0].tasks())
     read = Parameters.model_validate_json(task.parameters.model_dump_json())
     assert Batch("", read, [1]).name_of(read.seed) == task.name
-    assert task.parameters.force_law["ka"] == defaults("dp")["ka"]
+    assert task.parameters.law["ka"] == defaults("dp")["ka"]
     # what affects speed only, or when to give up, is no part of a name
-    assert {"longest_edge", "units"}.isdisjoint(read.force_law) and "increment_least" not in read.search
+    assert {"longest_edge", "units"}.isdisjoint(read.law) and "increment_least" not in read.decks
     before = set(names(path))
-    assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))
+    assert not before & set(names(written(path, model="dp", law={"gamma": 0.11})))
 
 
 def test_the_first_step_may_be_as_long_as_the_others(tmp_path):
-    assert read_campaign_file(written(tmp_path / "c.toml", compress={"to": 0.9, "step": 0.01, "nearest": 0.01}))
+    assert read_campaign_file(written(tmp_path / "c.toml", compress={"to": 0.9, "step": 0.01, "first_step": 0.01}))
 
 
 def test_a_task_of_two_sweeps_is_done_once():

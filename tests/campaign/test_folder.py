@@ -123,7 +123,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
 
     monkeypatch.setattr(sweep_states, "decompress", fussy)
     keys = {"n": 16, "seeds": 1, "compress": None, "pressures": [1e-5, 1e-4, 1e-3, 1e-2]}
-    keys |= {"tolerances": {"max_force": 1e-13}}
+    keys |= {"force_tolerance": 1e-13}
     path = written(tmp_path / "c.toml", decompress=True, **keys)
     campaign = jamlab.open_campaign(path)
     assert run_here(campaign)[0][0] == "finished"

@@ -123,8 +123,14 @@ def test_state_keys_depend_on_what_states_depend_on(tmp_path):
     same = key()
     assert key(**MORE) == same
     others = [{"seeds": [2]}, {"n": 18}, {"compress": {"to": 0.9, "step": 0.01}}, {"ensemble": "shear-stabilized"}]
-    others += [{"tolerances": {"max_force": 1e-10}}, {"tolerances": {"step_error": 1e-2}}]
-    assert len({same, *(key(**changes) for changes in others)}) == 7
+    steps = {"to": 0.9, "step": 0.02}  # as of `same`
+    others += [
+        {"force_tolerance": 1e-10},
+        {"compress": steps | {"pressure_tolerance": 1e-2}},
+        {"search": "incremental"},
+    ]
+    others += [{"step": 0.02}, {"size_ratio": 1.3}, {"fraction_large": 0.25}]
+    assert len({same, *(key(**changes) for changes in others)}) == 11
 
 
 def test_sweeps_of_one_run_share_packings(tmp_path, monkeypatch, here):

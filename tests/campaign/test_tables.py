@@ -53,7 +53,7 @@ def test_tables_hold_what_jamlab_measures(full):
 
 def test_a_campaign_of_sticky_disks_holds_pressures_of_either_sign(tmp_path):
     law, pressures = {"stickiness": 0.05}, [1e-2, -1e-3]
-    file = written(tmp_path / "c.toml", n=16, seeds=1, compress=None, pressures=pressures, force_law=law)
+    file = written(tmp_path / "c.toml", n=16, seeds=1, compress=None, pressures=pressures, law=law)
     run_here(campaign := jamlab.open_campaign(file))
     rows = campaign.table("states")
     assert rows["pressure"].to_numpy() == pytest.approx(pressures, rel=1e-6) and rows["converged"].all()
@@ -159,7 +159,7 @@ def test_force_laws_and_sizes_are_not_averaged(tmp_path):
     keys = {"n": 8, "seeds": 2, "compress": None, "phi": [0.9]}
     path = written(tmp_path / "c.toml", **keys)
     first = path.read_text()
-    for changes, by in (({"force_law": {"exponent": 2.5}}, ["exponent"]), ({"sizes": "lognormal:0.2"}, None)):
+    for changes, by in (({"law": {"exponent": 2.5}}, ["exponent"]), ({"sizes": "lognormal:0.2"}, None)):
         other = written(path, **keys | changes).read_text()
         path.write_text(first + other[other.index("[[sweep]]") :].replace("disks", "others"))
         run_here(campaign := jamlab.open_campaign(path, tmp_path / ("laws" if by else "sizes")))

@@ -116,25 +116,25 @@ def test_a_law_says_what_carries_it():
 
 def test_tables_of_campaigns_have_the_law_and_its_parameters(tmp_path):
     law = {"law": "ramp", "form": "square", "weight": 0.7}
-    file = written(tmp_path / "c.toml", n=16, seeds=1, compress=None, phi=[0.9], force_law=law)
+    file = written(tmp_path / "c.toml", n=16, seeds=1, compress=None, phi=[0.9], law=law)
     run_here(campaign := jamlab.open_campaign(file))
     row = campaign.table("states").iloc[0]
-    assert (row["force_law"], row["form"], row["weight"], row["units"]) == ("ramp", "square", 0.7, "eps")
+    assert (row["law"], row["form"], row["weight"], row["units"]) == ("ramp", "square", 0.7, "eps")
     assert row["converged"] and np.isnan(row["exponent"]) and np.isnan(row["stickiness"])
     assert campaign.packings(campaign.finished()[0])[0].params == {
         "eps": 1.0,
         "law": "ramp",
         "weight": 0.7,
     }  # the rest is the default
-    plain = written(tmp_path / "p.toml", n=16, seeds=1, compress=None, phi=[0.9], force_law={})
+    plain = written(tmp_path / "p.toml", n=16, seeds=1, compress=None, phi=[0.9], law={})
     assert {"force_law", "units", "law"}.isdisjoint(_parameters_of(plain))
     with pytest.raises(jamlab.InputError, match="unknown force law 'lj'"):
         jamlab.open_campaign(
-            written(tmp_path / "d.toml", n=16, seeds=1, compress=None, phi=[0.9], force_law={"law": "lj"})
+            written(tmp_path / "d.toml", n=16, seeds=1, compress=None, phi=[0.9], law={"law": "lj"})
         )
 
 
 def _parameters_of(file):
     """Names among the force law that enters the names of tasks."""
     (batch, *_) = batches(read_campaign_file(file))
-    return batch.parameters.force_law
+    return batch.parameters.law

@@ -25,7 +25,7 @@ name = "up"
 model = "sp"
 n = [8, 10]
 seeds = [3, 4]
-compress = { to = 0.9, step = 0.02, nearest = 1e-3 }
+compress = { to = 0.9, step = 0.02, first_step = 1e-3 }
 observables = ["voids"]
 
 [[sweep]]
@@ -47,7 +47,7 @@ model = "dp"
 n = 8
 seeds = [1]
 onset = true
-force_law = { gamma = 0.12 }
+law = { gamma = 0.12 }
 """
 
 

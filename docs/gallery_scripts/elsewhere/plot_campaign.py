@@ -23,7 +23,7 @@ model = "sp"
 n = [16, 32]
 seeds = 8
 ensemble = "shear-stabilized"
-compress = { to = 0.92, step = 0.02, nearest = 1e-3 }
+compress = { to = 0.92, step = 0.02, first_step = 1e-3 }
 observables = ["states"]
 """
 
