@@ -61,10 +61,17 @@ def alike(contents: Iterable[TaskContent]) -> list[list[Kept]]:
     for content in contents:
         parameters = content.task.parameters
         record = record_of(content.states.packings, content.measured) | own_record(content)
-        record |= {_SEED: parameters.seed, _PARAMETERS: parameters.model_dump_json(exclude={"seed"})}
+        record |= {_SEED: parameters.seed, _PARAMETERS: _shared_text(parameters)}
         same = (record[_PARAMETERS], record[_UNITS], kind_of_record(record))
         found.setdefault(same, []).append(Kept(content, record))
     return list(found.values())
+
+
+def _shared_text(parameters: Parameters) -> str:
+    """What tasks share that differ only by the seed, JSON."""
+    shared = parameters.model_dump(mode="json")
+    del shared["recipe"]["seed"]
+    return json.dumps(shared)
 
 
 def write_chunk_file(folder: Path, chunk: Sequence[Kept]) -> Path:
@@ -122,7 +129,7 @@ class Chunk:
         """One task without its packings; `table` as in `read_task_file`."""
         k, parameters = self._places[name], self._parameters
         record = {place: self._records.value(place, k) for place in self._of_table(table)}
-        return task_of_record(name, parameters.model_copy(update={"seed": int(record[_SEED])}), record)
+        return task_of_record(name, parameters.with_seed(int(record[_SEED])), record)
 
     def packings(self, name: str) -> list[Packing]:
         """The packings of a task, frame by frame."""
@@ -204,8 +211,9 @@ def opened_chunk(path: Path) -> Iterator[Chunk]:
                 f"{path} has layout {version}, this jamlab reads {CHUNK_VERSION}: install jamlab {needed}"
             )
         records = StackedRecords(file, len(names))
-        shared = json.loads(records.value(_PARAMETERS, 0)) | {"seed": int(records.value(_SEED, 0))}
+        shared = json.loads(records.value(_PARAMETERS, 0))
         try:
+            shared["recipe"]["seed"] = int(records.value(_SEED, 0))
             parameters = Parameters.model_validate_json(json.dumps(shared))
         except ValidationError as error:
             raise StorageError(f"{path} has parameters of another version of jamlab: {error!s:.200}") from error

@@ -18,7 +18,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -33,17 +33,27 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.arguments.choices import By, Ensemble, Search, Start
+from jamlab.arguments.choices import By, Ensemble, Search, Start, Units
 from jamlab.campaign.keys import usual, within
-from jamlab.campaign.observable import DECLARED, FileTable, LogGrid, Observable, OneOrMore, distinct
+from jamlab.campaign.observable import (
+    DECLARED,
+    FileTable,
+    LogGrid,
+    Observable,
+    OneOrMore,
+    ascending,
+    descending,
+    distinct,
+)
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.campaign.wrong_keys import explain
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.laws.laws import parameters_of
 from jamlab.models.disks import DISKS
-from jamlab.packing.kinds import MODELS
+from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.model import Model
+from jamlab.packing.recipe import Recipe
 from jamlab.storage.system_errors import system_said
 
 
@@ -132,14 +142,15 @@ class Sweep(FileTable):
     seeds: list[Annotated[int, within("seed")]] | range
     # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
-    pressures: OneOrMore[float] | None = None  # of disks, in units of k; see `pack`
+    pressures: Annotated[OneOrMore[float], AfterValidator(descending)] | None = None  # of disks; see `pack`
     decompress: bool = usual("decompress")
-    phi: OneOrMore[Annotated[float, within("phi")]] | None = None  # of disks, in units of k
+    phi: Annotated[OneOrMore[Annotated[float, within("phi")]], AfterValidator(ascending)] | None = None  # of disks
     onset: Literal[True] | None = None
     # of `jam`, which `compress` and `onset` begin with
-    search: Search = usual("search")
-    step: Annotated[float, within("step", "jam")] | None = usual("step", "jam")
-    start: Start = usual("start")
+    search: Search | None = None
+    step: Annotated[float, within("step", "jam")] | None = None
+    start: Start | None = None
+    units: Units | None = usual("units")
     ensemble: Ensemble = usual("ensemble")
     # of a function of the user's own, "module:function", or of another package, only the name enters names of tasks
     observables: OneOrMore[Annotated[str, AfterValidator(_check_observable)]] = Field(default=[STATES])
@@ -165,6 +176,21 @@ class Sweep(FileTable):
         given = {key: value for key in type(self).model_fields if (value := getattr(self, key)) is not None}
         wanted = [OBSERVABLES[name] for name in sorted(self.observables) if name in OBSERVABLES]
         return [o(**{key: given[key] for key in o.model_fields if key in given}) for o in wanted]
+
+    def recipe(self, model: str, n: int) -> Recipe:
+        """How the first packing is made: at onset, at the highest pressure or the lowest phi, of the first seed."""
+        first: dict[str, Any] = {"protocol": "onset"}
+        if self.pressures is not None:
+            first = {"protocol": "pressure", "pressure": self.pressures[0]}
+        elif self.phi is not None:
+            first = {"protocol": "phi", "phi": self.phi[0]}
+        apart = {"model", "n", "phi", "ranks"}  # of which a sweep has several, or which are no part of what is made
+        names = (each.name for each in fields(Recipe) if each.name in Sweep.model_fields and each.name not in apart)
+        shared = {name: getattr(self, name) for name in names}
+        usual_law = {each: of.default for each, of in optional_parameters(model, self.law).items()}
+        usual_law = defaults(model) | usual_law
+        shared["law"] = {each: value for each, value in self.law.items() if usual_law.get(each) != value}
+        return Recipe(**first, **shared, model=model, n=n, seed=self.seeds[0])
 
     @field_validator("seeds", mode="before")
     @classmethod
@@ -196,10 +222,6 @@ class Sweep(FileTable):
         if self.decompress and len(self.pressures or ()) < 2:
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
-        unused = {"search", "step", "start"} & self.model_fields_set
-        if unused and (self.pressures is not None or self.phi is not None):
-            said = f"{' and '.join(sorted(unused))} belong to the search for onset"
-            raise ValueError(f"{said}, and packings at pressures or phi are not made from onset: leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only(lambda kind: kind.name == DISKS.name, f"{key} are")
@@ -230,7 +252,8 @@ class Sweep(FileTable):
             making = making_of(name)
             making.check_law(self.law)
             making.check_stiffness(defaults(name) | self.law, usual_force_tolerance(name) if force is None else force)
-            making.check_start(self.start, self.size_ratio)
+            making.check_start(self.start or "from-disks", self.size_ratio)
+            self.recipe(name, self.n[0])
         if self.law.get("stickiness") and (self.compress or self.onset):
             raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():

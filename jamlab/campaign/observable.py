@@ -65,6 +65,11 @@ def ascending(values: list[float]) -> list[float]:
     return sorted(map(float, values))
 
 
+def descending(values: list[float]) -> list[float]:
+    """Sort numbers, the largest first, see `ascending`."""
+    return sorted(map(float, values), reverse=True)
+
+
 Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
 # a list, or { lowest, highest, points } for even spacing in the logarithm

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from jamlab.campaign.file import STATES
+from jamlab.campaign.file import STATES, Compression
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TaskStates
 from jamlab.campaign.task_file import TaskFile
@@ -20,43 +20,45 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols.compression import compress
 from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
-from jamlab.protocols.makings import making_of
-from jamlab.protocols.onset import jam
-from jamlab.protocols.target_pressure import decompress, pack
+from jamlab.protocols.make import make
+from jamlab.protocols.target_pressure import decompress
 
 
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
     """Make the packings of a task."""
     missing: list[dict[str, str]] = []
-    effort = {"force_tolerance": parameters.force_tolerance, "ranks": ranks}
+    recipe = replace(parameters.recipe, ranks=ranks)
     if parameters.pressures is not None:
-        packings, targets = _at_pressures(parameters, effort, missing)
+        packings, targets = _at_pressures(parameters, recipe, missing)
     elif parameters.phi is not None:  # random disks, quenched; loose ones too
-        how: Any = effort | _particles(parameters)
-        packings = [pack(parameters.n, phi=phi, seed=parameters.seed, **how) for phi in parameters.phi]
+        packings = [make(replace(recipe, phi=phi)) for phi in parameters.phi]
         targets = [float("nan")] * len(packings)
     else:
-        packings = _from_onset(parameters, effort, missing)
+        packings = _from_onset(parameters.compress, recipe, missing)
         targets = [float("nan")] * len(packings)
     return TaskStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
 
 
+def _effort(recipe: Recipe) -> dict[str, Any]:
+    return {"force_tolerance": recipe.force_tolerance, "ranks": recipe.ranks}
+
+
 def _at_pressures(
-    parameters: Parameters, effort: dict[str, Any], missing: list[dict[str, str]]
+    parameters: Parameters, recipe: Recipe, missing: list[dict[str, str]]
 ) -> tuple[list[Packing], list[float]]:
     """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other; with
     `decompress` only until one is met, from which the others are reached one after the other."""
     packings: list[Packing] = []
     targets = []
-    how = {"ensemble": parameters.ensemble, **_particles(parameters)}
     for pressure in parameters.pressures or ():
         try:
             if parameters.decompress and packings:
-                packings.append(decompress(packings[-1], pressure, **effort))
+                packings.append(decompress(packings[-1], pressure, **_effort(recipe)))
             else:
-                packings.append(pack(parameters.n, pressure, parameters.seed, **effort, **how))
+                packings.append(make(replace(recipe, pressure=pressure)))
             targets.append(pressure)
         except ConvergenceError as error:
             missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
@@ -65,20 +67,9 @@ def _at_pressures(
     return packings, targets
 
 
-def _particles(parameters: Parameters) -> dict[str, Any]:
-    """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
-    law = parameters.law
-    changes = {name: law[name] for name in making_of(parameters.model).arguments(law) if name in law}
-    sizes = {name: getattr(parameters, name) for name in ("size_ratio", "fraction_large", "sizes")}
-    return {"law": changes, **sizes}
-
-
-def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
+def _from_onset(how: Compression | None, recipe: Recipe, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    search = {name: getattr(parameters, name) for name in ("search", "step", "start", "ensemble")}
-    made = search | effort | _particles(parameters)
-    onset = jam(parameters.n, parameters.model, parameters.seed, **made)
-    how = parameters.compress
+    onset = make(recipe)
     if how is None:
         return [onset]
     to, by = how.to, how.by
@@ -87,13 +78,13 @@ def _from_onset(parameters: Parameters, effort: dict[str, Any], missing: list[di
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        steps: dict[str, Any] = {"by": by, "step": how.step}
+        steps: dict[str, Any] = {"by": by, "step": how.step, "pressure_tolerance": how.pressure_tolerance}
         if how.first_step is not None:
             steps |= {"first_step": how.first_step, "per_decade": how.per_decade}
-        for packing in compress(onset, to, pressure_tolerance=how.pressure_tolerance, **steps, **effort):
+        for packing in compress(onset, to, **steps, **_effort(recipe)):
             packings.append(packing)
         if how.confluence is not None:
-            packings = _add_confluence(packings, how.confluence, by, **effort)
+            packings = _add_confluence(packings, how.confluence, by, **_effort(recipe))
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
     return packings

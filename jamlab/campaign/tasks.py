@@ -15,9 +15,9 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, Self
 
-from pydantic import SerializeAsAny, field_validator
+from pydantic import PlainSerializer, PlainValidator, SerializeAsAny, field_validator
 
 from jamlab.campaign.file import CampaignTable, Compression, Sweep
 from jamlab.campaign.observable import FileTable, Observable
@@ -31,6 +31,7 @@ from jamlab.mechanics.elasticity import MODULI_DEFINITION
 from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
 from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
+from jamlab.packing.recipe import Recipe
 from jamlab.protocols import relaxation, size_distributions, target_pressure
 from jamlab.protocols.makings import making_of
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
@@ -81,29 +82,24 @@ TASK_VERSION = 4  # of the groups in a task file and the meaning of the paramete
 _HALF = 16  # hexadecimal digits of a name for the packings, and as many for what is measured of them
 
 
+def _recipe_of(value: Any) -> Recipe:
+    return value if isinstance(value, Recipe) else Recipe(**value)
+
+
 class Parameters(FileTable):
     """Everything that the result of a task depends on."""
 
-    model: str  # its name
-    n: int  # number of particles
-    ensemble: str  # "fixed-box" or "shear-stabilized"
+    # how the first packing is made: at onset, at the highest pressure or the lowest phi; in a batch of its first task
+    recipe: Annotated[Recipe, PlainValidator(_recipe_of), PlainSerializer(Recipe.entry)]
     # law, decks: of the particles and of the search for onset, defaults of the decks included
     law: dict[str, float | str]
     decks: dict[str, float | str]
-    search: str  # these and the following: arguments of `jam` and `pack`
-    step: float | None
-    start: str
-    force_tolerance: float | None
-    size_ratio: float | None
-    fraction_large: float
-    seed: int  # of the random start; in a batch that of its first task
     observables: dict[str, SerializeAsAny[Observable]]  # of jamlab's own, beside "states"
     own: tuple[str, ...]  # those that are functions of the user's own, module:function, or names of other packages
-    # compress, pressures, phi: how packings are made; without any of them, only those at onset
+    # compress, pressures, phi: what is made beside it, and of itself; without any of them, only the packing at onset
     compress: Compression | None
     pressures: tuple[float, ...] | None
     phi: tuple[float, ...] | None
-    sizes: str | tuple[float, ...] | None  # a distribution by name, or diameters; None: half of the particles are large
     decompress: bool  # whether each pressure is reached from the one above
     protocol: str  # `protocol_versions`
     definitions: str  # `definition_versions`
@@ -116,6 +112,35 @@ class Parameters(FileTable):
         return {name: OBSERVABLES[name].model_validate(keys) for name, keys in value.items()}
 
     @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.recipe.model
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self.recipe.n
+
+    @property
+    def ensemble(self) -> str:
+        """ "fixed-box" or "shear-stabilized"."""
+        return self.recipe.ensemble
+
+    @property
+    def seed(self) -> int:
+        """Seed of the random start."""
+        return self.recipe.seed
+
+    @property
+    def sizes(self) -> tuple[Any, ...]:
+        """What sizes its particles have, where no column of a table says so."""
+        return self.recipe.sizes, self.recipe.size_ratio, self.recipe.fraction_large
+
+    def with_seed(self, seed: int) -> Self:
+        """The same of another seed."""
+        return self.model_copy(update={"recipe": replace(self.recipe, seed=seed)})
+
+    @property
     def label(self) -> str:
         """Model, n and seed, as text to show."""
         return f"{self.model} n={self.n} seed={self.seed}"
@@ -123,7 +148,7 @@ class Parameters(FileTable):
     @property
     def from_onset(self) -> bool:
         """Whether the first packing is at onset."""
-        return self.pressures is None and self.phi is None
+        return self.recipe.protocol == "onset"
 
 
 @dataclass(frozen=True)
@@ -153,7 +178,11 @@ class Batch:
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
         for seed in self.seeds:
-            yield Task(self.name_of(seed), self.parameters.model_copy(update={"seed": seed}), self.ranks)
+            yield self.task(seed)
+
+    def task(self, seed: int) -> Task:
+        """The task of one seed."""
+        return Task(self.name_of(seed), self.parameters.with_seed(seed), self.ranks)
 
     def names(self) -> Iterator[str]:
         """Yield the names of the tasks."""
@@ -194,7 +223,7 @@ class Batch:
     def _digests(self) -> "tuple[hashlib._Hash, str]":
         """Of what makes the packings but the seed, and of what is measured."""
         record = self.parameters.model_dump(mode="json")
-        del record["seed"]
+        del record["recipe"]["seed"]
         measured = [record.pop(key) for key in ("observables", "own", "definitions")]
         parts = ([SCHEMA_VERSION, TASK_VERSION, record], [*measured, *COLUMNS])
         packings, what = (json.dumps(part, sort_keys=True, separators=(",", ":")).encode() for part in parts)
@@ -232,10 +261,10 @@ def tasks_named(chosen: Iterable[Batch], names: set[str]) -> Iterator[Task]:
     """Yield the tasks of some batches that have one of these names, each once."""
     left = set(names)
     for batch in chosen:
-        for task in batch.tasks():
-            if task.name in left:
-                left.remove(task.name)
-                yield task
+        for seed, name in zip(batch.seeds, batch.names(), strict=True):
+            if name in left:
+                left.remove(name)
+                yield batch.task(seed)
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
@@ -253,9 +282,6 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
     ]
 
 
-_MAKING = ("search", "step", "start", "force_tolerance", "size_ratio", "fraction_large")
-
-
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
     usual = {name: each.default for name, each in optional_parameters(model, sweep.law).items()}
     kind = MODELS.get(model)  # of a named law, parameters of other laws in the deck say nothing
@@ -268,21 +294,15 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
     }
     decks = defaults("onset")
     decks.pop("increment_least")  # says when to give up, not what comes out
-    sizes = sweep.sizes
     return Parameters(
-        model=model,
-        n=n,
-        ensemble=sweep.ensemble,
+        recipe=sweep.recipe(model, n),
         law=law,
         decks=decks,
-        **{name: getattr(sweep, name) for name in _MAKING},
-        seed=sweep.seeds[0],
         observables={observable.name: observable for observable in sweep.measured},
         own=tuple(sweep.own),
         compress=sweep.compress,
-        pressures=None if sweep.pressures is None else tuple(sorted(map(float, sweep.pressures), reverse=True)),
-        phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
-        sizes=tuple(sizes) if isinstance(sizes, list) else sizes,
+        pressures=None if sweep.pressures is None else tuple(sweep.pressures),
+        phi=None if sweep.phi is None else tuple(sweep.phi),
         decompress=sweep.decompress,
         protocol=protocol_versions(model),
         definitions=definition_versions(),

@@ -288,7 +288,7 @@ def test_packings_in_a_file_of_several_are_not_made_again(tmp_path, monkeypatch)
         written(tmp_path / "d.toml", **KEYS, seeds=3, observables=["voids"]), several.folder.path
     )
     assert [line.stored for line in more.plan()] == [3]
-    monkeypatch.setattr(making, "pack", None)
+    monkeypatch.setattr(making, "make", None)
     assert {outcome.state for outcome in run_here(more)} == {"finished"}
     states = more.table("states").drop(columns="task")
     pd.testing.assert_frame_equal(states, before.table("states").drop(columns="task"), check_exact=True)

@@ -75,7 +75,7 @@ def forbid_minimization(monkeypatch):
         def fail(*_, **__):
             raise AssertionError("a packing was made or minimised")
 
-        for name in ("jam", "compress", "pack"):
+        for name in ("make", "compress"):
             monkeypatch.setattr(making, name, fail)
         monkeypatch.setattr(Session, "minimize", fail)
 
@@ -139,9 +139,9 @@ def test_sweeps_of_one_run_share_packings(tmp_path, monkeypatch, here):
     more = written(tmp_path / "d.toml", **PRESSED | {"n": 8, "pressures": [1e-2], "seeds": 3}, observables=["voids"])
     text = more.read_text()
     path.write_text(path.read_text() + text[text.index("[[sweep]]") :].replace('"disks"', '"again"'))
-    monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
+    monkeypatch.setattr(making, "make", counted := Counted(making.make))
     assert jamlab.open_campaign(path).run(1).finished == 6
-    assert sorted(words[2] for words in counted.calls) == [1, 2, 3]
+    assert sorted(recipe.seed for (recipe,) in counted.calls) == [1, 2, 3]
 
 
 def test_a_new_column_of_states_makes_new_tasks_of_the_same_packings(tmp_path, monkeypatch):
@@ -229,10 +229,10 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **(PRESSED | {"seeds": 2})))
     assert [line.stored for line in campaign.plan()] == [int("DEFINITION" in constant)]
     assert not len(campaign.table("states"))
-    monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
+    monkeypatch.setattr(making, "make", counted := Counted(making.make))
     monkeypatch.setattr(workers, "numbers_of", measured := Counted(workers.numbers_of))
     assert [outcome.state for outcome in run_here(campaign)] == ["finished"] * 2
-    assert [words[2] for words in counted.calls] == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
+    assert [recipe.seed for (recipe,) in counted.calls] == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
     assert len(measured.calls) == 2  # of the old packings too
     states = campaign.table("states")
     assert sorted(states["seed"]) == [1, 1, 2, 2] and old.isdisjoint(states["task"])

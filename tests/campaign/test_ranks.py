@@ -21,8 +21,8 @@ def test_ranks_do_not_enter_names_and_reach_the_protocols(tmp_path, monkeypatch)
     one, two = written(tmp_path / "one.toml", **PRESSED), written(tmp_path / "two.toml", **PRESSED, ranks=2)
     assert names(one) == names(two)
     given, onset = [], jamlab.jam(8, "sp", 1)
-    for name, made in (("pack", onset), ("jam", onset), ("compress", [onset])):
-        monkeypatch.setattr(states, name, lambda *_, made=made, **how: given.append(how["ranks"]) or made)
+    monkeypatch.setattr(states, "make", lambda recipe: given.append(recipe.ranks) or onset)
+    monkeypatch.setattr(states, "compress", lambda *_, **how: given.append(how["ranks"]) or [onset])
     for path in (two, written(tmp_path / "up.toml", ranks=3)):
         task, _ = batches(read_campaign_file(path))[0].tasks()
         states.make_states(task.parameters, task.ranks)

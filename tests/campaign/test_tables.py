@@ -13,6 +13,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import measure
 from jamlab.packing.quantities import COLUMNS
+from jamlab.protocols.make import make
 from jamlab.storage.table_file import write_table
 
 
@@ -84,7 +85,7 @@ def test_spectra_hold_what_jamlab_computes(full):
 
 
 def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
-    monkeypatch.setattr(states, "jam", lambda *a, **how: jamlab.jam(*a, **how).with_state(converged=False))
+    monkeypatch.setattr(states, "make", lambda recipe: make(recipe).with_state(converged=False))
     alone = {"seeds": 1, "n": 8, "compress": None, "onset": True, "observables": ["voids"]}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **alone))
     assert run_here(campaign)[0][0] == "finished"
@@ -96,7 +97,7 @@ def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
 
 
 def test_what_missed_its_target_is_marked_in_every_table(tmp_path, monkeypatch):
-    monkeypatch.setattr(states, "pack", lambda *a, **how: jamlab.pack(*a, **how).with_state(on_target=False))
+    monkeypatch.setattr(states, "make", lambda recipe: make(recipe).with_state(on_target=False))
     keys = {"seeds": 1, "n": 16, "compress": None, "pressures": [1e-2], "observables": ["spectra"], "omega": [1.0]}
     run_here(campaign := jamlab.open_campaign(written(tmp_path / "c.toml", **keys)))
     spectra = campaign.table("spectra")
