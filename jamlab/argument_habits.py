@@ -65,6 +65,7 @@ ARGUMENTS = (
             "droplet is sought up to half the spacing away"}),
     Concept("trajectory_error", "", "", {"flow_curve": "a second curve at another `tolerance`, which shows the error",
             "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error"}),
+    Concept("ring rings", "", "", {"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
     Concept("invert inverted dark bright polarity", "contrast"),
     Concept("path filename file fname output outfile filepath dest", "path out"),
     Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"} | dict.fromkeys(("jam", "pack",

@@ -1,6 +1,9 @@
 """Arguments of functions that make packings."""
 
+from typing import get_args
+
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck
+from jamlab.arguments.choices import Ensemble, Search, Start, Units
 
 MAKING = (
     Argument(
@@ -102,7 +105,7 @@ MAKING = (
         "units",
         "Units: eps (energy of contacts) or k (their stiffness).",
         "choice",
-        choices=("eps", "k"),
+        choices=get_args(Units),
         default=None,
         unset="those of the function or the file",
         otherwise={"Packing": "eps", "deck": "eps", "in.sp.pressure": "k"},
@@ -111,7 +114,7 @@ MAKING = (
         "ensemble",
         "Box that keeps its shape, or one sheared to zero shear stress.",
         "choice",
-        choices=("fixed-box", "shear-stabilized"),
+        choices=get_args(Ensemble),
         default="fixed-box",
     ),
     Argument(
@@ -197,14 +200,14 @@ MAKING = (
         "search",
         "Search for onset: by bisection, or in equal increments.",
         "choice",
-        choices=("bisection", "incremental"),
+        choices=get_args(Search),
         default="bisection",
     ),
     Argument(
         "start",
         "Start of droplets: from disks that are compressed first, or droplets at once.",
         "choice",
-        choices=("from-disks", "direct"),
+        choices=get_args(Start),
         default="from-disks",
         habits="initial init initial_packing start_from phi0 phi_init phi_start",
     ),

@@ -1,6 +1,9 @@
 """Arguments of functions of pictures."""
 
+from typing import get_args
+
 from jamlab.arguments.argument import Argument
+from jamlab.arguments.choices import Channel, Contrast
 
 MICROGRAPHS = (
     Argument(
@@ -36,7 +39,7 @@ MICROGRAPHS = (
         "contrast",
         "Bright or dark droplets; auto: found.",
         "choice",
-        choices=("auto", "dark", "bright"),
+        choices=get_args(Contrast),
         default="auto",
         habits="invert inverted dark bright polarity",
     ),
@@ -44,7 +47,7 @@ MICROGRAPHS = (
         "channel",
         "Channel of a picture in colours.",
         "choice",
-        choices=("grey", "red", "green", "blue"),
+        choices=get_args(Channel),
         default="grey",
     ),
     Argument(

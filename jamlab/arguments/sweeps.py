@@ -1,6 +1,9 @@
 """Arguments of sweeps of packing fraction, and of other changes of packings."""
 
+from typing import get_args
+
 from jamlab.arguments.argument import Argument, FromDeck
+from jamlab.arguments.choices import By
 
 SWEEPS = (
     Argument(
@@ -22,7 +25,7 @@ SWEEPS = (
         "by",
         "Packing fraction of `to` and `step`: true (rho) or nominal (phi).",
         "choice",
-        choices=("rho", "phi"),
+        choices=get_args(By),
         default="rho",
         otherwise={"Campaign.aggregate": ("model", "n")},
     ),

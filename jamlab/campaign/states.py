@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from jamlab.arguments.choices import By
 from jamlab.campaign.file import STATES, Compression
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observable import TaskStates
@@ -90,7 +91,7 @@ def _from_onset(how: Compression | None, recipe: Recipe, missing: list[dict[str,
     return packings
 
 
-def _add_confluence(packings: list[Packing], error: float, by: str, **effort: Any) -> list[Packing]:
+def _add_confluence(packings: list[Packing], error: float, by: By, **effort: Any) -> list[Packing]:
     """Add the bisection of the place where z first reaches 6; there is none where it never does."""
     full = next((k for k, p in enumerate(packings) if contacts(p).z >= MOST_CONTACTS), 0)
     if not full:

@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import MinimizerStyle
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.agreement import Carried, Comparison, changes_forces, key
@@ -196,7 +197,7 @@ class Session(Hinted):
             self._run(f'variable {name} index "{text(value)}"')
 
     @checked
-    def use_minimizer(self, style: str, *, pace: float = 1.0) -> None:
+    def use_minimizer(self, style: MinimizerStyle, *, pace: float = 1.0) -> None:
         """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks; `pace`: factor of
         its time steps."""
         numbers = defaults("minimizers")
@@ -216,7 +217,7 @@ class Session(Hinted):
         self,
         force: float,
         *,
-        style: str,
+        style: MinimizerStyle,
         steps: int,
         stretch: int | None = None,
         box_strains: BoxStrains | None = None,

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
+from jamlab.arguments.choices import ModelOrAuto
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError
@@ -76,7 +77,7 @@ PLAN = Plan()
 
 
 def plan_mean(
-    quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
+    quantity: str, rho: float | None, error: float, *, model: ModelOrAuto = "auto", table: Ways | None = None
 ) -> MeanPlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
@@ -231,7 +232,7 @@ class Estimate(Result):
 
 
 @checked
-def estimate_cost(quantity: str, rho: float | None, error: float, *, model: str = "auto") -> Choice:
+def estimate_cost(quantity: str, rho: float | None, error: float, *, model: ModelOrAuto = "auto") -> Choice:
     """Return the plan and the expected cost of `estimate` without making packings.
 
     Args:
@@ -259,7 +260,7 @@ def estimate(
     error: float,
     *,
     seed: int = 1,
-    model: str = "auto",
+    model: ModelOrAuto = "auto",
     workers: int | Executor | None = 1,
     progress: Progress | None = None,
 ) -> Estimate:

@@ -53,7 +53,7 @@ OFFER = Offer()
 
 @checked
 def choose(
-    rho: float, error: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
+    rho: float, error: Mapping[str, float], n: int = 64, *, model: ModelOrAuto = "auto", table: Ways | None = None
 ) -> Choice:
     """Choose the cheapest way to make packings whose error is expected to be small enough.
 
@@ -126,7 +126,7 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
     return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))
 
 
-def _check(error: Mapping[str, float], model: str) -> None:
+def _check(error: Mapping[str, float], model: ModelOrAuto) -> None:
     if model != "auto":
         MODELS.get(model)  # refuses one that is unknown
     if not error:

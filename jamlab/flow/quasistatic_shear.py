@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import Direction, HeldPressure
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.session import Session
@@ -28,7 +29,7 @@ from jamlab.packing.deformation import deformed
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.shear_direction import Direction, ShearDirection, shear_direction
+from jamlab.packing.shear_direction import ShearDirection, shear_direction
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
@@ -209,7 +210,7 @@ class Walk(Run[QuasistaticShear]):
         packing: Packing,
         shearing: Shearing,
         force_tolerance: float | None,
-        pressure: str | float | None,
+        pressure: HeldPressure | None,
         task: dict[str, Any],
         path: str | Path | None,
         progress: Progress | None,
@@ -359,7 +360,7 @@ def quasistatic_shear(
     *,
     direction: Direction = "simple",
     walls: bool | None = None,
-    pressure: str | float | None = None,
+    pressure: HeldPressure | None = None,
     snapshot_every: float | None = None,
     force_tolerance: float | None = None,
     path: str | Path | None = None,
@@ -427,13 +428,13 @@ def quasistatic_shear(
         return walk.finish()
 
 
-def _check_pressure(packing: Packing, pressure: str | float | None) -> None:
+def _check_pressure(packing: Packing, pressure: HeldPressure | None) -> None:
     """Refuse what is no pressure that the packing can be held at."""
     if pressure is None or pressure == "constant":
         return
     largest = LIMITS.pressure * natural_scales(packing).stress  # beyond, particles pass through each other
     known = not isinstance(pressure, str) and is_number(pressure) and abs(pressure) <= largest
-    if not known or (pressure <= 0 and not packing.law.range):  # type: ignore[operator]  # a number by now
+    if not known or (pressure <= 0 and not packing.law.range):
         raise InputError(
             f'pressure = {pressure!r}: give "constant", or a number of at most {largest:g} '
             f"{packing.unit_names.stress}, positive for repulsive particles"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from jamlab.arguments.choices import FractionMethod
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
@@ -17,7 +18,7 @@ FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @checked
-def packing_fraction(packing: Packing, method: str = "exact") -> float:
+def packing_fraction(packing: Packing, method: FractionMethod = "exact") -> float:
     """Compute the covered area divided by the area of the box (between flat walls: by the area of the slab).
 
     Args:

@@ -50,9 +50,9 @@ def parameters_of(law: Law | None) -> dict[str, Any]:
     """
     if law is None:
         return {}
-    given = {"law": law} if isinstance(law, str) else dict(law)
+    given: dict[str, Any] = {"law": law} if isinstance(law, str) else dict(law)
     name = given.get("law")
-    if name in NAMED:
+    if isinstance(name, str) and name in NAMED:
         del given["law"]
         if twice := NAMED[name].keys() & given.keys():
             raise InputError(

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jamlab.arguments.choices import Law
+from jamlab.arguments.choices import Law, ModelName
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.packing_of_picture import packing_of_picture
 from jamlab.micrographs.picture_numbers import Number, PictureVoids
-from jamlab.models.droplets import DROPLETS
 from jamlab.packing.result import Result
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -169,7 +168,7 @@ class Micrograph(Result):
         table = self.table()
         return {str(name): table[name].to_numpy() for name in table}
 
-    def packing(self, model: str = DROPLETS.name, seed: int = 1, law: Law | None = None) -> Packing:
+    def packing(self, model: ModelName = "dp", seed: int = 1, law: Law | None = None) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
 
         Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets

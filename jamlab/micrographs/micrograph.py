@@ -20,22 +20,22 @@ from pathlib import Path
 
 import numpy as np
 
+from jamlab.arguments.choices import Channel, Contrast
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
-from jamlab.checks import check_choice, checked
+from jamlab.checks import checked
 from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
 from jamlab.micrographs.label_doubts import ODD, elongation
 from jamlab.micrographs.labels import labelled_picture, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
-from jamlab.micrographs.picture_files import CHANNELS, NoDropletsError, read_grey, read_values, scikit_image
+from jamlab.micrographs.picture_files import NoDropletsError, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, find_voids, mean_of, share_of
 from jamlab.micrographs.pixel_size import common_size
 from jamlab.micrographs.quality import Checks, doubt_few, doubted_droplets, find_bounds, find_doubts, find_widths
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import SeenDroplets, shape_factor
 
-CONTRASTS = ("auto", "dark", "bright")
 TRIED = 256  # pixels along a side on which bright and dark are tried
 
 
@@ -44,9 +44,9 @@ def micrograph(
     picture: str | Path | ArrayLike | None = None,
     pixel: float | None = None,
     film: float | None = None,
-    contrast: str = "auto",
+    contrast: Contrast = "auto",
     labels: str | Path | ArrayLike | Mask | None = None,
-    channel: str = "grey",
+    channel: Channel = "grey",
 ) -> Micrograph:
     """Detect and measure droplets in a micrograph, with a reliability check.
 
@@ -105,24 +105,17 @@ def micrograph(
     return _measured(grey, SeenDroplets(contrast, darkness, segments, film), pixel, unit)
 
 
-def _check_kind(no_picture: bool, no_labels: bool, contrast: str, channel: str) -> None:
+def _check_kind(no_picture: bool, no_labels: bool, contrast: Contrast, channel: Channel) -> None:
     """Refuse what says how to read a picture where there is none, or where it is not read."""
-    if contrast == "ring":
-        raise InputError(
-            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give '
-            + typed("labels=", "--labels")
-        )
-    check_choice("contrast", contrast, CONTRASTS)
-    check_choice("channel", channel, CHANNELS)
     if no_picture and no_labels:
         raise InputError("give a picture, or labels, or both")
-    if no_picture and channel != CHANNELS[0]:
+    if no_picture and channel != "grey":
         raise InputError(f"channel = {channel!r}: labels alone have no colours; leave it out, or give the picture too")
-    if not no_labels and contrast != CONTRASTS[0]:
+    if not no_labels and contrast != "auto":
         raise InputError("`contrast` does not apply to labels: leave it out")
 
 
-def _contrast_of(picture: Array, grey: Array) -> str:
+def _contrast_of(picture: Array, grey: Array) -> Contrast:
     """The contrast of a photograph; labels are refused."""
     if looks_labelled(picture):
         raise InputError(
@@ -132,7 +125,7 @@ def _contrast_of(picture: Array, grey: Array) -> str:
     return find_contrast(grey)
 
 
-def find_contrast(grey: Array) -> str:
+def find_contrast(grey: Array) -> Contrast:
     """Whether droplets are bright or dark: those under which they are roundest."""
     step = max(1, round(max(grey.shape) / TRIED))
     small = scikit_image().transform.downscale_local_mean(grey, (step, step)) if step > 1 else grey

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.arguments.choices import Law
+from jamlab.arguments.choices import Law, ModelName
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
@@ -37,7 +37,7 @@ PATCH = Patch()
 
 
 def packing_of_picture(
-    centres: Array, areas: Array, cells: Array, rho: float, model: str, seed: int = 1, law: Law | None = None
+    centres: Array, areas: Array, cells: Array, rho: float, model: ModelName, seed: int = 1, law: Law | None = None
 ) -> Packing:
     """Turn measured droplets into a packing at the packing fraction of the picture.
 
@@ -70,7 +70,7 @@ def packing_of_picture(
     size = extent * np.sqrt(cells.sum() / extent.prod())
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
-    start = Packing(DISKS.name, box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
+    start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
     first = min(rho, PATCH.hand_over) if handed_over else rho
     disks = relax_at_rho(at_phi(start, first), first, PATCH.rho_tolerance, relax_session)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}

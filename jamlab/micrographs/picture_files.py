@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from jamlab.arguments.choices import Channel
 from jamlab.arrays import Array, ArrayLike, Mask
 from jamlab.errors import InputError
 
@@ -25,7 +26,6 @@ class Pictures:
 
 PICTURES = Pictures()
 
-CHANNELS = ("grey", "red", "green", "blue")
 REMEDY = "install it with pip install 'jamlab[images]'"
 LOSSY_TIFF = (6, 7, 33003, 33005, 34712, 34892, 50001)  # the same by the tag of compression
 
@@ -34,13 +34,13 @@ class NoDropletsError(InputError):
     """A picture without droplets, which a series may hold."""
 
 
-def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
+def read_grey(picture: str | Path | ArrayLike, channel: Channel = "grey") -> Array:
     """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel.
 
     Args:
         picture: image file of one page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity,
             and what is transparent is laid on white, as programs show it.
-        channel: of a picture in colours, one of `CHANNELS`; "grey" is what the eye sees.
+        channel: of a picture in colours, one of `Channel`; "grey" is what the eye sees.
 
     Returns:
         (h, w) float64.
@@ -54,8 +54,8 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     if values.ndim == 3:
         colours = scikit_image().color
         values = colours.rgba2rgb(values) if values.shape[2] == 4 else values
-        values = values[..., CHANNELS.index(channel) - 1] if channel != CHANNELS[0] else colours.rgb2gray(values)
-    elif channel != CHANNELS[0]:
+        values = values[..., get_args(Channel).index(channel) - 1] if channel != "grey" else colours.rgb2gray(values)
+    elif channel != "grey":
         raise InputError(f"channel is {channel!r}, but the picture has no colours")
     values = values.astype(np.float64)
     if not np.isfinite(values).all() or np.abs(values).max() > 1e100:

@@ -45,7 +45,7 @@ def site_diameters(packing: Packing) -> Array:
 def as_disks(packing: Packing) -> Packing:
     """The disks alone, free of each other."""
     sizes = site_diameters(packing)
-    return Packing(DISKS.name, packing.box, packing.positions, {"eps": 1.0}, "eps", sizes)
+    return Packing("sp", packing.box, packing.positions, {"eps": 1.0}, "eps", sizes)
 
 
 class RoundSites(Model[Packing]):

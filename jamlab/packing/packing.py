@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from jamlab.arguments.choices import Ensemble, ModelName, Units
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
@@ -21,7 +22,6 @@ from jamlab.hints import Hinted
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import Parameter, check_params
 from jamlab.packing.derived import Derived, frozen, lock, per_packing
-from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.frame import Frame, checked_fixed, frame_of
 from jamlab.packing.kinds import MODELS, kind_of
 from jamlab.packing.magnitudes import check_box
@@ -90,15 +90,15 @@ class Packing(Made, Hinted):
         (0.3245, False)
     """
 
-    model: str
+    model: ModelName
     box: Array
     positions: Array
     params: dict[str, Any]
-    units: str = "eps"
+    units: Units = "eps"
     diameters: Array | None = None
     offsets: Indices | None = None
     phi_J: float | None = None
-    ensemble: str = "fixed-box"
+    ensemble: Ensemble = "fixed-box"
     max_force: float | None = None
     converged: bool = False
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -174,7 +174,6 @@ class Packing(Made, Hinted):
         object.__setattr__(self, name, value)
 
     def _check_minimum(self) -> None:
-        check_choice("ensemble", self.ensemble, ENSEMBLES)
         for name, value in (("max_force", self.max_force), ("rounding", self.rounding)):
             if value is not None and not (is_number(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}: must be 0 or more")

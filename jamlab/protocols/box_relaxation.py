@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jamlab.arguments.choices import Ensemble as EnsembleName
 from jamlab.arrays import Array
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
@@ -23,7 +24,6 @@ from jamlab.mechanics.predicted_motion import follow
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.packing.deformation import at_phi, deformed
-from jamlab.packing.ensembles import ENSEMBLES
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient
@@ -121,10 +121,10 @@ class Ensemble:
         return relax_disks_and_box(session, box_strains, force, near=near, least_pressure=least_pressure)
 
 
-_ENSEMBLES = dict(zip(ENSEMBLES, (Ensemble(), Ensemble(may_shear=True)), strict=True))
+_ENSEMBLES: dict[EnsembleName, Ensemble] = {"fixed-box": Ensemble(), "shear-stabilized": Ensemble(may_shear=True)}
 
 
-def minimizer(ensemble: str) -> Ensemble:
+def minimizer(ensemble: EnsembleName) -> Ensemble:
     """The ensemble of a name, as of a packing: "fixed-box", compressed without shear, or "shear-stabilized", the box
     sheared until no shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
     return _ENSEMBLES[ensemble]

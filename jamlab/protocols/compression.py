@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.choices import By
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import defaults
@@ -51,7 +52,7 @@ SWEEP = SweepSteps()
 _SLOPE = "slope"  # entry of provenance: of the true against the nominal packing fraction, by which a sweep goes on
 
 
-def fraction_by(packing: Packing, by: str) -> float:
+def fraction_by(packing: Packing, by: By) -> float:
     """The packing fraction of a packing: "rho", the true one, or "phi"."""
     return packing_fraction(packing) if by == "rho" else packing.phi
 
@@ -65,7 +66,7 @@ def compress(
     to: float,
     step: float = 1e-3,
     *,
-    by: str = "rho",
+    by: By = "rho",
     first_step: float | None = None,
     per_decade: int | None = None,
     pressure_tolerance: float | None = None,
@@ -122,7 +123,7 @@ def go_on(
     to: float,
     step: float,
     *,
-    by: str = "rho",
+    by: By = "rho",
     first_step: float | None = None,
     per_decade: int | None = None,
     pressure_tolerance: float | None = None,
@@ -211,7 +212,7 @@ def _sweep(
     first: Packing,
     targets: Array,
     done: int,
-    by: str,
+    by: By,
     error: float | None,
     force: float,
     ranks: int,
@@ -268,7 +269,7 @@ class _Sweep:
 
     session: Session
     last: Packing  # state
-    by: str
+    by: By
     error: float | None  # of pressures that linear response predicts; None: each state in one step
     force: float
     slope: float = 1.0  # of the packing fraction against the nominal one

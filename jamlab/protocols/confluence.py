@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from jamlab.arguments.choices import By
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
@@ -19,7 +20,7 @@ def bisect_confluence(
     above: Packing,
     error: float,
     *,
-    by: str = "rho",
+    by: By = "rho",
     force_tolerance: float | None = None,
     ranks: int = 1,
 ) -> Iterator[Packing]:

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import Registered, Units
 from jamlab.arrays import Array
 from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults, numbers
@@ -69,7 +70,7 @@ class Making(Minimising):
         own = [name for name, each in declared.items() if not each.each and name not in kind.unit_names]
         return list(dict.fromkeys([*known, *own, *self.outlines]))
 
-    def params(self, units: str, /, **changes: Any) -> dict[str, Any]:
+    def params(self, units: Units, /, **changes: Any) -> dict[str, Any]:
         """`Packing.params`: defaults of the deck part where the law has none, and changes."""
         declared, usual = MODELS.get(self.name).parameters(units, changes), defaults(self.name)
         if unknown := sorted(changes.keys() - declared.keys()):
@@ -116,7 +117,7 @@ class Making(Minimising):
         shapes = _shapes(kind, sizes, {**usual, **params}) @ np.array([1, 1j])
 
         def placed(side: float, positions: Array) -> Packing:
-            return Packing(self.name, np.diag([side, side]), positions.reshape(-1, 2), params, units, sizes)
+            return Packing(Registered(self.name), np.diag([side, side]), positions.reshape(-1, 2), params, units, sizes)
 
         wide = float(np.sqrt(np.sum(sizes**2) / phi))
         loose = placed(wide, np.stack([shapes.real, shapes.imag], axis=-1))

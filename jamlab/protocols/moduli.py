@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arguments.choices import Direction, ModulusMethod
-from jamlab.arrays import Array, ArrayLike
+from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
@@ -59,7 +59,7 @@ def shear_modulus(
     packing: Packing,
     method: ModulusMethod = "linear-response",
     *,
-    direction: Direction | ArrayLike | None = None,
+    direction: Direction | Sequence[float] | Array | None = None,
     strain_step: float | None = None,
 ) -> float | Array:
     """Shear modulus G of a packing at an energy minimum, in its units of stress: the mean over all directions of shear.
@@ -113,7 +113,7 @@ def shear_modulus(
     return found
 
 
-def _directions(packing: Packing, direction: Direction | ArrayLike | None) -> list[ShearDirection]:
+def _directions(packing: Packing, direction: Direction | Sequence[float] | Array | None) -> list[ShearDirection]:
     """Directions of shear that are asked for; the mean of those of None is the mean over all."""
     if direction is None:
         packing.frame.check_admitted(np.eye(4), "the mean over directions, which `direction=None` asks for,")

@@ -147,7 +147,7 @@ def _onset_above(
     placed: Packing,
     first_step: float,
     by_paper: bool,
-    ensemble: str,
+    ensemble: Ensemble,
     tolerance: float | None,
     ranks: int,
     work: OnsetWork,

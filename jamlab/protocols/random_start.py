@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arguments.choices import Units
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, is_number
 from jamlab.engine.deck_defaults import defaults
@@ -50,12 +51,15 @@ def push_apart(packing: Packing) -> Packing:
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
 
 
+_UNITS: tuple[Units, ...] = get_args(Units)
+
+
 def random_disks(
     n: int,
     seed: int,
     *,
     phi: float,
-    units: str = "eps",
+    units: Units = "eps",
     ratio: float | None = None,
     large: float = 0.5,
     sizes: Sizes | None = None,
@@ -80,7 +84,7 @@ def random_disks(
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
-    return Packing(DISKS.name, np.diag([side, side]), positions, params, units, diameters)
+    return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
 
 
 def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: str) -> Packing:
@@ -90,7 +94,7 @@ def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: str) -> Packing:
     return push_apart(random_disks(recipe.n, recipe.seed, phi=phi, units=units, sizes=sizes, **recipe.parameters))
 
 
-def disk_params(units: str, **changes: Any) -> dict[str, Any]:
+def disk_params(units: Units, **changes: Any) -> dict[str, Any]:
     """Give force-law parameters of disks.
 
     Args:
@@ -111,10 +115,10 @@ def disk_params(units: str, **changes: Any) -> dict[str, Any]:
     return params
 
 
-def usual_units(parameters: Mapping[str, Any], usual: str) -> str:
+def usual_units(parameters: Mapping[str, Any], usual: Units) -> Units:
     """Units of packings of disks with these parameters: the usual ones, or those that their law has instead."""
     strengths = law_class(parameters).strengths
-    return usual if usual in strengths else next(iter(strengths))
+    return usual if usual in strengths else next(units for units in _UNITS if units in strengths)
 
 
 def droplet_params(
@@ -189,7 +193,7 @@ def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: di
         for centre, count, area, turn in zip(centres, nv, areas, angles, strict=True)
     ]
     offsets = np.concatenate([[0], np.cumsum(nv)])
-    return Packing(DROPLETS.name, box, np.concatenate(shapes), params, offsets=offsets)
+    return Packing("dp", box, np.concatenate(shapes), params, offsets=offsets)
 
 
 def droplet_cell(nv: NDArray[np.int64], params: dict[str, Any], phi: float) -> float:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
-from jamlab.arguments.choices import Direction
+from jamlab.arguments.choices import Direction, LeverArms
 from jamlab.arrays import Array
 from jamlab.checks import checked_class
 from jamlab.errors import InputError
@@ -81,7 +81,7 @@ class ContactDamping(DragLaw):
         must=f"a number from {DRAG_LIMITS.alpha:g} to 1 (linear drag); films with mobile surfactants have 2/3, with "
         "immobile surfactants 1/2",
     )
-    lever_arms: str = parameter("radius", "where lever arms of disks end", choices=("radius", "contact"))
+    lever_arms: LeverArms = parameter("radius", "where lever arms of disks end", choices=get_args(LeverArms))
 
     def __str__(self) -> str:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
@@ -184,7 +185,7 @@ def mean_spectra(
     *,
     direction: Direction = "simple",
     prestress: bool = True,
-    method: str = "auto",
+    method: SpectrumMethod = "auto",
 ) -> MeanSpectra:
     """Average G*(omega) over packings, for each kind of packings by itself.
 

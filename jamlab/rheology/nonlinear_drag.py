@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import brentq, root_scalar
 from scipy.special import gamma
 
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
@@ -108,7 +109,7 @@ def nonlinear_modulus(
     damping: DragLaw | None = None,
     amplitude: float | None = None,
     prestress: bool = True,
-    method: str = "auto",
+    method: SpectrumMethod = "auto",
 ) -> NonlinearModulus:
     """Compute G*(omega) for power-law contact drag at an amplitude of shear stress or strain (equivalent linear drag).
 
@@ -155,7 +156,7 @@ def equivalent_modulus(
     damping: DragLaw | None = None,
     amplitude: float | None = None,
     prestress: bool = True,
-    method: str = "auto",
+    method: SpectrumMethod = "auto",
 ) -> tuple[NonlinearModulus, float]:
     """`nonlinear_modulus` without its warning, and the static modulus of which it would warn."""
     if (alpha is None) == (damping is None) or (stress is None) == (amplitude is None):

@@ -45,13 +45,13 @@ Radii = ArrayLike | Mapping[Any, float] | None
 
 
 def complete_force_law(
-    model: str, found: Mapping[str, Any], units: Units | None, params: Mapping[str, Any]
+    model: ModelName, found: Mapping[str, Any], units: Units | None, params: Mapping[str, Any]
 ) -> tuple[Units, dict[str, Any], list[str]]:
     """Complete the force law of a file, rest areas apart, with what the user gives; units are "eps" if neither says.
     Returns units, parameters, and the names of those found in neither, which have the defaults of the decks."""
     if "units" not in found and (scales := [name for name in ("eps", "k") if name in found]):
         found = {**found, "units": scales[0]}
-    chosen = str(found.get("units", units or "eps"))
+    chosen: Units = found.get("units", units or "eps")
     check_choice("units", chosen, UNITS)
     if chosen not in MODELS.get(model).unit_names:
         raise InputError(f"model {model} has no units {chosen!r}")

@@ -217,7 +217,8 @@ class UniverseFrames:
             raise InputError(f"the group has atom {named[counts > 1][0]} twice: give `group.unique`")
         self._types = _types(group, radii)
         self._lines = _lines(group)
-        model = self._model or next((line["model"] for line in self._lines if "model" in line), DROPLETS.name)
+        said = [str(line["model"]) for line in self._lines if "model" in line]
+        model = self._model or (said[0] if said else DROPLETS.name)
         bonds = _bonds(group) if MODELS.get(model).has_outlines else np.empty((0, 2), dtype=np.int64)
         self._rings = rings_of_bonds(bonds, len(group)) if len(bonds) else None
         residues = _attribute(group.residues, "rest_areas", None)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from jamlab.arguments.choices import Registered
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.protocols.compression import compress
@@ -37,7 +38,7 @@ def measure_sizes(model: str, sizes: str, first: int) -> list[dict[str, Any]]:
 def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
     found: dict[str, Any] = {}
     try:
-        onset = jam(PARTICLES[model], model, seed, sizes=sizes)
+        onset = jam(PARTICLES[model], Registered(model), seed, sizes=sizes)
         found |= {"phi_J": onset.phi, "rattlers": float(contacts(onset).rattlers.mean())}
         *_, state = compress(onset, onset.phi + DISTANCE, 0.25 * DISTANCE, by="phi")
         spectrum = complex_modulus(state, OMEGA)

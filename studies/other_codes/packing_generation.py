@@ -15,11 +15,15 @@ import numpy as np
 import typer
 
 import jamlab
+from jamlab.arguments.choices import ModelName
 from jamlab.packing.deformation import at_phi
 from jamlab.protocols.relaxation import relax_session
 from studies.tables import one_core
 
-RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1, 1024: 1}}  # model -> number of particles -> seeds
+RUNS: dict[ModelName, dict[int, int]] = {
+    "sp": {64: 10, 256: 10},
+    "dp": {64: 10, 256: 1, 1024: 1},
+}  # model -> number of particles -> seeds
 
 
 def onset_in_dpm(program: str, limit: float) -> str:
@@ -41,9 +45,10 @@ def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the ti
         for style in ("jamlab", "cg", "fire"):  # of LAMMPS
             with jamlab.Session(at_phi(onset, onset.phi + 0.01)) as a:
                 began = time.process_time()
-                found = (
-                    a.minimize(1e-10, style=style, steps=5_000) if style != "jamlab" else relax_session(a).evaluation
-                )
+                if style == "jamlab":
+                    found = relax_session(a).evaluation
+                else:
+                    found = a.minimize(1e-10, style="cg" if style == "cg" else "fire", steps=5_000)
             print(f"minimum, dp, N = 64, {style}: {time.process_time() - began:.2g} s, force {found.max_force:.0e}")
         for model, sizes in RUNS.items():
             for n, seeds in sizes.items():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from jamlab.arguments.choices import ModulusMethod
+from jamlab.arguments.choices import ModulusMethod, SpectrumMethod
 from jamlab.arrays import Complex
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -124,7 +124,8 @@ def measure_spectrum(name: str, packing: Packing, damping: DragLaw) -> Iterator[
     exact, unsure = refined_modulus(packing, _OMEGA, damping)
 
     panel = Panel(name, exact, unsure, _off_both, {"runs": 2, "budget": 0.1})
-    ways: list[tuple[str, str, str, dict[str, float]]] = [("dense", "dense", "", {}), ("direct", "direct", "", {})]
+    ways: list[tuple[SpectrumMethod, str, str, dict[str, float]]] = []
+    ways += [("dense", "dense", "", {}), ("direct", "direct", "", {})]
     for tolerance in _SHIFT_TOLERANCES:
         ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", {"TOLERANCE": tolerance, "QUIET": 1}))
     for steps in _KRYLOV_STEPS:
@@ -135,7 +136,9 @@ def measure_spectrum(name: str, packing: Packing, damping: DragLaw) -> Iterator[
         yield panel.trial(way, setting, run, method == chosen and setting in usual)
 
 
-def _modulus_with(numbers: dict[str, float], packing: Packing, damping: DragLaw, method: str) -> ComplexModulus:
+def _modulus_with(
+    numbers: dict[str, float], packing: Packing, damping: DragLaw, method: SpectrumMethod
+) -> ComplexModulus:
     """G* with other numbers of the search for shifts."""
     with ExitStack() as changed:
         for name, value in numbers.items():

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from jamlab.arguments.choices import Search
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
@@ -51,7 +52,7 @@ def _descend_droplets(session: Session, start: Packing, style: str, tolerance: f
     if style == _STYLES[-1]:
         left = relax_session(session, tolerance).evaluation.max_force
     else:
-        left = session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
+        left = session.minimize(tolerance, style="fire" if style == "fire" else "cg", steps=_DROPLET_STEPS).max_force
     if left > tolerance:
         raise ConvergenceError(f"ends at a largest force of {left:.1g}")
     return left
@@ -59,7 +60,10 @@ def _descend_droplets(session: Session, start: Packing, style: str, tolerance: f
 
 # the search for onset
 _N = 16
-_STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "incremental": (1e-2, 3e-3, 1e-3, 3e-4)}
+_STEPS: dict[Search, tuple[float, ...]] = {
+    "bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4),
+    "incremental": (1e-2, 3e-3, 1e-3, 3e-4),
+}
 
 
 def search_onset(seed: int) -> Iterator[Trial]:
@@ -78,7 +82,7 @@ def search_onset(seed: int) -> Iterator[Trial]:
             yield panel.trial(way, f"{step:g}", partial(search, way, step), default)
 
 
-def _find(seed: int, search: str, step: float) -> float:
+def _find(seed: int, search: Search, step: float) -> float:
     return jam(_N, "sp", seed, search=search, step=step).phi
 
 

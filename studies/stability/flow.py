@@ -89,7 +89,7 @@ def elastic_trial(run: FlowRun) -> Trial:
 
 def _end_of_step(run: FlowRun) -> float:
     """Relative difference of numbers from the values of the positions: droplets are corrected at the end of a step."""
-    return _SUMMED * run.tolerance if run.packing.model == "dp" else 0.0
+    return _SUMMED * run.energy_tolerance if run.packing.model == "dp" else 0.0
 
 
 def viscous_trial(run: ShearRun) -> Trial:
@@ -100,7 +100,8 @@ def viscous_trial(run: ShearRun) -> Trial:
     force = np.append(plain_forces(packing)[1].ravel(), np.zeros(packing.n)) - rate * drag[:-1, -1]
     motion = np.append(np.linalg.lstsq(drag[:-1, :-1], force, rcond=1e-13)[0], rate)
     error = abs(drag[-1] @ motion / packing.area - run.viscous_stress[-1]) / np.abs(run.stress).max()
-    return Trial("converged", f"viscous stress off by {error:.1g}", float(error), _SUMMED * run.tolerance + _ROUNDING)
+    allowed = _SUMMED * run.energy_tolerance + _ROUNDING
+    return Trial("converged", f"viscous stress off by {error:.1g}", float(error), allowed)
 
 
 def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:

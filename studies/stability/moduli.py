@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import LARGEST_IMBALANCE
@@ -45,7 +46,7 @@ def try_moved(packing: Packing, seed: int, distance: float) -> Trial:
 
 _GOOD = 1e-4  # relative error of G' or G'' beyond which a result counts as failed: it would show in a plot or a fit
 _ESTIMATE = 10.0  # by which an error may exceed the estimate of the solver
-_METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
+_METHODS: tuple[SpectrumMethod, ...] = ("dense", "direct", "reduced")  # seeds take one after the other
 _N = 12
 
 

@@ -129,9 +129,7 @@ def test_tables_of_campaigns_have_the_law_and_its_parameters(tmp_path):
     plain = written(tmp_path / "p.toml", n=16, seeds=1, compress=None, phi=[0.9], law={})
     assert {"force_law", "units", "law"}.isdisjoint(_parameters_of(plain))
     with pytest.raises(jamlab.InputError, match="unknown force law 'lj'"):
-        jamlab.open_campaign(
-            written(tmp_path / "d.toml", n=16, seeds=1, compress=None, phi=[0.9], law={"law": "lj"})
-        )
+        jamlab.open_campaign(written(tmp_path / "d.toml", n=16, seeds=1, compress=None, phi=[0.9], law={"law": "lj"}))
 
 
 def _parameters_of(file):

@@ -2,6 +2,7 @@
 
 import warnings
 from functools import cache
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ from scipy import linalg
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
-from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import equation_of_motion
 
 OMEGA = np.logspace(-12, 4, 9)
+METHODS = get_args(SpectrumMethod)
 SOLVERS = METHODS[1:]
 LAWS = [
     ContactDamping(beta=1.0),

@@ -1,16 +1,18 @@
 """G*, its limits and the response to slow shear of networks with floppy modes, against plain numpy."""
 
 from functools import cache
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.mechanics.force_network import force_network
-from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import equation_of_motion
 
+METHODS = get_args(SpectrumMethod)
 SOLVERS = METHODS[1:]
 LAWS = [
     ContactDamping(),
