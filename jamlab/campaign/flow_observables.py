@@ -213,7 +213,7 @@ class CreepOfStates(_Run):
     converged if it does either."""
 
     name, needs = "creep", "a table with stresses and duration"
-    _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope", "rests", "flows")
+    _OF_RUN: ClassVar = ("residual_stress", "final_time", "final_strain", "final_rate", "slope", "rests", "flows")
     columns = (*_Run._FLOW, "stress", *_OF_RUN, *_Run._ENDED)
 
     creep: Creeping
@@ -232,7 +232,7 @@ class CreepOfStates(_Run):
         accuracy: Any = {"tolerance": how.tolerance, "background_drag": background}
         run = creep(packing, row["stress"], how.duration, law, largest_strain=how.largest_strain, **accuracy)
         return {
-            **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
+            **{"residual_stress": run.residual_stress, "final_rate": run.final_rate, "slope": run.slope},
             **{"final_time": float(run.time[-1]), "final_strain": float(run.strain[-1])},
             **{"rests": float(run.state == "rests"), "flows": float(run.state == "flows")},
             **{"ambiguous_contacts": float(run.ambiguous_contacts), "converged": run.finished},

@@ -281,7 +281,7 @@ def relax_stress(
 
     how: dict[str, Any] = {"step_time": step_time, "trajectory_error": trajectory_error}
     found = job.drive(flow, "relax", strain, duration, **how, **drag)
-    job.give(found, _IN_TIME, f"elastic stress before {found.residual:.5g}")
+    job.give(found, _IN_TIME, f"elastic stress before {found.residual_stress:.5g}")
 
 
 @command("stop_flow")
@@ -330,4 +330,4 @@ def creep(
 
     how: dict[str, Any] = {"largest_strain": largest_strain, "trajectory_error": trajectory_error}
     found = job.drive(flow, "creep", stress, duration, **how, **drag)
-    job.give(found, _IN_TIME, f"residual stress {found.residual:.5g}")
+    job.give(found, _IN_TIME, f"residual stress {found.residual_stress:.5g}")

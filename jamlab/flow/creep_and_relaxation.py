@@ -53,22 +53,23 @@ class CreepRun(FlowRun):
     """Strain in time under a stress; rows and packings as in `FlowRun`.
 
     Attributes:
-        applied: shear stress in addition to the residual stress.
-        residual: shear stress of the packing at rest, before the creep.
+        applied_stress: shear stress in addition to the residual stress.
+        residual_stress: shear stress of the packing at rest, before the creep.
         duration: time that was asked for.
     """
 
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "compliance", "z_all", "energy_gap")
+    numbers: ClassVar[tuple[str, ...]] = (*FlowRun.numbers, "final_rate", "slope")
     answer: ClassVar[str] = "strain"
 
-    applied: float
-    residual: float
+    applied_stress: float
+    residual_stress: float
     duration: float
 
     @property
     def compliance(self) -> Array:
         """(m,) J(t) = strain over the stress applied."""
-        return np.asarray(self.strain / self.applied)
+        return np.asarray(self.strain / self.applied_stress)
 
     @property
     def final_rate(self) -> float:
@@ -96,7 +97,7 @@ class CreepRun(FlowRun):
     @property
     def state(self) -> Literal["rests", "creeps", "flows"]:
         """What the packing does at the end: it rests, it still creeps, or it flows steadily."""
-        if self.slope < VERDICTS.arrested and abs(self.viscous_stress[-1]) < VERDICTS.left * abs(self.applied):
+        if self.slope < VERDICTS.arrested and abs(self.viscous_stress[-1]) < VERDICTS.left * abs(self.applied_stress):
             return "rests"
         return "flows" if self.slope > VERDICTS.flows and self.strain[-1] > VERDICTS.yielded else "creeps"
 
@@ -109,13 +110,13 @@ class CreepRun(FlowRun):
     def summary(self) -> dict[str, float]:
         """Stress applied; last time and strain; mean rate and d ln strain/d ln time over the last half of the time."""
         last = {"time": float(self.time[-1]), "strain": float(self.strain[-1])}
-        return {"stress": self.applied, **last, "rate": self.final_rate, "slope": self.slope}
+        return {"stress": self.applied_stress, **last, "rate": self.final_rate, "slope": self.slope}
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
         """Draw the compliance over time, on logarithmic axes."""
         per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
-        name = label or rf"$\sigma$ = {self.applied:g}: {self.state}"
+        name = label or rf"$\sigma$ = {self.applied_stress:g}: {self.state}"
         quantity = in_unit(r"compliance $J(t)$", per_unit if self.unit else "")
         self._draw(axes, self.time[1:], self.compliance[1:], name, quantity, **style)
 
@@ -182,8 +183,8 @@ def creep(
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
     with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
         before = flow.before
-        residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
-        flow.facts |= {"applied": stress, "residual": residual, "duration": duration}
+        residual = before.residual_stress if before else flow.session.drive("rate 0", duration).elastic_stress
+        flow.facts |= {"applied_stress": stress, "residual_stress": residual, "duration": duration}
         flow.warn_beyond("time", flow.time, duration)
         if flow.time < duration * (1 - 1e-12):
             flow.drive(flow.session.stress_drive(residual + stress), duration - flow.time)
@@ -207,11 +208,13 @@ class StoppedFlow(FlowRun):
     """Stress in time at fixed strain; rows and packings as in `FlowRun`.
 
     Attributes:
-        residual: elastic shear stress at the start (before the strain step, if there is one).
+        residual_stress: elastic shear stress at the start (before the strain step, if there is one).
         duration: time that was asked for.
     """
 
-    residual: float
+    numbers: ClassVar[tuple[str, ...]] = (*FlowRun.numbers, "change")
+
+    residual_stress: float
     duration: float
 
     @property
@@ -256,29 +259,29 @@ class StressRelaxation(StoppedFlow):
     """Stress in time after a step of strain; rows and packings as in `FlowRun`, times from the middle of the step.
 
     Attributes:
-        step_strain: of the step.
+        applied_strain: strain of the step.
         step_time: that the step took; the modulus at a time t knows of it by (step_time/t)^2/24 only.
     """
 
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "modulus", "z_all", "energy_gap")
 
-    step_strain: float
+    applied_strain: float
     step_time: float
 
     @property
     def modulus(self) -> Array:
         """(m,) G(t) = (stress - residual)/strain."""
-        return np.asarray((self.stress - self.residual) / self.step_strain)
+        return np.asarray((self.stress - self.residual_stress) / self.applied_strain)
 
     @property
     def _relaxing(self) -> tuple[Array, float, str]:
-        return self.modulus, self.step_strain, r"relaxation modulus $G(t)$"
+        return self.modulus, self.applied_strain, r"relaxation modulus $G(t)$"
 
     @property
     def summary(self) -> dict[str, float]:
         """Strain of the step, last time and modulus, and its change over the last half of the time."""
         last = {"time": float(self.time[-1]), "modulus": float(self.modulus[-1])}
-        return {"strain": self.step_strain, **last, "change": self.change}
+        return {"strain": self.applied_strain, **last, "change": self.change}
 
 
 @checked
@@ -327,9 +330,9 @@ def relax_stress(
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
     task, accuracy, end = {"strain": strain, "step_time": step_time}, (tolerance, background_drag), _end(duration)
     with TimedRun(StressRelaxation, packing, damping, accuracy, task, end, path, progress, at_rest=True) as flow:
-        flow.facts |= {"step_strain": strain, "step_time": step_time}
+        flow.facts |= {"applied_strain": strain, "step_time": step_time}
         if flow.before is None:
-            flow.facts["residual"] = flow.session.drive("rate 0", duration).elastic_stress
+            flow.facts["residual_stress"] = flow.session.drive("rate 0", duration).elastic_stress
             flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / RAMP.steps)
             flow.advance()
             flow.begin_again(time=0.5 * step_time)
@@ -379,7 +382,7 @@ def stop_flow(
     accuracy, task = (tolerance, background_drag), {"strain": 0}
     with TimedRun(StoppedFlow, packing, law, accuracy, task, _end(duration), path, progress) as run:
         if run.before is None:
-            run.facts["residual"] = run.session.drive("rate 0", duration).elastic_stress
+            run.facts["residual_stress"] = run.session.drive("rate 0", duration).elastic_stress
         _wait(run, duration)
         if trajectory_error:
             how: dict[str, Any] = {"damping": law, "background_drag": background_drag}
@@ -397,7 +400,7 @@ def _wait(flow: TimedRun[S], duration: float) -> None:
     flow.warn_beyond("time", flow.time, duration)
     flow.facts["duration"] = duration
     if flow.before:
-        flow.facts["residual"] = flow.before.residual
+        flow.facts["residual_stress"] = flow.before.residual_stress
     if flow.time < duration * (1 - 1e-12):
         flow.drive("rate 0", duration - flow.time)
         if flow.before is None and flow.frames[0].kind.carrier == "outlines":

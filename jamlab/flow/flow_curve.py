@@ -61,7 +61,7 @@ class FlowCurve(FlowResult):
         discard, strain: strain of the start-up, which is left out, and strain of the average.
         failed: rates whose run failed, as text, with the reason; the arrays omit them.
         frames: the packing at the start and the last state of each rate.
-        damping, background, tolerance, unit: see `FlowRun`.
+        damping, background_drag, tolerance, unit: see `FlowRun`.
     """
 
     columns: ClassVar[tuple[str, ...]] = ("rates", *_POINTS, "finished")
@@ -192,7 +192,7 @@ def flow_curve(
     wanted = check_rates(rates)
     check_flowing(law, tolerance, background_drag)
     where = workers_there(workers)
-    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
+    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background_drag": background_drag}
     curve = _Curve(packing, law, task, path, progress)
     missing = [rate for rate in wanted if rate not in curve.points]
     curve.done = dict.fromkeys(missing, 0.0)

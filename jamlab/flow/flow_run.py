@@ -6,7 +6,7 @@ so the gap between the three measures the errors of the steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,11 +59,12 @@ class FlowResult(Result):
     """One flow or several: packings, drag and accuracy. The energy balance stands in its `repr` and its pictures."""
 
     columns: ClassVar[tuple[str, ...]]  # of its table
+    numbers: ClassVar[tuple[str, ...]] = ("state", "energy_error", "conclusion")  # beside its fields, of `to_dict`
 
     # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
     frames: tuple[Packing, ...]
     damping: DragLaw | None  # drag law; None without rate
-    background: float  # drag of every disk against the affine flow beside it, over k tau_1
+    background_drag: float  # of every disk or vertex against the affine flow beside `damping`, over k tau_1
     tolerance: float | None  # relative error of velocities in a step; None without rate
     unit: str  # of stress, for labels
 
@@ -79,7 +80,7 @@ class FlowResult(Result):
     def remedy(self) -> dict[str, float]:
         """Argument to change where energy is not balanced: shorter steps, or a background drag for droplets."""
         drags = self.damping is not None and self.damping.at_contacts
-        if self.frames[0].kind.carrier == "outlines" and drags and self.background < FLOW_ENERGY.background:
+        if self.frames[0].kind.carrier == "outlines" and drags and self.background_drag < FLOW_ENERGY.background:
             return {"background_drag": FLOW_ENERGY.background}
         return {"tolerance": FLOW_ENERGY.finer * self.energy_tolerance}
 
@@ -91,6 +92,22 @@ class FlowResult(Result):
     def _columns(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.columns}
 
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers by the names of attributes, as JSON holds them: columns of the table as lists, what the whole run
+        has, and its drag law as a dict; of complex numbers the real and the imaginary part. Packings are left out."""
+        known = {each.name for each in fields(self)} - {"frames"} | {*self.columns, *self.numbers, *self._columns()}
+        found = {name: getattr(self, name) for name in sorted(known)} | {"damping": None}
+        if self.damping is not None:
+            found["damping"] = self.damping.record()
+        return {name: _plain(value) for name, value in found.items()}
+
+
+def _plain(value: Any) -> Any:
+    """A number, or an array as lists, without complex numbers."""
+    if isinstance(value, np.ndarray):
+        return (np.stack([value.real, value.imag], axis=-1) if np.iscomplexobj(value) else value).tolist()
+    return value
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class FlowRun(FlowResult):
@@ -99,6 +116,7 @@ class FlowRun(FlowResult):
     series: ClassVar[tuple[str, ...]] = SERIES
     answer: ClassVar[str] = "stress"  # which of them the packing decides
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "z_all", "energy_gap")
+    numbers: ClassVar[tuple[str, ...]] = (*FlowResult.numbers, "finished", "balanced", "relative_trajectory_error")
     _apart = ("wall_stress",)
 
     # time, strain: (m,) since the start

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class Oscillation(FlowRun):
         cycle_harmonics: (cycles, k) complex G'_k + i G''_k of each cycle, k = 1, 2, ...
         finished: whether it repeats: the first harmonic of the last two cycles differs by less than the tolerance.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = (*FlowRun.numbers, "cycles", "storage", "loss", "third_over_first", "change")
 
     omega: float
     amplitude: float

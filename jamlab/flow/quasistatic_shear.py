@@ -219,7 +219,7 @@ class Walk(Run[QuasistaticShear]):
         self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, force_tolerance
         self._on_walls: list[Array] = []
         largest = usual_force_tolerance(packing.model) if force_tolerance is None else force_tolerance
-        self.facts |= {"background": 0.0, "tolerance": None, "iterations": 0, "shear_rate": 0.0}
+        self.facts |= {"background_drag": 0.0, "tolerance": None, "iterations": 0, "shear_rate": 0.0}
         self.facts["force_tolerance"] = largest
         self._now = self._scales.to_natural(self._started)
         self.session = Session(self._now)

@@ -27,7 +27,7 @@ def report(result: Any) -> str:
 def describe(result: Any) -> str:
     """Name drag and accuracy of a result, and how well its energy is balanced."""
     words = [] if result.damping is None else [str(result.damping)]
-    words += [f"background drag {result.background:g} k τ1"] if result.background else []
+    words += [f"background drag {result.background_drag:g} k τ1"] if result.background_drag else []
     forces = [f"force tolerance {result.force_tolerance:g}"] if result.tolerance is None else []
     words += [*(forces or [f"tolerance {result.tolerance:g}"]), describe_balance(result)]
     trajectory_error = getattr(result, "relative_trajectory_error", float("nan"))

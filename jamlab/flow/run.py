@@ -279,7 +279,7 @@ class TimedRun(Run[R]):
                     f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}: the packing is unjammed and "
                     "has no elastic stress. Use a jammed packing, or shear it at a finite rate"
                 )
-        law, how = damping or ContactDamping(), dict(zip(("tolerance", "background"), accuracy, strict=True))
+        law, how = damping or ContactDamping(), dict(zip(("tolerance", "background_drag"), accuracy, strict=True))
         super().__init__(kind, packing, law, {**task, **how}, path, progress)
         self.facts |= how
         empty = dict.fromkeys(FlowState._fields, 0.0)

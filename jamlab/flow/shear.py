@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -76,6 +76,8 @@ class ShearRun(FlowRun):
         strain_asked: strain to be sheared by, of all parts; less is reached by a run that was interrupted.
         parts: (p, 2) rate and strain of each part of a protocol; None: one rate all the way.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = (*FlowRun.numbers, "plastic_events")
 
     shear_rate: float
     strain_asked: float

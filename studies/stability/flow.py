@@ -96,7 +96,7 @@ def viscous_trial(run: ShearRun) -> Trial:
     """Viscous stress at the end, from velocities solved for anew: B u = F - rate b."""
     assert run.damping is not None
     packing, rate = run.packing, float(run.rate[-1])
-    drag = plain_drag(packing, run.damping.contrast, run.background)
+    drag = plain_drag(packing, run.damping.contrast, run.background_drag)
     force = np.append(plain_forces(packing)[1].ravel(), np.zeros(packing.n)) - rate * drag[:-1, -1]
     motion = np.append(np.linalg.lstsq(drag[:-1, :-1], force, rcond=1e-13)[0], rate)
     error = abs(drag[-1] @ motion / packing.area - run.viscous_stress[-1]) / np.abs(run.stress).max()

@@ -78,7 +78,7 @@ def test_creep(tmp_path):
         assert small["rests"] == 1 == large["flows"] and small["flows"] == 0 == large["rests"]
         assert small["final_strain"] * jamlab.shear_modulus(jammed, direction="simple") == pytest.approx(1e-7, rel=1e-3)
         assert large["final_strain"] > 1 and large["final_time"] < 300 and small["final_time"] == pytest.approx(300)
-        assert small["residual"] == large["residual"] and small["ambiguous_contacts"] == 0
+        assert small["residual_stress"] == large["residual_stress"] and small["ambiguous_contacts"] == 0
     for law, background in ((jamlab.ContactDamping(), 1e-2), (jamlab.StokesDrag(0.5), 0.0)):
         run = jamlab.creep(jammed, 2e-2, 300.0, law, largest_strain=1.0, background_drag=background)
         name = "contact" if background else "stokes"

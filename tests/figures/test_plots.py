@@ -70,7 +70,7 @@ def sheared():
     rest = {
         "frames": (state("disks"),),
         "damping": None,
-        "background": 0.0,
+        "background_drag": 0.0,
         "tolerance": None,
         "force_tolerance": 1e-12,
         "unit": "k",
@@ -109,7 +109,7 @@ UNITS = {  # of both axes, where there is one
 
 
 PACKING = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
-HOW = {"frames": (PACKING,), "damping": jamlab.ContactDamping(), "background": 0.0, "tolerance": 1e-2, "unit": "k"}
+HOW = {"frames": (PACKING,), "damping": jamlab.ContactDamping(), "background_drag": 0.0, "tolerance": 1e-2, "unit": "k"}
 EFFORT = {"steps": 100, "iterations": 1000, "seconds": 1.0}
 
 
@@ -160,14 +160,17 @@ def oscillation(omega=0.1, amplitude=0.1, third=0.1):
 def creep():
     time = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])
     return jamlab.results.CreepRun(
-        **flow_rows(time=time, strain=1e-4 * time / (1 + 0.1 * time)), applied=1e-4, residual=0.0, duration=1e3
+        **flow_rows(time=time, strain=1e-4 * time / (1 + 0.1 * time)),
+        applied_stress=1e-4,
+        residual_stress=0.0,
+        duration=1e3,
     )
 
 
 def relaxation():
     time = np.geomspace(5e-3, 1e3, 61)
     stress = 1e-5 * (0.1 + 0.3 / (1 + time))
-    answer = {"step_strain": 1e-5, "step_time": 1e-2, "residual": 0.0, "duration": 1e3}
+    answer = {"applied_strain": 1e-5, "step_time": 1e-2, "residual_stress": 0.0, "duration": 1e3}
     return jamlab.results.StressRelaxation(**flow_rows(time=time, stress=stress), **answer)
 
 

@@ -56,7 +56,7 @@ def test_errors_stay_below_the_tolerance(packing, law, rate):
 def test_creep_is_that_of_plain_numpy(packing):
     """At a stress that moves contacts."""
     run = jamlab.creep(packing, 0.02, 4.0, tolerance=1e-4, background_drag=1e-4)
-    strain = PlainFlow(packing, layer=1e-6).creep(run.residual + 0.02, run.time)
+    strain = PlainFlow(packing, layer=1e-6).creep(run.residual_stress + 0.02, run.time)
     assert np.ptp(run.contacts) > 2
     assert run.strain == pytest.approx(strain, abs=1e-4 * strain[-1])
 

@@ -143,7 +143,7 @@ def test_linear_flow_shares_its_error_with_its_average(packing):
 def test_steady_flow_runs_as_its_errors_were_measured(packing):
     film = jamlab.choose_flow(packing, FILM, rate=1e-3, error=0.4)
     curve = film.run(packing)
-    assert curve.background == STEADY["background_drag"] == CONDITIONS.background
+    assert curve.background_drag == STEADY["background_drag"] == CONDITIONS.background
     assert curve.strain + curve.discard == pytest.approx(film.strain)
 
 

@@ -1,5 +1,9 @@
 """Arguments of flow and estimates by their one name: another word for one is refused with it."""
 
+import json
+from dataclasses import fields
+
+import numpy as np
 import pytest
 
 import jamlab
@@ -41,3 +45,43 @@ def test_the_path_of_a_movie_stands_first(run):
 def test_another_word_for_a_quantity_of_an_estimate_is_refused_with_the_names(word, name):
     with pytest.raises(InputError, match=rf"'{word}'.*\b{name}\b"):
         jamlab.estimate_cost(word, None, 0.1)
+
+
+RUNS = {
+    "shear": lambda p: jamlab.shear(p, 1.0, 0.01, rows=2),
+    "quasistatic_shear": lambda p: jamlab.quasistatic_shear(p, 2e-3),
+    "oscillate": lambda p: jamlab.oscillate(p, 1.0, 1e-3, cycles=2, points_per_cycle=16),
+    "creep": lambda p: jamlab.creep(p, 1e-4, 1.0),
+    "relax_stress": lambda p: jamlab.relax_stress(p, 1e-4, 1.0),
+    "flow_curve": lambda p: jamlab.flow_curve(p, [1.0], strain=1.0, discard=0.1),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_columns_and_json_have_the_names_of_attributes(disks, name):
+    run = RUNS[name](disks)
+    table, content = run.to_dataframe(), json.loads(json.dumps(run.to_dict()))
+    assert {*table} <= content.keys() and {each.name for each in fields(run)} - {"frames"} <= content.keys()
+    for each, value in content.items():
+        there = getattr(run, each)
+        if each == "damping":
+            assert value == (there and there.record())
+        elif np.iscomplexobj(there):
+            assert np.array_equal(np.array(value) @ [1, 1j], there)
+        else:
+            assert repr(value) == repr(there.tolist() if isinstance(there, np.ndarray) else there), each  # nan is nan
+    assert all(np.array_equal(table[column], content[column]) for column in table)
+
+
+@pytest.mark.parametrize(
+    ("kind", "word", "name"),
+    [
+        ("creep", "applied", "applied_stress"),
+        ("creep", "residual", "residual_stress"),
+        ("shear", "background", "background_drag"),
+        ("oscillate", "points", "points_per_cycle"),
+    ],
+)
+def test_another_word_for_an_attribute_is_refused_with_the_name(disks, kind, word, name):
+    with pytest.raises(AttributeError, match=rf"'{word}'.*`{name}`"):
+        getattr(RUNS[kind](disks), word)

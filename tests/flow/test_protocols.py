@@ -65,7 +65,7 @@ def test_a_flow_is_stopped_and_relaxes(packing):
     """Its result holds the state, the drag law with it."""
     run = jamlab.shear(packing, 0.05, 0.1, jamlab.StokesDrag(), rows=5)
     found = jamlab.stop_flow(run, 300.0)
-    assert found.damping == run.damping and found.residual == pytest.approx(run.elastic_stress[-1])
+    assert found.damping == run.damping and found.residual_stress == pytest.approx(run.elastic_stress[-1])
     assert found.strain == pytest.approx(0.0, abs=0) and found.time[0] == 0.0
     assert found.viscous_stress[-1] == pytest.approx(0.0, abs=1e-3 * abs(found.stress[0]))
     assert found.energy[-1] < found.energy[0] and found.energy_error < 1e-2

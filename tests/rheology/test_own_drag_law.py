@@ -169,7 +169,7 @@ class NormalAndBackground(DragLaw):
 def test_a_background_of_the_law_adds_to_that_of_the_flow(more):
     p = jamlab.pack(16, 1e-2, seed=1)
     run = jamlab.shear(p, 0.1, 1e-3, NormalAndBackground(), rows=1, background_drag=more)
-    assert run.background == (more or 0.0)  # the dissipated power has been compared with that of both
+    assert run.background_drag == (more or 0.0)  # the dissipated power has been compared with that of both
 
 
 @dataclass(frozen=True)

@@ -59,4 +59,6 @@ def flow_curve(packing, run):
     arrays = {name: np.full(len(RATES), 0.1) for name in FlowCurve.columns if name != "finished"}
     arrays |= {"rates": RATES, "stress": 0.01 + 0.1 * np.sqrt(RATES), "stress_stderr": np.full(len(RATES), 1e-4)}
     plain = {each.name: getattr(run, each.name) for each in fields(run) if each.name in ("damping", "unit")}
-    return FlowCurve(frames=(packing,) * 5, background=0.0, tolerance=1e-3, discard=1.0, strain=1.0, **plain, **arrays)
+    return FlowCurve(
+        frames=(packing,) * 5, background_drag=0.0, tolerance=1e-3, discard=1.0, strain=1.0, **plain, **arrays
+    )
