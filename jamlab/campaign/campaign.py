@@ -26,7 +26,7 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.running import Running
 from jamlab.campaign.standing import CampaignRun, Meter, Standing
-from jamlab.campaign.tables import TableParts, aggregate, in_parts, table
+from jamlab.campaign.tables import DISTANCES, TableParts, aggregate, in_parts, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
@@ -361,8 +361,8 @@ class Campaign(Hinted):
         Args:
             values: columns to average.
             by: columns that define the groups.
-            table: to take them from; "states" has two more columns here, d_rho = rho - rho_J and
-                d_phi = phi - phi_J.
+            table: to take them from. Where it has the columns of which they are made, there are two more here,
+                d_rho = rho - rho_J and d_phi = phi - phi_J.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
             along: a further column, cut into bins.
@@ -374,16 +374,22 @@ class Campaign(Hinted):
                 more than `by`, such as in their force law, would be averaged.
             StorageError: a file is damaged.
         """
-        frame = self.table(table, sweep)
-        if table == "states":
-            frame = frame.assign(d_rho=frame["rho"] - frame["rho_J"], d_phi=frame["phi"] - frame["phi_J"])
+        parts = TableParts(self.folder, table, [self.finished(sweep)], values)
+        (frame,) = parts
+        for distance, (end, begin) in DISTANCES.items():
+            if end in frame and begin in frame:
+                frame[distance] = frame[end] - frame[begin]
         if converged:
             if "converged" not in frame:  # its rows converged as far as their states did
-                states = self.table("states", sweep)[["task", "state", "converged"]]
+                states = self._rows_of("states", sweep)[["task", "state", "converged"]]
                 frame = frame.merge(states, "left", ["task", "state"])
             frame = frame[frame["converged"].astype(bool)]
-        self._check_sizes(set(frame["task"]))
-        return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
+        return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence, kinds=parts.kinds)
+
+    def _rows_of(self, name: str, sweep: str | None = None) -> pd.DataFrame:
+        """A table as by `table`, without a warning of negative moduli, some of which nobody may want."""
+        (frame,) = TableParts(self.folder, name, [self.finished(sweep)], ())
+        return frame
 
     @checked
     def export(
@@ -434,15 +440,6 @@ class Campaign(Hinted):
                     elif temporary is not None:
                         IN_PARTS[format](frame, temporary)
         return written
-
-    def _check_sizes(self, tasks: set[str]) -> None:
-        """Refuse to average over tasks of one model and n whose particles have other sizes: no column tells them."""
-        first: dict[tuple[str, int], Batch] = {}
-        for batch in batches(self.content):
-            if not tasks.isdisjoint(batch.names()):
-                same = first.setdefault((batch.parameters.model, batch.parameters.n), batch)
-                if same.parameters.sizes != batch.parameters.sizes:
-                    raise InputError(f"sweeps {same.sweep} and {batch.sweep} have other sizes: select one by sweep=")
 
     @checked
     def finished(self, sweep: str | None = None) -> list[str]:

@@ -6,7 +6,8 @@ their mean, and the bootstrap draws whole packings.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import hashlib
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -41,9 +42,13 @@ class Grouping:
 
 
 GROUPING = Grouping()
+LONGEST_SIZES = 40  # characters of sizes in a table; longer ones are told apart by a hash
+MODULI = ("g", "g_x", "b", "g0")  # columns that may be negative where a packing is unstable
 TASKS_AT_A_TIME = 5_000  # of `TableParts`: a spectrum of 100 frequencies of each takes 100 MB
 
-DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
+CONTROLS = ("omega", "rate", "amplitude", "target_pressure")  # what is set for each row
+_DRIVEN = ("alpha", "prestress", "background_drag")
+DISTANCES = {"d_rho": ("rho", "rho_J"), "d_phi": ("phi", "phi_J")}  # columns that `Campaign.aggregate` adds
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
@@ -58,7 +63,7 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "onset": (*_WHO, "rho_J", "phi_J", "z_J", "rattlers", "converged"),
     **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
 }
-STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
+STATE_COLUMNS = (*TABLE_COLUMNS["states"], "sizes", *DISTANCES)  # names that no observable of the user's own may have
 
 
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFrame:
@@ -84,15 +89,25 @@ def in_parts(batches: Iterable[Batch], finished: set[str]) -> list[list[str]]:
 class TableParts:
     """The rows of a table of some tasks at a time; all parts have the columns and types of the whole table.
 
+    Tasks of one model that differ in their units, force law or sizes have these as further columns.
+
     Args:
         folder: of the tasks.
         name: of the table.
         parts: names of tasks. Of several parts, all rows are read twice, first for the columns.
+        warned: moduli of which a negative one is worth a warning.
     """
 
-    def __init__(self, folder: CampaignFolder, name: str, parts: Sequence[Sequence[str]]):
+    def __init__(
+        self,
+        folder: CampaignFolder,
+        name: str,
+        parts: Sequence[Sequence[str]],
+        warned: Collection[str] = MODULI,
+    ):
         check_choice("table", name, TABLES)
-        self._folder, self._name, self._parts = folder, name, parts
+        self._folder, self._name, self._parts, self._warned = folder, name, parts, warned
+        self._kinds: dict[tuple[str, str], set[str]] = {}  # model and column of `_kind` -> its values
         self._own: dict[str, str] = {}  # columns of the user's own observables -> observable
         self._of_laws: dict[str, None] = {}  # columns of parameters of laws, of which each sweep has its own
 
@@ -114,7 +129,16 @@ class TableParts:
                 yield rows.reindex(columns=list(types)).astype(types)
 
     def _wanted(self) -> list[str]:
-        return [*TABLE_COLUMNS[self._name], *self._of_laws, *sorted(self._own)]
+        known = [*TABLE_COLUMNS[self._name], *self._of_laws]
+        several = dict.fromkeys(name for (_, name), values in self._kinds.items() if len(values) > 1)
+        return [*known, *(name for name in several if name not in known), *sorted(self._own)]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Columns of what tasks are made of, once the rows are read; a table of measured values may use such a name for
+        another quantity, as "correlation" does with delta."""
+        measured = OBSERVABLES[self._name].columns if self._name in OBSERVABLES else ()
+        return tuple(dict.fromkeys(name for _, name in self._kinds if name not in measured))
 
     def _rows(self, names: Sequence[str], negative: NegativeRows) -> pd.DataFrame | None:
         """The rows of some tasks, with the columns that these have; None without rows."""
@@ -127,12 +151,14 @@ class TableParts:
                 who: dict[str, Any] = {key: getattr(file.parameters, key) for key in _WHO[1:]}
                 who["task"] = np.repeat(np.array(file.tasks, dtype=object), counts)
                 who["seed"] = np.repeat(file.seeds, counts)
-                parts.append(pd.DataFrame(who | columns))
+                kind = _kind(file)
+                for each, value in kind.items():
+                    self._kinds.setdefault((file.parameters.model, each), set()).add(repr(value))
+                parts.append(pd.DataFrame(who | kind | columns))
         if not parts:
             return None
         rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
-        # columns that may be negative where a packing is unstable
-        negative.count({each: rows[each] for each in ("g", "g_x", "b", "g0") if each in self._wanted()})
+        negative.count({each: rows[each] for each in MODULI if each in self._wanted() and each in self._warned})
         return rows
 
     def _columns(self, file: TaskRows) -> tuple[dict[str, Any], Indices]:
@@ -164,19 +190,28 @@ def _first(file: TaskRows) -> Indices:
 
 
 def _states(file: TaskRows) -> dict[str, Any]:
-    model, law = file.parameters.model, file.parameters.law
     onset = _onset(file)
     return {
-        "units": file.units,
         "state": np.arange(len(file.converged)) - np.repeat(_first(file), file.frames),
         "rho_J": np.repeat(onset["rho_J"], file.frames) if onset else np.nan,
         "phi_J": np.repeat(onset["phi_J"], file.frames) if onset else np.nan,
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
+    }
+
+
+def _kind(file: TaskRows) -> dict[str, Any]:
+    """What the particles of some tasks are: units, force law and sizes; never averaged over."""
+    model, law, sizes = file.parameters.model, file.parameters.force_law, str(file.parameters.sizes or "")
+    if len(sizes) > LONGEST_SIZES:
+        sizes = f"{sizes[:LONGEST_SIZES]}... ({hashlib.sha256(sizes.encode()).hexdigest()[:8]})"
+    return {
+        "units": file.units,
         **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
         "contact": str(law.get("contact", "")),
         **_of_named_law(file),
+        "sizes": sizes,
     }
 
 
@@ -211,10 +246,12 @@ def aggregate(
     along: str | None = None,
     bins: ArrayLike | None = None,
     confidence: float = CONFIDENCE,
+    kinds: Collection[str] = (),
 ) -> pd.DataFrame:
     """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`. What agrees to
     five digits in `by` is one value, given in full if all rows have the same, such as a frequency. Intervals of one
-    packing are nan; `<value>_packings` counts those with a finite value."""
+    packing are nan; `<value>_packings` counts those with a finite value. `kinds`: columns that differ between packings
+    that have no common mean, beside those of every table."""
     import pandas as pd
 
     _check_columns(frame, [*values, *([along] if along else [])], by)
@@ -233,7 +270,8 @@ def aggregate(
         keys["bin"] = pd.Series(place[inside], index=frame.index)
     rows = []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        _check_alike(part)
+        _check_alike(part, kinds)
+        _check_controls(part, values, along)
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
@@ -242,7 +280,9 @@ def aggregate(
         for name in values:
             row |= _mean(part, name, confidence)
         rows.append(row)
-    return pd.DataFrame(rows if len(frame) else [])
+    columns = [*keys, *([along] if along else []), "packings"]
+    columns += [f"{name}{end}" for name in values for end in ("", "_low", "_high", "_packings")]
+    return pd.DataFrame(rows) if len(frame) else pd.DataFrame(columns=columns)
 
 
 def _check_columns(frame: pd.DataFrame, numbers: Sequence[str], by: Sequence[str]) -> None:
@@ -264,15 +304,27 @@ def _bins_of(column: pd.Series[Any], bins: ArrayLike | None) -> Indices:
     return np.where(place < len(edges) - 1, place, -1)
 
 
-def _check_alike(part: pd.DataFrame) -> None:
+def _check_alike(part: pd.DataFrame, kinds: Collection[str]) -> None:
     """Refuse a group of rows that were made or measured in different ways."""
     laws = tuple(f"{name}_" for name in part["damping"].unique()) if "damping" in part else ()
     # columns of what is never averaged over: which particles, in which box, driven how
-    alike = ("model", "ensemble", "units", "law", *_OF_LAWS, *DAMPING, "alpha", "prestress")
+    alike = dict.fromkeys(("model", "ensemble", *kinds, *DAMPING, *_DRIVEN))
     for name in (*alike, *(each for each in part if str(each).startswith(laws))):
         if name in part and part[name].nunique(dropna=False) > 1:
             found = " and ".join(sorted(map(str, part[name].unique())))
             raise InputError(f"a group mixes rows of {name} {found}: add {name!r} to by=, or select one sweep")
+
+
+def _check_controls(part: pd.DataFrame, values: Sequence[str], along: str | None) -> None:
+    """Refuse the mean over rows of one packing at several values of what was set, such as a frequency: it depends on
+    which values were chosen. What is the same in all rows of a packing has a mean."""
+    controls = [*CONTROLS, *(["stress"] if "final_strain" in part else [])]  # of creep
+    for name in controls:
+        if name in part and name != along and part[name].nunique(dropna=False) > 1:
+            varied = [value for value in values if (part.groupby(_PACKING)[value].nunique() > 1).any()]
+            if varied:
+                found = f"{part[name].nunique(dropna=False)} values of {name}"
+                raise InputError(f"a group mixes {found}: add {name!r} to by=, or give it in along= with bins=")
 
 
 def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.rheology.spectra_of_table import spectra_by_pressure
 from jamlab.statistics.confidence import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.rows_of_one_kind import Campaign, DataFrame, Select
 
 
 @dataclass(frozen=True)
@@ -104,23 +106,42 @@ def _with_error(value: float, error: float) -> str:
     return f"{value:.3g} ± {error:.2g}" if error > 0 else f"{value:.3g}"
 
 
-@checked
+@overload
 def scaling_collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
+) -> Collapse: ...
+@overload
+def scaling_collapse(
+    pressures: Campaign | DataFrame, *, select: Select | None = None, resamples: int = 200, seed: int = 1
+) -> Collapse: ...
+@checked
+def scaling_collapse(
+    pressures: Campaign | DataFrame | Sequence[float],
+    spectra: Sequence[Sequence[ComplexModulus]] | None = None,
+    *,
+    select: Select | None = None,
+    resamples: int = 200,
+    seed: int = 1,
 ) -> Collapse:
     """Collapse the mean spectra of several pressures onto one curve: fit mu and lambda, and Delta from its slope.
 
     Args:
-        pressures: three or more.
+        pressures: three or more. Or a campaign, or its table "spectra", of one sweep or several, which has pressures
+            and spectra: packings are taken by `target_pressure`, ascending, and those that did not converge are left
+            out.
         spectra: one or more spectra for each pressure, all at the same frequencies.
+        select: of a campaign or a table with packings of several kinds: columns and their values in the rows that are
+            wanted, such as {"n": 128, "prestress": False, "beta": 1.0}.
         resamples: number of bootstrap samples over the packings of each pressure; 0: no errors.
         seed: of the bootstrap.
 
     Warns:
-        JamlabWarning: Delta is nan, because too few frequencies are in the critical regime.
+        JamlabWarning: Delta is nan, because too few frequencies are in the critical regime; or packings of a table did
+            not converge.
 
     Raises:
-        InputError: fewer than three pressures, no spectra, frequencies that differ, a modulus that is not positive.
+        InputError: fewer than three pressures, no spectra, frequencies that differ, a modulus that is not positive; a
+            table whose packings differ in more than pressure and seed.
 
     Example:
         >>> pressures = [1e-2, 1e-3, 1e-4]
@@ -130,19 +151,24 @@ def scaling_collapse(
         >>> len(c.pressures), 0 < c.mu < 1.5
         (3, True)
     """
+    if isinstance(pressures, Campaign | DataFrame):
+        if spectra is not None:
+            raise InputError("spectra: a campaign, or its table, has its own; leave them out")
+        known = spectra_by_pressure(pressures, select)
+        pressures, spectra = [*known], [*known.values()]
+    elif select is not None:
+        raise InputError("select: applies to a campaign, or its table; choose among spectra by hand")
+    elif spectra is None:
+        raise InputError("spectra are missing: give pressures and spectra, or a campaign")
     p = np.asarray(pressures, dtype=np.float64)
-    if len(p) < 3 or len(p) != len(spectra) or not all(len(group) for group in spectra):
-        raise InputError(f"a collapse needs spectra of three pressures or more, got {len(p)} and {len(spectra)} groups")
+    if len(p) != len(spectra) or not all(len(group) for group in spectra):
+        raise InputError(f"got {len(p)} pressures and {len(spectra)} groups: a collapse needs spectra of each pressure")
+    if len(p) < 3:
+        raise InputError(f"a collapse needs three pressures or more, got {len(p)}: {', '.join(f'{q:g}' for q in p)}")
     omega = spectra[0][0].omega
     if not all(np.array_equal(s.omega, omega) for group in spectra for s in group):
         raise InputError("a collapse needs spectra at the same frequencies")
-    for pressure, group in zip(p, spectra, strict=True):
-        unstable = [s.g0 for s in group if not (np.all(s.storage > 0) and np.all(s.loss > 0))]
-        if unstable:
-            raise InputError(
-                f"a packing at pressure {pressure:g} has no positive modulus (G_0 = {unstable[0]:.3g}): leave it out, "
-                "or use prestress=False"
-            )
+    _check_positive(p, spectra)
     kept = omega <= CRITICAL_RANGE.highest
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = omega[kept]
@@ -161,6 +187,18 @@ def scaling_collapse(
     mu_ci95, lam_ci95, exponent_ci95 = (float(e) for e in errors)
     storage, loss = np.stack(means, axis=1)
     return Collapse(*best[:3], mu_ci95, lam_ci95, exponent_ci95, best[3], p, x, storage, loss, spectra[0][0].unit)
+
+
+def _check_positive(pressures: Array, spectra: Sequence[Sequence[ComplexModulus]]) -> None:
+    """Refuse moduli that have no logarithm."""
+    for pressure, group in zip(pressures, spectra, strict=True):
+        unstable = [s.g0 for s in group if not (np.all(s.storage > 0) and np.all(s.loss > 0))]
+        if unstable:
+            raise InputError(
+                f"{len(unstable)} of {len(group)} packings at pressure {pressure:g} have a modulus that is not "
+                f"positive (lowest G_0 = {min(unstable):.3g}): use prestress=False or shear-stabilized packings, or "
+                'leave them out, such as by table[table["g0"] > 0]'
+            )
 
 
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:

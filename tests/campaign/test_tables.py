@@ -8,7 +8,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.observables import TABLES, SpectraOfStates
-from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
+from jamlab.campaign.tables import TABLE_COLUMNS, TableParts, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import measure
@@ -156,19 +156,59 @@ def test_what_differs_is_not_averaged(full, table, by, named):
 
 
 def test_force_laws_and_sizes_are_not_averaged(tmp_path):
-    """One seed gives as many packings as there are laws."""
-    keys = {"n": 8, "seeds": 2, "compress": None, "phi": [0.9]}
+    """One seed gives as many packings as there are laws; columns that differ stand in every table."""
+    keys = {"n": 8, "seeds": 2, "compress": None, "phi": [0.9], "observables": ["order"]}
     path = written(tmp_path / "c.toml", **keys)
     first = path.read_text()
-    for changes, by in (({"law": {"exponent": 2.5}}, ["exponent"]), ({"sizes": "lognormal:0.2"}, None)):
+    for changes, by in (({"law": {"exponent": 2.5}}, "exponent"), ({"sizes": "lognormal:0.2"}, "sizes")):
         other = written(path, **keys | changes).read_text()
         path.write_text(first + other[other.index("[[sweep]]") :].replace("disks", "others"))
-        run_here(campaign := jamlab.open_campaign(path, tmp_path / ("laws" if by else "sizes")))
-        with pytest.raises(InputError) as caught:
-            campaign.aggregate(["rho"])
-        assert ("'exponent'" if by else "sweeps disks and others have other sizes") in str(caught.value)
-        found = campaign.aggregate(["rho"], by=by) if by else campaign.aggregate(["rho"], sweep="others")
-        assert found["packings"].tolist() == ([2, 2] if by else [2])
+        run_here(campaign := jamlab.open_campaign(path, tmp_path / by))
+        for table, value in (("states", "rho"), ("order", "psi_6")):
+            assert by in campaign.table(table) and ("sizes" in campaign.table(table)) == (by == "sizes")
+            assert "sizes" not in campaign.table(table, "others") and "units" not in campaign.table("order")
+            with pytest.raises(InputError, match=f"'{by}'"):
+                campaign.aggregate([value], table=table)
+            found = campaign.aggregate([value], by=[by], table=table)
+            assert found["packings"].tolist() == [2, 2]
+            assert campaign.aggregate([value], table=table, sweep="others")["packings"].tolist() == [2]
+
+
+@pytest.mark.parametrize(
+    ("table", "value", "named"),
+    [("spectra", "storage", "omega"), ("states", "z", "target_pressure"), ("correlation", "c", "target_pressure")],
+)
+def test_what_was_set_is_not_averaged(full, table, value, named):
+    """The mean over frequencies or pressures depends on which were chosen."""
+    by = [each for each in ("damping", "prestress", "target_pressure") if table != "states" and each != named]
+    with pytest.raises(InputError, match=f"values of {named}: add '{named}' to by="):
+        full.aggregate([value], by=by, table=table, sweep="sheared")
+    assert len(full.aggregate([value], by=[*by, named], table=table, sweep="sheared"))
+    assert len(full.aggregate(["rho_J"], by=["n"], sweep="up")) == 2  # the same in all states of a packing
+
+
+def test_a_mean_warns_of_the_moduli_that_it_is_of(full, recwarn, monkeypatch):
+    """Not of those in other columns."""
+    rows = TableParts._rows
+
+    def unstable(self, names, negative):
+        found = rows(self, names, negative)
+        if self._name == "states":
+            found["g"] = -1.0
+            negative.count({each: found[each] for each in self._warned if each == "g"})
+        return found
+
+    monkeypatch.setattr(TableParts, "_rows", unstable)
+    full.aggregate(["z"], sweep="up")
+    full.aggregate(["sides"], table="voids", sweep="up")
+    assert not recwarn.list
+    with pytest.warns(jamlab.JamlabWarning, match="g < 0 in"):
+        full.aggregate(["z", "g"], sweep="up")
+
+
+def test_a_table_without_rows_has_a_mean_without_rows(tmp_path):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))
+    assert list(campaign.aggregate(["z"], ["n"]).columns) == ["n", "packings", "z", "z_low", "z_high", "z_packings"]
 
 
 def test_columns_without_numbers_are_named(full):
@@ -188,3 +228,17 @@ def test_keys_of_groups_read_back_exactly(tmp_path):
     write_table(means, tmp_path / "means.csv")
     read = pd.read_csv(tmp_path / "means.csv", dtype=str)
     assert [float(text) for text in read["omega"]] == omega.tolist()
+
+
+def test_a_campaign_collapses_as_the_spectra_of_its_packings(tmp_path):
+    keys = {"n": 16, "seeds": 2, "compress": None, "pressures": [1e-2, 3e-2, 2e-2], "observables": ["spectra"]}
+    keys |= {"omega": np.geomspace(1e-5, 1, 6).tolist(), "prestress": [True, False]}
+    run_here(campaign := jamlab.open_campaign(written(tmp_path / "c.toml", **keys)))
+    found = jamlab.scaling_collapse(campaign, select={"prestress": False}, resamples=3)
+    pressures, omega = [1e-2, 2e-2, 3e-2], np.unique(campaign.table("spectra")["omega"])
+    packings = [packing for task in campaign.finished() for packing in campaign.packings(task)]
+    groups = [[p for p in packings if abs(p.provenance["pressure"] / q - 1) < 1e-3] for q in pressures]
+    spectra = [[jamlab.complex_modulus(p, omega, prestress=False) for p in group] for group in groups]
+    by_hand = jamlab.scaling_collapse(pressures, spectra, resamples=3)
+    assert (found.mu, found.lambda_, found.mu_ci95) == (by_hand.mu, by_hand.lambda_, by_hand.mu_ci95)
+    assert found.unit == by_hand.unit and np.array_equal(found.loss, by_hand.loss)

@@ -1,6 +1,7 @@
 """Slow shear, displacement correlation, equivalent damping and scaling collapse against loops, closed forms, limits."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import quad
 
@@ -185,3 +186,87 @@ def test_a_collapse_without_critical_regime_keeps_the_other_exponents(resamples)
     assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lambda_ - 1) < 0.2 and np.isnan([fit.delta, fit.delta_ci95]).all()
     assert (fit.mu_ci95 > 0) == (fit.lambda_ci95 > 0) == (resamples > 0)
     assert "nan" in str(fit) and fit.plot() is not None
+
+
+PRESSURES = [1e-4, 1e-3, 1e-2]
+
+
+@pytest.fixture(scope="module")
+def spectra():
+    """Three noisy packings at each pressure."""
+    rng = np.random.default_rng(3)
+    return [[made_up(p, 0.5, 1.0, 1 + 0.05 * rng.normal()) for _ in range(3)] for p in PRESSURES]
+
+
+@pytest.fixture
+def rows(spectra):
+    """The same as a campaign has them, in another order."""
+    parts = []
+    for pressure, group in zip(PRESSURES, spectra, strict=True):
+        for seed, s in enumerate(group):
+            who = {"task": f"t{seed}", "model": "sp", "n": 64, "seed": seed, "ensemble": "fixed-box", "state": 0}
+            who |= {"pressure": pressure * (1 + 1e-7 * seed), "target_pressure": pressure, "damping": "contact"}
+            found = {"omega": s.omega, "storage": s.storage, "loss": s.loss, "error_bound": s.error_bound}
+            found |= {"g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf, "converged": True, "prestress": False}
+            parts.append(pd.DataFrame(who | found))
+    return pd.concat(parts[::-1]).sort_values("seed", kind="stable")
+
+
+def test_a_table_collapses_as_its_spectra_do(rows, spectra):
+    by_hand = jamlab.scaling_collapse(PRESSURES, spectra, resamples=5)
+    found = jamlab.scaling_collapse(rows, resamples=5)
+    assert found.pressures.tolist() == PRESSURES
+    for name in ("mu", "lambda_", "delta", "mu_ci95", "lambda_ci95", "delta_ci95", "spread"):
+        assert getattr(found, name) == getattr(by_hand, name) and getattr(found, name) > 0
+    assert np.array_equal(found.storage, by_hand.storage) and np.array_equal(found.loss, by_hand.loss)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"), [("n", 32), ("ensemble", "shear-stabilized"), ("prestress", True), ("damping", "stokes")]
+)
+def test_kinds_of_a_table_are_chosen_by_name(rows, column, value):
+    wanted = rows[column].iloc[0]
+    both = pd.concat([rows, rows.assign(**{column: value, "task": "other", "storage": 1.0})])
+    with pytest.raises(jamlab.InputError, match=f"several kinds: {column} = .*select="):
+        jamlab.scaling_collapse(both, resamples=0)
+    chosen = jamlab.scaling_collapse(both, select={column: wanted}, resamples=0)
+    assert chosen.mu == jamlab.scaling_collapse(rows, resamples=0).mu
+    with pytest.raises(jamlab.InputError, match=f"no row has {column}"):
+        jamlab.scaling_collapse(both, select={column: "none"})
+
+
+def test_packings_of_a_table_that_did_not_converge_are_left_out(rows, spectra):
+    missed = (rows.seed == 1) & (rows.target_pressure == 1e-3)
+    bad = rows.assign(converged=~(missed & (rows.omega > 0.1)))
+    with pytest.warns(jamlab.JamlabWarning, match=r"1 packings .* left out .*1 at 0\.001"):
+        found = jamlab.scaling_collapse(bad, resamples=0)
+    fewer = [spectra[0], [spectra[1][0], spectra[1][2]], spectra[2]]
+    assert found.mu == jamlab.scaling_collapse(PRESSURES, fewer, resamples=0).mu
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (lambda rows: rows[rows.target_pressure > 5e-4], "three pressures or more, got 2: 0.001, 0.01"),
+        (lambda rows: rows.assign(target_pressure=np.nan), "no target pressure"),
+        (lambda rows: rows.assign(storage=rows.storage * np.where(rows.seed == 2, -1, 1)), "1 of 3 packings"),
+        (lambda rows: pd.concat([rows, rows]), "a frequency twice"),
+        (lambda rows: rows[rows.omega < rows.seed + 0.5], "same frequencies"),
+        (lambda rows: rows.drop(columns="loss"), "no column 'loss'"),
+        (lambda rows: rows[:0], "no rows"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::jamlab.JamlabWarning")
+def test_impossible_tables_are_refused(rows, change, named):
+    with pytest.raises(jamlab.InputError, match=named):
+        jamlab.scaling_collapse(change(rows), resamples=0)
+
+
+def test_what_a_table_has_is_not_given_twice(rows, spectra):
+    for pressures, how in (
+        (rows, {"spectra": spectra}),
+        (PRESSURES, {}),
+        (PRESSURES, {"spectra": spectra, "select": {"n": 1}}),
+    ):
+        with pytest.raises(jamlab.InputError, match="spectra"):
+            jamlab.scaling_collapse(pressures, **how)

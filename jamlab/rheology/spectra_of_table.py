@@ -1,0 +1,69 @@
+"""Spectra of the packings in the table "spectra" of a campaign."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jamlab.errors import InputError, warn
+from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.statistics.rows_of_one_kind import Select, groups_of_numbers, rows_of_one_kind
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_CURVES, _LIMITS = ("omega", "storage", "loss", "error_bound"), ("g0", "eta0", "eta_inf")
+_NEEDED = ("task", "state", "target_pressure", *_CURVES, *_LIMITS, "converged")
+_MEASURED = (*_NEEDED, "seed", "pressure")  # may differ between packings that are averaged
+
+
+def spectra_by_pressure(source: Any, select: Select | None = None) -> dict[float, list[ComplexModulus]]:
+    """Target pressure, ascending -> spectra of its packings, in the order of the table.
+
+    Packings that did not converge are left out, with a warning that counts them.
+
+    Args:
+        source: campaign, or its table "spectra".
+        select: column -> its value in the rows that are wanted.
+
+    Raises:
+        InputError: packings of several kinds, without a target pressure, or none that converged.
+    """
+    frame = rows_of_one_kind(source, "spectra", select, _MEASURED, _NEEDED)
+    if frame["target_pressure"].isna().any():
+        raise InputError(
+            "the packings have no target pressure, so that no two have the same: use a sweep with pressures = [...]"
+        )
+    found: dict[float, list[ComplexModulus]] = {}
+    missed: dict[float, int] = {}
+    unit = "k" if "units" not in frame or frame["units"].iloc[0] == "k" else ""
+    pressures = groups_of_numbers(frame["target_pressure"])
+    for pressure, alike in frame.groupby(pressures, sort=True):
+        own = found.setdefault(float(alike["target_pressure"].iloc[0]), [])
+        for _, rows in alike.groupby(["task", "state"], sort=False):
+            if rows["converged"].astype(bool).all():
+                own.append(_spectrum(rows.sort_values("omega"), unit))
+            else:
+                missed[pressure] = missed.get(pressure, 0) + 1
+    if missed:
+        counts = ", ".join(f"{count} at {pressure:g}" for pressure, count in missed.items())
+        warn(
+            f"{sum(missed.values())} packings that did not converge are left out of the mean ({counts}): most are "
+            "unstable, and the mean is over a selection"
+        )
+    if empty := [pressure for pressure, own in found.items() if not own]:
+        raise InputError(f"no packing at target_pressure = {empty[0]:g} has a converged spectrum: leave it out")
+    return found
+
+
+def _spectrum(rows: pd.DataFrame, unit: str) -> ComplexModulus:
+    """The spectrum of one packing from its rows, one for each frequency."""
+    curves = {name: rows[name].to_numpy(np.float64) for name in _CURVES}
+    if not np.all(np.diff(curves["omega"]) > 0):
+        raise InputError(
+            f"task {rows['task'].iloc[0]}, state {rows['state'].iloc[0]}: the table holds a frequency twice: "
+            "leave out rows that are repeated"
+        )
+    limits = {name: float(rows[name].iloc[0]) for name in _LIMITS}
+    return ComplexModulus(**curves, **limits, method="campaign", unit=unit)

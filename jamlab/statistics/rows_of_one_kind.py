@@ -1,0 +1,93 @@
+"""Rows of a table of a campaign that belong together: chosen by name, and refused where they are of several kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from jamlab.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SAME = 1e-5  # numbers that differ by less, relatively, are one: a pressure is met to 1e-6
+LISTED = 6  # values that a message names
+
+
+@runtime_checkable
+class DataFrame(Protocol):
+    """A table of pandas, which takes half a second to import."""
+
+    @property
+    def columns(self) -> Any:
+        """Names of its columns."""
+
+    @property
+    def dtypes(self) -> Any:
+        """Types of its columns."""
+
+
+@runtime_checkable
+class Campaign(Protocol):
+    """What has the tables of a campaign: `jamlab.Campaign`."""
+
+    def _rows_of(self, name: str) -> pd.DataFrame:
+        """One of its tables, without a warning of negative moduli, some of which nobody may want."""
+
+
+Select = Mapping[str, str | float | bool]
+
+
+def rows_of_one_kind(
+    source: Any, table: str, select: Select | None, measured: Collection[str], needed: Collection[str]
+) -> pd.DataFrame:
+    """Rows of a campaign, or of a table of this name, that have the selected values.
+
+    Args:
+        source: campaign, or its table.
+        table: its name.
+        select: column -> its value in the rows that are wanted.
+        measured: columns that may differ from row to row; all others have one value.
+        needed: columns that the table must have.
+
+    Raises:
+        InputError: a column is missing, no row has the values, or rows are of several kinds; the error lists them.
+    """
+    frame: pd.DataFrame = source._rows_of(table) if isinstance(source, Campaign) else source
+    if absent := [name for name in needed if name not in frame.columns]:
+        raise InputError(f"the table has no column {absent[0]!r}: give a campaign, or its table {table!r}")
+    if not len(frame):
+        raise InputError(f"the table {table!r} has no rows: no task with this observable has finished")
+    for name, value in (select or {}).items():
+        frame = frame[_has(frame, name, value)]
+    differing = [name for name in frame.columns if name not in measured and frame[name].nunique(dropna=False) > 1]
+    if differing:
+        found = "; ".join(f"{name} = {_listed(frame[name].unique().tolist())}" for name in differing)
+        first = {name: frame[name].tolist()[0] for name in differing if not frame[name].isna().any()}
+        raise InputError(f"the rows of {table!r} are of several kinds: {found}. Choose one, such as select={first}")
+    return frame
+
+
+def _has(frame: pd.DataFrame, name: str, value: Any) -> pd.Series[bool]:
+    """Which rows have a value in a column; refuses a column that is not there, and a value that no row has."""
+    if name not in frame.columns:
+        raise InputError(f"select: the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    column = frame[name]
+    number = isinstance(value, int | float) and not isinstance(value, bool) and column.dtype.kind in "iuf"
+    chosen = np.isclose(column, value, rtol=SAME, atol=0.0, equal_nan=True) if number else column == value
+    if not chosen.any():
+        raise InputError(f"select: no row has {name} = {value!r}; there is {_listed(column.unique().tolist())}")
+    return chosen  # type: ignore[no-any-return]  # an array or a series of truth values
+
+
+def _listed(values: list[Any]) -> str:
+    """Values in words, the first few of many."""
+    said = [f"{each:.6g}" if isinstance(each, float) else str(each) for each in values[:LISTED]]
+    return ", ".join(said) + (f" and {len(values) - LISTED} more" if len(values) > LISTED else "")
+
+
+def groups_of_numbers(column: Any) -> Any:
+    """(n,) numbers of a column with those that are the same up to `SAME` made equal: to five digits."""
+    return np.array([float(f"{value:.5g}") for value in np.asarray(column, dtype=np.float64)])
