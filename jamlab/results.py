@@ -10,6 +10,7 @@ from jamlab.flow.flow_curve import FlowCurve as FlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun
+from jamlab.flow.steady_state import SteadyState as SteadyState
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts
 from jamlab.geometry.hexatic_order import HexaticOrder as HexaticOrder

@@ -264,15 +264,14 @@ def _measure(item: _Item, report: Callable[..., None]) -> None:
 
 def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
     """Means of a start-up beyond some strain, with their errors, by the names of `FlowCurve`."""
-    means = {name: run.steady(name, discard=discard) for name in _AVERAGED}
+    mean = run.steady(discard)
     kept = run.strain >= discard * (1 - 1e-9)
-    times, lost, strain = run.time[kept], run.dissipated[kept], run.strain[kept]
+    times, lost = run.time[kept], run.dissipated[kept]
     return {
-        **{name: mean.value for name, mean in means.items()},
-        **{f"{name}_stderr": mean.error for name, mean in means.items()},
+        **{each: getattr(mean, each) for name in _AVERAGED for each in (name, f"{name}_stderr")},
         "dissipation": float((lost[-1] - lost[0]) / (times[-1] - times[0])) if run.shear_rate else 0.0,
-        "drift": means["stress"].drift,
-        "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
+        "drift": mean.drift,
+        "plastic_events": mean.plastic_events,
         "energy_error": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
         "ambiguous_contacts": run.ambiguous_contacts,
         "seconds": run.seconds,

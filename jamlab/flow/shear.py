@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from jamlab.arguments.table import argument
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.checks import check_number, check_range, checked
 from jamlab.errors import InputError, named, typed
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import End, check_flow_tolerance, default_background
 from jamlab.flow.report import say_balance
 from jamlab.flow.run import TimedRun
+from jamlab.flow.steady_state import AVERAGED, SteadyState
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.geometry.walls import walled
 from jamlab.packing.natural_units import natural_scales
@@ -133,32 +134,54 @@ class ShearRun(FlowRun):
         return len(self.drops.size)
 
     @checked
-    def steady(self, name: str = "stress", *, discard: float = EVENTS.transient) -> BlockAverage:
-        """Average a quantity over the steady flow, with its standard error.
+    def steady(self, discard: float = EVENTS.transient) -> SteadyState:
+        """Average over the steady flow, with standard errors: stress, pressure, friction, coordination and more.
 
-        Rows are correlated; `jamlab.statistics.confidence.block_average` names the estimate, and its `independent`
-        the number of independent rows that they are worth. Errors of the steps of the run come in addition. The shear
-        stress is the work done between rows over the strain, so that nothing between them is missed.
+        Rows are correlated; `jamlab.statistics.confidence.block_average` names the estimate of the errors. Errors of
+        the steps of the run come in addition. At a finite rate the mean shear stress is the work done between rows over
+        the strain, so that nothing between them is missed; a quasi-static run has its minima.
 
         Args:
-            name: of an array of this run, such as "pressure".
             discard: strain of start-up that is left out; for several parts, of the last one, which is averaged.
 
         Raises:
-            InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
+            InputError: fewer than seventeen rows lie beyond `discard`.
+
+        Example:
+            >>> run = jamlab.quasistatic_shear(jamlab.pack(16, 1e-2, seed=1), 0.2, strain_step=5e-3)
+            >>> mean = run.steady(discard=0.1)
+            >>> 0 < mean.mu < 1, bool(mean.stress_stderr > 0)
+            (True, True)
         """
-        kept = self.path >= (self._last_part + discard) * (1 - 1e-9)
-        if kept.sum() <= 2 * AVERAGES.blocks:
+        rows = self._steady_rows(discard)
+        series = {name: self._series(name, rows) for name in AVERAGED}
+        means = {name: block_average(values) for name, values in series.items()}
+        stress, pressure = means["stress"].value, means["pressure"].value
+        if pressure > 0:  # to first order, with the correlation of both
+            around = (series["stress"] - stress / pressure * series["pressure"]) / pressure
+            mu = replace(block_average(around), value=stress / pressure)
+        else:
+            mu = BlockAverage(float("nan"), float("nan"), float("nan"), float("nan"))
+        drops = self.drops
+        kept = drops.size[np.abs(drops.strain) >= discard] if self.parts is None else np.zeros(0)
+        strain = abs(float(self.strain[rows[-1]] - self.strain[rows[0]]))
+        return SteadyState._of(means, mu, kept, discard, strain, self.unit)
+
+    def _steady_rows(self, discard: float) -> Indices:
+        """(m,) rows beyond a strain of start-up, the first of which only begins the average."""
+        rows = np.flatnonzero(self.path >= (self._last_part + discard) * (1 - 1e-9))
+        if len(rows) <= 2 * AVERAGES.blocks:
             raise InputError(
-                f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * AVERAGES.blocks + 1} are "
+                f"only {len(rows)} rows lie beyond strain {discard:g}, but {2 * AVERAGES.blocks + 1} are "
                 f"needed: shear to more than {self.path[-1]:g}, or ask for more rows"
             )
-        values = getattr(self, name, None)
-        if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
-            raise InputError(f"name = {name!r}: a ShearRun has no array of this name; an example is 'stress'")
+        return rows
+
+    def _series(self, name: str, rows: Indices) -> Array:
+        """A quantity from row to row."""
         if name == "stress" and self.shear_rate:
-            return block_average(np.diff(self.work[kept]) / np.diff(self.strain[kept]))
-        return block_average(values[kept][1:])
+            return np.asarray(np.diff(self.work[rows]) / np.diff(self.strain[rows]))
+        return np.asarray(getattr(self, name)[rows][1:], dtype=np.float64)
 
     @property
     def state(self) -> Literal["interrupted", "start-up", "steady", "drifting"]:
@@ -173,7 +196,7 @@ class ShearRun(FlowRun):
     def _mean(self) -> BlockAverage | None:
         """Of the stress beyond strain 1; None if it is not reached, or in too few rows."""
         try:
-            return self.steady()
+            return block_average(self._series("stress", self._steady_rows(EVENTS.transient)))
         except InputError:
             return None
 
