@@ -12,7 +12,7 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: ov
              scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices,
              displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
-             read_flow; quasistatic_shear: without time
+             mean_flow_curve: over packings; read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, start, table, aggregate

@@ -25,6 +25,7 @@ from .flow.creep_and_relaxation import relax_stress as relax_stress
 from .flow.creep_and_relaxation import stop_flow as stop_flow
 from .flow.flow_curve import flow_cost as flow_cost
 from .flow.flow_curve import flow_curve as flow_curve
+from .flow.mean_flow_curve import mean_flow_curve as mean_flow_curve
 from .flow.movie import write_movie as write_movie
 from .flow.oscillate import oscillate as oscillate
 from .flow.quasistatic_shear import quasistatic_shear as quasistatic_shear

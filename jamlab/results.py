@@ -7,6 +7,7 @@ from jamlab.flow.creep_and_relaxation import CreepRun as CreepRun
 from jamlab.flow.creep_and_relaxation import StoppedFlow as StoppedFlow
 from jamlab.flow.creep_and_relaxation import StressRelaxation as StressRelaxation
 from jamlab.flow.flow_curve import FlowCurve as FlowCurve
+from jamlab.flow.mean_flow_curve import MeanFlowCurve as MeanFlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun

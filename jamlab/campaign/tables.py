@@ -119,7 +119,10 @@ class TableParts:
             rows = self._rows(self._parts[0], negative)
             negative.tell(f"rows of {self._name!r}")
             wanted = self._wanted()
-            yield pd.DataFrame({column: np.empty(0) for column in wanted}) if rows is None else rows[wanted]
+            frame = pd.DataFrame({column: np.empty(0) for column in wanted}) if rows is None else rows[wanted]
+            units = {value for (_, name), values in self._kinds.items() if name == "units" for value in values}
+            frame.attrs = {"units": units.pop()} if len(units) == 1 else {}
+            yield frame
             return
         firsts = [rows.head(1) for part in self._parts if (rows := self._rows(part, negative)) is not None]
         negative.tell(f"rows of {self._name!r}")
@@ -153,7 +156,7 @@ class TableParts:
                 who["seed"] = np.repeat(file.seeds, counts)
                 kind = _kind(file)
                 for each, value in kind.items():
-                    self._kinds.setdefault((file.parameters.model, each), set()).add(repr(value))
+                    self._kinds.setdefault((file.parameters.model, each), set()).add(str(value))
                 parts.append(pd.DataFrame(who | kind | columns))
         if not parts:
             return None

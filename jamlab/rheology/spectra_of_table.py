@@ -8,7 +8,7 @@ import numpy as np
 
 from jamlab.errors import InputError, warn
 from jamlab.rheology.complex_modulus import ComplexModulus
-from jamlab.statistics.rows_of_one_kind import Select, groups_of_numbers, rows_of_one_kind
+from jamlab.statistics.rows_of_one_kind import Select, groups_of_numbers, rows_of_one_kind, stress_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,7 @@ def spectra_by_pressure(source: Any, select: Select | None = None) -> dict[float
         )
     found: dict[float, list[ComplexModulus]] = {}
     missed: dict[float, int] = {}
-    unit = "k" if "units" not in frame or frame["units"].iloc[0] == "k" else ""
+    unit = stress_unit(frame)
     pressures = groups_of_numbers(frame["target_pressure"])
     for pressure, alike in frame.groupby(pressures, sort=True):
         own = found.setdefault(float(alike["target_pressure"].iloc[0]), [])
@@ -48,10 +48,9 @@ def spectra_by_pressure(source: Any, select: Select | None = None) -> dict[float
                 missed[pressure] = missed.get(pressure, 0) + 1
     if missed:
         counts = ", ".join(f"{count} at {pressure:g}" for pressure, count in missed.items())
-        warn(
-            f"{sum(missed.values())} packings that did not converge are left out of the mean ({counts}): most are "
-            "unstable, and the mean is over a selection"
-        )
+        total = sum(missed.values()) + sum(map(len, found.values()))
+        told = f"left out of the mean: {sum(missed.values())} of {total} packings, which did not converge ({counts})"
+        warn(f"{told}: most of these are unstable, and the mean is over a selection")
     if empty := [pressure for pressure, own in found.items() if not own]:
         raise InputError(f"no packing at target_pressure = {empty[0]:g} has a converged spectrum: leave it out")
     return found

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from jamlab.errors import InputError
+from jamlab.packing.kinds import MODELS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,6 +87,12 @@ def _listed(values: list[Any]) -> str:
     """Values in words, the first few of many."""
     said = [f"{each:.6g}" if isinstance(each, float) else str(each) for each in values[:LISTED]]
     return ", ".join(said) + (f" and {len(values) - LISTED} more" if len(values) > LISTED else "")
+
+
+def stress_unit(frame: pd.DataFrame) -> str:
+    """Name of the unit of stress of rows of one kind; "" where a table does not say its units."""
+    units = frame["units"].iloc[0] if "units" in frame else frame.attrs.get("units")
+    return MODELS.get(frame["model"].iloc[0]).unit_names[units].stress if units and "model" in frame else ""
 
 
 def groups_of_numbers(column: Any) -> Any:

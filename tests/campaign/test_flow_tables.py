@@ -30,6 +30,11 @@ def test_means_over_packings(tmp_path):
     contact = table.query("damping == 'contact' and rate == 1.0")["stress"]
     found = means.query("damping == 'contact' and rate == 1.0").iloc[0]
     assert found["stress"] == pytest.approx(contact.mean()) and found["stress_packings"] == 2
+    with pytest.raises(jamlab.InputError, match="damping = contact, stokes"):
+        jamlab.mean_flow_curve(campaign)
+    curve = jamlab.mean_flow_curve(table.assign(converged=True), select={"damping": "contact"})
+    assert curve.stress[1] == pytest.approx(contact.mean()) and curve.unit == "k"
+    assert curve.stress_stderr[1] == pytest.approx(contact.std() / 2**0.5)
     stokes = means.query("damping == 'stokes'").sort_values("rate")["stress"].to_numpy()
     assert np.all(stokes > 0.5 * np.array([0.5, 1.0]))
 

@@ -48,6 +48,7 @@ def objects():
         jamlab.stop_flow(run, 1.0),
         flow_curve(p, run),
         flow_curve(p, run).herschel_bulkley(),
+        jamlab.mean_flow_curve([flow_curve(p, run), flow_curve(p, run)]),
         jamlab.results.SteadyState(**{each.name: 0.1 for each in fields(jamlab.results.SteadyState) if each.type == "float"}),
         jamlab.results.Estimate(5.0, 0.1, True, 3, 0, 1.0, choice, np.array([4.9, 5.0, 5.1]), np.arange(3)),
     ]  # fmt: skip
