@@ -193,16 +193,16 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         )
     if packing.converged is False:
         typer.echo(f"{settings['data']} says converged=0: it is no minimum")
-    if packing.model == DROPLETS.name and float(given.get("phi_target", 0)):
+    if packing.model == DROPLETS.name and float(given.get("to", 0)):
         # free areas are those of two numbers of vertices
         vertices = np.array([float(settings[name]) for name in ("nv_small", "nv_large")])
         wanted = (2 * vertices / vertices.sum()) ** 2
         if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:
             raise InputError(
-                f"phi_target = {given['phi_target']}: the file does not have the default rest areas; use phi_target = 0"
+                f"to = {given['to']}: the file does not have the default rest areas; leave it out"
             )
     law = law_settings(packing)
-    if twice := next((name for name in given if name in {*law, "ratio"}), None):
+    if twice := next((name for name in given if name in {*law, "size_ratio"}), None):
         raise InputError(f"{twice} = {given[twice]}: law and sizes come from {settings['data']}; leave it out")
     return law
 

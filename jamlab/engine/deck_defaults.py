@@ -57,7 +57,7 @@ def defaults(name: str) -> dict[str, float | str]:
             "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
             "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
         },
-        "strain": {"strain_dp": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
+        "strain": {"strain_step_dp": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
     }
     return {key: _parsed(value) for key, value in _INDEX.findall(sections[name])} | of_python.get(name, {})
 

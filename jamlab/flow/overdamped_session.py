@@ -143,10 +143,10 @@ class OverdampedSession:
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
         settings: dict[str, float | str] = {
-            name: given[name] for name in ("beta", "alpha", "arms", "even", "short_edge")
+            name: given[name] for name in ("beta", "alpha", "lever_arms", "even", "short_edge")
         }
-        settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
-        settings |= {"fluid": 0.0, **carried(damping), "background": background + _own_background(damping)}
+        settings |= {"tolerance": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
+        settings |= {"eta_f": 0.0, **carried(damping), "background_drag": background + _own_background(damping)}
         self._scales, self._outlines = unit_scales(packing), ""
         self._starts = True  # no step has been taken
         self._agrees = False  # the plugin with the analysis, as far as this flow has shown
@@ -185,7 +185,7 @@ class OverdampedSession:
         if packing.kind.carrier == "pairs":
             self._session.command(style := disk_style(damping))
             self._session.load(natural, anew=True)  # by the other pair style
-        elif settings["arms"] == "none" or settings["even"]:
+        elif settings["lever_arms"] == "none" or settings["even"]:
             raise InputError(
                 f"{damping}: the plugin carries the drag law {damping.name!r} for disks alone: between "
                 f"{packing.kind.particles} its drag is in proportion to the stiffness of a contact, and rotations "
@@ -235,8 +235,8 @@ class OverdampedSession:
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
         with self._flow_errors():
             self._session.command(
-                f"fix flow all overdamped {words} tolerance ${{accuracy}} solver ${{solver}} stop {interval:.17g} "
-                "fluid $(v_fluid*v_strength:%.17g) background $(v_background*v_tau*v_strength:%.17g)"
+                f"fix flow all overdamped {words} tolerance ${{tolerance}} solver ${{solver}} stop {interval:.17g} "
+                "fluid $(v_eta_f*v_strength:%.17g) background $(v_background_drag*v_tau*v_strength:%.17g)"
             )
             self._driven = True
             self._session.command("run 0 post no")
@@ -374,12 +374,12 @@ def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> No
     )
 
 
-CARRIED = ("tau", "beta", "alpha", "arms", "even", "background", "fluid")  # what a drag law says to the plugin
+CARRIED = ("tau", "beta", "alpha", "lever_arms", "even", "background_drag", "eta_f")  # what a drag law says to the plugin
 
 
 def disk_style(damping: DragLaw) -> str:
     """Command by which parts/sp takes the pair style of the plugin, which has the drag of disks."""
-    words = "${tau} ${beta} alpha ${alpha} arms ${arms} even ${even}" if damping.at_contacts else "0 0"
+    words = "${tau} ${beta} alpha ${alpha} arms ${lever_arms} even ${even}" if damping.at_contacts else "0 0"
     return f'variable disk_style string "disk/drag {words}"'
 
 
@@ -401,7 +401,7 @@ def carried(damping: DragLaw) -> dict[str, float | str]:
 
 def _own_background(damping: DragLaw) -> float:
     """Background drag that a law has by itself, over k tau_1."""
-    return float(carried(damping).get("background", 0.0))
+    return float(carried(damping).get("background_drag", 0.0))
 
 
 def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None:
@@ -441,12 +441,12 @@ def default_background(packing: Packing, damping: DragLaw, background: float | N
         return background
     if not damping.at_contacts or _own_background(damping):
         return 0.0
-    return float(defaults(f"flow.{packing.model}")["background"])
+    return float(defaults(f"flow.{packing.model}")["background_drag"])
 
 
 # Of small strains of a packing at rest: moduli are wanted better than stresses in flow, and need no background
 SMALL_STRAIN_TOLERANCE = 1e-3
-SMALL_STRAIN_BACKGROUND = float(defaults("flow.rest")["background"])
+SMALL_STRAIN_BACKGROUND = float(defaults("flow.rest")["background_drag"])
 
 
 def solver_residual(damping: DragLaw, tolerance: float, background: float) -> float:

@@ -112,9 +112,9 @@ class Disks(Model[Packing]):
         block = central_block(normal, stiffness, across)
         return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
 
-    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
+    def jacobian(self, packing: Packing, lever_arms: str, generator: Array) -> ContactJacobian:
         pairs, r, distance, s = _touching(packing)
-        size, arms_of_pairs = 3 * packing.n + 1, levers(packing, arms)
+        size, arms_of_pairs = 3 * packing.n + 1, levers(packing, lever_arms)
         return ContactJacobian(
             normal=r / distance[:, None],
             flow=r @ generator.T,
@@ -193,10 +193,10 @@ def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:
     return pairs, near.r, np.hypot(*near.r.T), np.asarray(0.5 * packing.disk_diameters[pairs].sum(axis=1))
 
 
-def levers(packing: Packing, arms: str) -> Array:
+def levers(packing: Packing, lever_arms: str) -> Array:
     """(m, 2) lever arms of two disks that touch."""
     pairs, _, distance, _ = _touching(packing)
     radii = 0.5 * packing.disk_diameters[pairs]
-    if arms == "contact":  # in the middle of the overlap
+    if lever_arms == "contact":  # in the middle of the overlap
         radii = radii - 0.5 * (radii.sum(axis=1) - distance)[:, None]
     return np.asarray(radii)

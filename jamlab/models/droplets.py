@@ -184,7 +184,7 @@ class Droplets(Model[Packing]):
     def shape_terms(self, packing: Packing) -> list[Terms]:
         return [_tension(packing), *_areas(packing)]
 
-    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
+    def jacobian(self, packing: Packing, lever_arms: str, generator: Array) -> ContactJacobian:
         """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
         found = vertex_contacts(packing)
         distance, t = found.distance, found.place

@@ -227,7 +227,7 @@ class Flow(Part[P]):
     carrier: ClassVar[str] = ""
     corrects_flow: ClassVar[bool] = False  # whether steps in time are corrected, as of stiff line tension
 
-    def jacobian(self, packing: P, arms: str, generator: Array) -> ContactJacobian:
+    def jacobian(self, packing: P, lever_arms: str, generator: Array) -> ContactJacobian:
         """Relative velocities at contacts."""
         self.lacks("jacobian")
 

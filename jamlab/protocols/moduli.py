@@ -170,7 +170,7 @@ def _first_strain(packing: Packing, method: ModulusMethod, strain_step: float | 
         )
     if strain_step is None:
         first = numbers("strain")
-        return first.get(f"strain_{packing.model}", first["strain"])
+        return first.get(f"strain_step_{packing.model}", first["strain_step"])
     check_number("strain_step", strain_step, 0.1)
     return strain_step
 

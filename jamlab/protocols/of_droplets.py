@@ -97,7 +97,7 @@ class MakingOfDroplets(Making):
         holders = disks.with_state(
             box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
         )
-        steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
+        steps = max(0, int(np.ceil((highest - phi) / protocol["search_step"] - 1e-9)))
         loose = _compressed(holders, np.linspace(phi, max(phi, highest), steps + 1))
         if loose is None:
             raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")

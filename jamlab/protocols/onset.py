@@ -179,7 +179,7 @@ def _without_last_digits(packing: Packing) -> Packing:
 
 def _first_step(step: float | None, by_paper: bool, protocol: Mapping[str, float]) -> float:
     if step is None:
-        return protocol["step_paper" if by_paper else "step"]
+        return protocol["step_paper" if by_paper else "search_step"]
     check_number("step", step, 0.5)
     least = max(protocol["increment_least"], 1 / MOST_STATES)
     if step < least:

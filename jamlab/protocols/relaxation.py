@@ -31,8 +31,8 @@ class Relaxed:
 
 
 def usual_force_tolerance(model: str) -> float:
-    """Largest force at a minimum by default, in natural units: `force` of `*.minimum.parameters`."""
-    return float(defaults(f"{model}.minimum")["force"])
+    """Largest force at a minimum by default, in natural units: `force_tolerance` of `*.minimum.parameters`."""
+    return float(defaults(f"{model}.minimum")["force_tolerance"])
 
 
 def check_tolerance(force_tolerance: float | None, highest: float) -> None:

@@ -269,7 +269,7 @@ def sizes_record(sizes: Sizes | None, diameters: Array) -> dict[str, Any]:
 def _two_sizes(n: int, seed: int, ratio: float | None, large: float) -> Array:
     check_bidisperse(n, seed, 1.0, large)
     if ratio is None:
-        ratio = float(defaults(DISKS.name)["ratio"])
+        ratio = float(defaults(DISKS.name)["size_ratio"])
     elif not is_number(ratio) or not 1 <= ratio <= SIZE_LIMITS.largest_ratio:
         raise InputError(
             f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to "

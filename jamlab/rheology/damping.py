@@ -158,7 +158,7 @@ class ContactDamping(DragLaw):
 
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/parts/flow`."""
-        return {"arms" if name == "lever_arms" else name: value for name, value in asdict(self).items()}
+        return asdict(self)
 
 
 @checked_class
@@ -203,7 +203,7 @@ class StokesDrag(DragLaw):
 
     def lammps_variables(self) -> dict[str, float | str]:
         """All drag is background drag; contacts have none."""
-        return {"tau": self.tau, "background": 1.0, "fluid": self.eta_f}
+        return {"tau": self.tau, "background_drag": 1.0, "eta_f": self.eta_f}
 
 
 def _name_time(tau: float) -> str:

@@ -200,20 +200,20 @@ def make_law(name: str, numbers: Mapping[str, Any]) -> DragLaw:
 
 
 def contact_velocities(
-    packing: Packing, direction: Direction, arms: str = "radius"
+    packing: Packing, direction: Direction, lever_arms: str = "radius"
 ) -> tuple[sparse.csr_array, sparse.csr_array, Array]:
     """Compute velocities of approach and of sliding at m contacts, as linear functions of the rates of all coordinates.
 
     Args:
         packing: the packing.
         direction: of the shear whose rate comes last.
-        arms: lever arms of rotations, "radius" or "contact", see `ContactDamping`; "none": that of centres alone.
+        lever_arms: of rotations, "radius" or "contact", see `ContactDamping`; "none": that of centres alone.
 
     Returns:
         Two sparse (m, size) matrices, of approach and of sliding, and (m,) the stiffness of each contact in drag laws.
     """
     jacobian = packing.kind.jacobian(
-        packing, "radius" if arms == "none" else arms, shear_direction(packing, direction).generator
+        packing, "radius" if lever_arms == "none" else lever_arms, shear_direction(packing, direction).generator
     )
     normal, size = jacobian.normal, jacobian.rolling.shape[1]
     columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(normal), 1), size - 1)])
@@ -224,7 +224,7 @@ def contact_velocities(
         return spread(np.hstack(weights), columns, size)
 
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    return along(normal), along(tangent) - (arms != "none") * jacobian.rolling, jacobian.stiffness
+    return along(normal), along(tangent) - (lever_arms != "none") * jacobian.rolling, jacobian.stiffness
 
 
 def refuse_slip(packing: Packing, law: DragLaw, background: float = 0.0) -> None:

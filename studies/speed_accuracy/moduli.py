@@ -59,7 +59,7 @@ def _measure_packing(name: str, packing: Packing, moves: float, seed: int) -> It
         run = partial(_modulus, start, tolerance)
         yield panel.trial("linear response", f"force {tolerance:g}", run, tolerance == usual)
     yield panel.trial("affine", "", partial(_modulus, start, usual, "affine"))
-    first = float(defaults("strain").get(f"strain_{packing.model}", defaults("strain")["strain"]))
+    first = float(defaults("strain").get(f"strain_step_{packing.model}", defaults("strain")["strain_step"]))
     for strain in sorted({*_STRAINS, first}):
         run = partial(_modulus, start, usual, "finite-strain", strain)
         yield panel.trial("finite strain", f"strain {strain:g}", run)

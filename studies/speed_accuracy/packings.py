@@ -78,7 +78,7 @@ def search_onset(seed: int) -> Iterator[Trial]:
     )
     for way, steps in _STEPS.items():
         for step in steps:
-            default = way == "bisection" and step == float(defaults("onset")["step"])
+            default = way == "bisection" and step == float(defaults("onset")["search_step"])
             yield panel.trial(way, f"{step:g}", partial(search, way, step), default)
 
 

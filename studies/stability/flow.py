@@ -127,7 +127,7 @@ MAPS = (
     Map(
         "flow-background",
         lambda background, rate, seed: try_shear(_packed(seed), rate, background=background),
-        defaults=(float(defaults("flow.sp")["background"]), None),
+        defaults=(float(defaults("flow.sp")["background_drag"]), None),
     ),
     Map(
         "flow-power",

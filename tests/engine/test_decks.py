@@ -43,7 +43,7 @@ def given(tmp_path, dense):
 def test_every_variable_has_limits_that_hold_its_default(deck):
     path = installed("lammps_inputs") / deck
     known = settings(path.parent, deck)
-    assert {"force", "steps", "out"} <= known.keys()
+    assert {"force_tolerance", "steps", "out"} <= known.keys()
     for name in known.keys() - FREE - {"d1", "d2"}:
         decks.check_setting(path, name, known[name])
 
@@ -52,16 +52,17 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
     ("protocol", "name", "limits"),
     [
         ("jam", "n", [2, MOST_PARTICLES]),
-        ("jam", "force", [relaxation.LEAST_TOLERANCE]),
-        ("shear", "strain", [0, quasistatic_shear.LIMITS.step]),
+        ("jam", "force_tolerance", [relaxation.LEAST_TOLERANCE]),
+        ("shear", "strain_step", [0, quasistatic_shear.LIMITS.step]),
+        ("shear", "strain", [0, quasistatic_shear.LIMITS.strain]),
         ("startup", "rate", [shear.SHEAR_LIMITS.least_rate, shear.SHEAR_LIMITS.largest_rate]),
         ("startup", "strain", [overdamped_session.FLOW_LIMITS.least_strain, shear.SHEAR_LIMITS.largest_strain]),
-        ("startup", "background", [0, overdamped_session.FLOW_LIMITS.largest_background]),
+        ("startup", "background_drag", [0, overdamped_session.FLOW_LIMITS.largest_background]),
         ("startup", "alpha", [DRAG_LIMITS.alpha, 1]),
         ("startup", "beta", [0, overdamped_session.FLOW_LIMITS.largest_beta]),
         (
             "startup",
-            "accuracy",
+            "tolerance",
             [overdamped_session.FLOW_LIMITS.least_tolerance, overdamped_session.FLOW_LIMITS.largest_tolerance],
         ),
         ("startup", "rows", [1, shear.SHEAR_LIMITS.most_rows]),
@@ -91,7 +92,7 @@ def test_limits_of_decks_are_those_of_python(protocol, name, limits):
         ("in.sp.jam", "units", "foo"),
         ("in.sp.jam", "eps", 0),
         ("in.dp.jam", "eps", 1e300),
-        ("in.sp.jam", "force", -1e-9),
+        ("in.sp.jam", "force_tolerance", -1e-9),
         ("in.sp.jam", "skin", "nan"),
         ("in.dp.jam", "contact", "foo"),
         ("in.sp.startup", "alpha", 0.3),
@@ -100,7 +101,7 @@ def test_limits_of_decks_are_those_of_python(protocol, name, limits):
         ("in.sp.shear", "units", "k"),
         ("in.sp.shear", "d2", 2),
         ("in.sp.shear", "d2", "wide"),
-        ("in.sp.shear", "ratio", 1.4),
+        ("in.sp.shear", "size_ratio", 1.4),
         ("in.sp.shear", "data", "sp.dump"),
         ("in.sp.absent", "n", 8),
     ],
@@ -138,7 +139,7 @@ def test_a_search_without_minima_ends(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "settings", [{"n": 7}, {"above": 0}, {"data": "packing.data"}], ids=["odd", "no step", "law unknown"]
+    "settings", [{"n": 7}, {"step": 0}, {"data": "packing.data"}], ids=["odd", "no step", "law unknown"]
 )
 def test_a_deck_alone_refuses(given, settings):
     run("in.sp.shear" if "data" in settings else "in.sp.jam", given, code=1, law=False, **settings)
@@ -150,7 +151,7 @@ def test_copied_decks_use_their_own_parts(tmp_path):
     assert list(summaries(folder)) == DECKS
     part = folder / "parts" / "dp"
     part.write_text(part.read_text().replace("variable gamma        index 0.4 ", "variable gamma        index 0.3 "))
-    short = {"n": 4, "steps": 1, "step": 0.1, "increment_least": 0.09, "phi_start": 0.1}
+    short = {"n": 4, "steps": 1, "search_step": 0.1, "increment_least": 0.09, "phi_start": 0.1}
     run("in.dp.jam", tmp_path, code=2, inputs=folder, out="mine", **short)
     assert described((tmp_path / "mine.failed.data").read_text().splitlines())["gamma"] == 0.3
     with pytest.raises(jamlab.StorageError):
@@ -164,7 +165,7 @@ ODD = "my ä b' $x#&中"  # a folder: every letter may stand in one, but for the
 def test_decks_run_in_a_folder_of_any_name(tmp_path, deck):
     """By `jamlab deck` in that folder, and by plain lmp from outside, which looks for parts and molecules there."""
     folder = copy_decks(tmp_path / ODD)
-    short = {"n": 2, "to": 0.9, "above": 0.1, "phi_start": 0.3}
+    short = {"n": 2, "to": 0.9, "step": 0.1, "phi_start": 0.3}
     settings = [word for name, value in short.items() for word in (f"--{name.replace('_', '-')}", value)]
     done = call(folder, "deck", deck, *settings)
     assert done.exit_code == 0, done.stderr
@@ -198,24 +199,24 @@ def test_jam_finds_an_onset_and_compresses(tmp_path):
     text = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert 0.78 < number("phi_J", text) < 0.87 and 1e-16 <= number("with u", text) <= 1e-13
     assert deck_runs.rows(text, 4)[:, 3].max() <= 1e-12
-    sheared = run("in.sp.shear", tmp_path, data="sp.onset.data", phi_target=0.95)
+    sheared = run("in.sp.shear", tmp_path, data="sp.onset.data", to=0.95)
     assert np.isfinite(number("modulus G_xy", sheared))
 
 
 def test_shear_gives_the_modulus_of_linear_response(given, dense):
-    text = run("in.sp.shear", given, data="packing.data", strain=1e-7, steps_shear=3)
+    text = run("in.sp.shear", given, data="packing.data", strain=3e-7, strain_step=1e-7)
     assert table(given)[:, 0] == pytest.approx([0, 1e-7, 2e-7, 3e-7], rel=1e-5)
     assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(dense, direction="simple"), rel=1e-3)
     assert number("error", text) < 1e-3 * number("modulus G_xy", text)
-    text = run("in.sp.shear", given, code=2, data="packing.data", strain=1e-14)
+    text = run("in.sp.shear", given, code=2, data="packing.data", strain_step=1e-14)
     assert "\nNO MODULUS" in text and "relaxed shear modulus" not in text
 
 
-@pytest.mark.parametrize(("to", "nearest"), [(0.9, 1e-4), (0.96, None)])
-def test_compress_goes_through_the_states_of_python(given, dense, to, nearest):
+@pytest.mark.parametrize(("to", "first_step"), [(0.9, 1e-4), (0.96, None)])
+def test_compress_goes_through_the_states_of_python(given, dense, to, first_step):
     """Down by log-spaced steps, up by equal ones."""
-    states = list(jamlab.compress(dense, to, 0.01, by="phi", first_step=nearest))
-    run("in.sp.compress", given, data="packing.data", to=to, nearest=nearest or 0, above=0.01)
+    states = list(jamlab.compress(dense, to, 0.01, by="phi", first_step=first_step))
+    run("in.sp.compress", given, data="packing.data", to=to, first_step=first_step or 0, step=0.01)
     found, evaluated = table(given), [jamlab.evaluate(state) for state in states]
     assert found[:, 0] == pytest.approx([state.phi for state in states], abs=1e-9)
     assert found[:, 1] == pytest.approx([e.energy / dense.n for e in evaluated], rel=1e-8)
@@ -240,11 +241,11 @@ def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, dec
 @pytest.mark.parametrize(
     ("deck", "state", "settings"),
     [
-        ("compress", None, {"to": 0.5, "nearest": 0, "above": 0.05}),  # nothing touches
+        ("compress", None, {"to": 0.5, "first_step": 0, "step": 0.05}),  # nothing touches
         ("stabilize", 1e-3, {}),  # no shear of the box keeps this one jammed
-        ("bulk", None, {"strain": 0.02, "halvings": 1}),  # contacts change
-        ("bulk", None, {"phi_target": 0.7}),  # nothing touches
-        ("shear", None, {"phi_target": 0.7}),
+        ("bulk", None, {"strain_step": 0.02, "halvings": 1}),  # contacts change
+        ("bulk", None, {"to": 0.7}),  # nothing touches
+        ("shear", None, {"to": 0.7}),
         ("pressure", None, {"n": 32, "seed": 3, "tries": 2}),
     ],
 )
@@ -268,12 +269,12 @@ def test_stabilize_and_bulk(given, dense):
     assert number("modulus B", run("in.sp.bulk", given, data="packing.data")) == pytest.approx(
         jamlab.bulk_modulus(dense), rel=1e-6
     )
-    text = run("in.sp.bulk", given, data="packing.data", strain=0.02)
-    assert number("strain", text) < 0.02 and number("modulus B", text) == pytest.approx(
+    text = run("in.sp.bulk", given, data="packing.data", strain_step=0.02)
+    assert number("strain_step", text) < 0.02 and number("modulus B", text) == pytest.approx(
         jamlab.bulk_modulus(dense), rel=0.01
     )
     (state,) = jamlab.compress(dense, 0.9, 1.0, by="phi")
-    text = run("in.sp.bulk", given, data="packing.data", phi_target=0.9)
+    text = run("in.sp.bulk", given, data="packing.data", to=0.9)
     assert number("modulus B", text) == pytest.approx(jamlab.bulk_modulus(state), rel=1e-6)
 
     assert stress_of(dense) > 0.03 * jamlab.evaluate(dense).pressure
@@ -296,7 +297,7 @@ def test_contacts(tmp_path, random_disks, ranks):
     assert 0 < few.sum() < network.rattlers.sum() < packing.n
     jamlab.write(tmp_path / "packing.data", packing)
     text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data")
-    found = [number(name, text) for name in ("N_c", "backbone", "rattlers", "isostatic")]
+    found = [number(name, text) for name in ("n_contacts", "n_backbone", "rattlers", "isostatic")]
     assert found == [network.n_contacts, network.n_backbone, network.rattlers.sum(), network.isostatic]
     assert number("z", text) == pytest.approx(network.z, abs=1e-14)
     columns = np.loadtxt(tmp_path / "sp.contacts.dump", skiprows=9)[:, 5:7]
@@ -331,8 +332,8 @@ def test_minimize_keeps_every_digit_of_the_law_of_any_number_of_sizes(tmp_path):
 def test_shear_of_droplets_follows_python(tmp_path):
     *_, packing = jamlab.compress(jamlab.jam(8, "dp", 3), 0.9, 0.1)
     jamlab.write(tmp_path / "packing.data", packing)
-    run("in.dp.shear", tmp_path, code=2, data="packing.data", strain=1e-4, force=1e-8)
-    text = run("in.dp.shear", tmp_path, data="packing.data", strain=1e-5)
+    run("in.dp.shear", tmp_path, code=2, data="packing.data", strain_step=1e-4, force_tolerance=1e-8)
+    text = run("in.dp.shear", tmp_path, data="packing.data", strain_step=1e-5)
     assert jamlab.read(tmp_path / "dp.sheared.data").converged
     exact, error = jamlab.shear_modulus(packing, direction="simple"), number("error", text)
     assert abs(number("modulus G_xy", text) - exact) <= error < 0.1 * exact
@@ -349,11 +350,12 @@ def test_droplets_of_another_law(tmp_path):
     entries = described((tmp_path / "dp.failed.data").read_text().splitlines())
     assert {name: entries[name] for name in law} == law
     for nv, code in ((12, 2), (13, 1)):  # not a minimum; rest areas are those of 12 and 17 vertices
-        words = ("--phi-target", 0.5, "--nv_small", nv, "--steps", 1)
+        words = ("--to", 0.5, "--nv_small", nv, "--steps", 1)
         assert call(tmp_path, "deck", "in.dp.shear", "--data", "p.data", *words).exit_code == code
 
 
-COLUMNS = ("time strain rate stress elastic viscous pressure n1 dissipation energy iterations").split()
+COLUMNS = "time strain rate stress elastic_stress viscous_stress pressure normal_stress_difference dissipation".split()
+COLUMNS += ["energy", "iterations"]
 
 
 @pytest.fixture(scope="module")
@@ -374,8 +376,8 @@ def test_startup(tmp_path, packing):
     rows, text = flow(tmp_path, packing, "in.sp.startup", rate=0.1, strain=0.7, rows=7, beta=0.5)
     assert rows["strain"] == pytest.approx(np.linspace(0, 0.7, 8), abs=1e-6)
     limit = jamlab.complex_modulus(packing, [1.0], jamlab.ContactDamping(beta=0.5)).eta_inf
-    assert rows["viscous"][0] == pytest.approx(0.1 * limit, rel=1e-3)
-    assert rows["stress"] == pytest.approx(rows["elastic"] + rows["viscous"], rel=1e-3)
+    assert rows["viscous_stress"][0] == pytest.approx(0.1 * limit, rel=1e-3)
+    assert rows["stress"] == pytest.approx(rows["elastic_stress"] + rows["viscous_stress"], rel=1e-3)
     assert number("work", text) == pytest.approx(number("dissipated", text) + np.diff(rows["energy"]).sum(), rel=0.02)
     state = jamlab.read(tmp_path / "sp.flow.data")
     assert state.converged is False and abs(state.box[1, 0]) < 0.56 * state.box[0, 0]
@@ -384,7 +386,7 @@ def test_startup(tmp_path, packing):
 
 def test_oscillate(tmp_path, packing):
     """Strain over strain rate is as asked for; a cycle dissipates pi G'' amplitude^2."""
-    settings = {"omega": 0.5, "amplitude": 1e-5, "cycles": 4, "rows": 4, "accuracy": 1e-3, "solver": 1e-6}
+    settings = {"omega": 0.5, "amplitude": 1e-5, "cycles": 4, "rows": 4, "tolerance": 1e-3, "solver": 1e-6}
     rows, text = flow(tmp_path, packing, "in.sp.oscillate", **settings)
     assert rows["time"] == pytest.approx(4 * np.pi * np.arange(5), rel=1e-5)
     assert rows["rate"] == pytest.approx(5e-6, rel=1e-4)
@@ -394,25 +396,25 @@ def test_oscillate(tmp_path, packing):
 
 def test_creep(tmp_path, packing):
     """The stress stays; it is viscous first and elastic in the end, when strain is stress over G_0."""
-    rows, _ = flow(tmp_path, packing, "in.sp.creep", stress=1e-6, duration=1000, rows=10, accuracy=1e-3)
+    rows, _ = flow(tmp_path, packing, "in.sp.creep", stress=1e-6, duration=1000, rows=10, tolerance=1e-3)
     assert np.ptp(rows["stress"]) < 1e-9
-    assert rows["viscous"][0] == pytest.approx(1e-6, rel=1e-4)
+    assert rows["viscous_stress"][0] == pytest.approx(1e-6, rel=1e-4)
     assert 1e-6 / rows["strain"][-1] == pytest.approx(jamlab.complex_modulus(packing, [1.0]).g0, rel=2e-3)
 
 
-@pytest.mark.parametrize("viscous", ["stokes", pytest.param("contact", marks=pytest.mark.slow)])
-def test_startup_of_droplets(tmp_path, viscous):
+@pytest.mark.parametrize("damping", ["stokes", pytest.param("contact", marks=pytest.mark.slow)])
+def test_startup_of_droplets(tmp_path, damping):
     """Over a flip of the box: energy is that of the state written; the fluid's stress is all of the viscous one of
     Stokes drag, and that of contacts begins near zero."""
     droplets = jamlab.read("tests/states/stable_droplets.h5")
-    fluid = 0.5 if viscous == "stokes" else 0.0
-    rows, text = flow(tmp_path, droplets, "in.dp.startup", rate=0.1, strain=0.6, rows=3, viscous=viscous, fluid=fluid)
+    eta_f = 0.5 if damping == "stokes" else 0.0
+    rows, text = flow(tmp_path, droplets, "in.dp.startup", rate=0.1, strain=0.6, rows=3, damping=damping, eta_f=eta_f)
     assert rows["strain"] == pytest.approx([0, 0.2, 0.4, 0.6], abs=1e-6)
-    if viscous == "stokes":
-        assert rows["viscous"] == pytest.approx(0.05)
+    if damping == "stokes":
+        assert rows["viscous_stress"] == pytest.approx(0.05)
     else:
-        assert abs(rows["viscous"][0]) < 1e-4 < rows["viscous"][-1]
-    assert rows["stress"] == pytest.approx(rows["elastic"] + rows["viscous"], rel=1e-3)
+        assert abs(rows["viscous_stress"][0]) < 1e-4 < rows["viscous_stress"][-1]
+    assert rows["stress"] == pytest.approx(rows["elastic_stress"] + rows["viscous_stress"], rel=1e-3)
     assert number("work", text) == pytest.approx(number("dissipated", text) + np.diff(rows["energy"]).sum(), rel=0.02)
     state = jamlab.read(tmp_path / "dp.flow.data")
     assert state.box[1, 0] < 0.5 * state.box[0, 0] and state.params["ka"] == droplets.params["ka"]

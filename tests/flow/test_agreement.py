@@ -63,25 +63,25 @@ MUTANTS = [  # state, drag, variable of LAMMPS, what becomes of it
     ("springs", CONTACT, "tau", larger),
     ("springs", CONTACT, "beta", larger),
     ("springs", CONTACT, "alpha", lambda _: 0.999),
-    ("springs", CONTACT, "arms", lambda _: "contact"),
-    ("springs", CONTACT, "arms", lambda _: "none"),
+    ("springs", CONTACT, "lever_arms", lambda _: "contact"),
+    ("springs", CONTACT, "lever_arms", lambda _: "none"),
     ("springs", CONTACT, "even", lambda _: 1.001),
-    ("springs", CONTACT, "background", lambda value: 10 * value),
-    ("springs", CONTACT, "fluid", lambda _: 1e-3),
+    ("springs", CONTACT, "background_drag", lambda value: 10 * value),
+    ("springs", CONTACT, "eta_f", lambda _: 1e-3),
     ("springs", CONTACT, "k", larger),
     ("springs", CONTACT, "exponent", lambda _: 2.001),
     ("springs", CONTACT, "d1", larger),
     ("springs", CONTACT, "shell", lambda _: 1e-3),
-    ("soft", CONTACT, "arms", lambda _: "contact"),
+    ("soft", CONTACT, "lever_arms", lambda _: "contact"),
     ("soft", CONTACT, "d2", lambda value: (1 + 1e-9) * value),
     ("springs", FILM, "alpha", lambda _: 0.501),
     ("springs", FILM, "tau", larger),
     ("springs", STOKES, "tau", larger),
-    ("springs", STOKES, "fluid", larger),
-    ("springs", STOKES, "background", larger),
-    ("springs", jamlab.ContactDamping(lever_arms="contact"), "arms", lambda _: "radius"),
+    ("springs", STOKES, "eta_f", larger),
+    ("springs", STOKES, "background_drag", larger),
+    ("springs", jamlab.ContactDamping(lever_arms="contact"), "lever_arms", lambda _: "radius"),
     ("springs", CarriedBubbleDrag(), "even", larger),
-    ("springs", CarriedBubbleDrag(), "arms", lambda _: "radius"),
+    ("springs", CarriedBubbleDrag(), "lever_arms", lambda _: "radius"),
     ("Hertz", CONTACT, "exponent", lambda _: 2.501),
     ("Hertz", CONTACT, "tau", larger),
     ("sticky", CONTACT, "shell", larger),
@@ -93,9 +93,9 @@ MUTANTS = [  # state, drag, variable of LAMMPS, what becomes of it
     ("wca", CONTACT, "tau", larger),
     ("droplets", CONTACT, "tau", larger),
     ("droplets", CONTACT, "beta", larger),
-    ("droplets", CONTACT, "background", larger),
+    ("droplets", CONTACT, "background_drag", larger),
     ("droplets", FILM, "alpha", lambda _: 0.501),
-    ("droplets", STOKES, "fluid", larger),
+    ("droplets", STOKES, "eta_f", larger),
     ("droplets", CONTACT, "gamma", larger),
     ("droplets", CONTACT, "ka", larger),
     ("droplets", CONTACT, "delta", larger),
@@ -255,7 +255,7 @@ def test_flow_is_read_back_with_the_law_of_another_package(states, tmp_path):
 def test_rates_of_bubbles_are_those_of_centres():
     """`contact_velocities` without lever arms knows no rotation."""
     packing = jamlab.pack(8, 1e-2, 1)
-    approach, slide, _ = contact_velocities(packing, "simple", arms="none")
+    approach, slide, _ = contact_velocities(packing, "simple", lever_arms="none")
     spins = np.zeros(3 * packing.n + 1)
     spins[2 * packing.n : -1] = 1.0
     assert not (approach @ spins).any() and not (slide @ spins).any()

@@ -70,7 +70,7 @@ def test_decks_minimise_it(tmp_path, name, sizes):
     """By `lmp -in in.sp.minimize -var ...`, to the same minimum as Python."""
     p = packed(name, sizes or 16, sizes=None if sizes is None else np.linspace(0.9, 1.1, sizes))
     jamlab.write(tmp_path / "packing.data", p)
-    run("in.sp.minimize", tmp_path, data="packing.data", force=1e-10)
+    run("in.sp.minimize", tmp_path, data="packing.data", force_tolerance=1e-10)
     q = jamlab.read(tmp_path / "sp.minimum.data")
     assert q.params == p.params and jamlab.evaluate(q).max_force < 1e-9
     assert jamlab.evaluate(q).energy == pytest.approx(jamlab.evaluate(jamlab.relax(p)).energy, rel=1e-9)
@@ -80,7 +80,7 @@ def test_decks_minimise_it(tmp_path, name, sizes):
 def test_frames_of_decks_say_the_law(tmp_path, name):
     p = packed(name)
     jamlab.write(tmp_path / "packing.data", p)
-    run("in.sp.compress", tmp_path, data="packing.data", to=p.phi + 0.01, nearest=0, above=0.005, force=1e-10)
+    run("in.sp.compress", tmp_path, data="packing.data", to=p.phi + 0.01, first_step=0, step=0.005, force_tolerance=1e-10)
     frames = jamlab.read_all(tmp_path / "sp.dump")
     assert len(frames) == 3 and all(frame.params == p.params for frame in frames)
     assert jamlab.read(tmp_path / "sp.compressed.data").params == p.params

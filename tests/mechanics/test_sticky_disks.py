@@ -157,7 +157,7 @@ def test_tension_beyond_strength_is_no_packing():
 def test_decks_know_the_law(tmp_path):
     p = wide(stickiness=0.05)
     jamlab.write(tmp_path / "wide.data", p)
-    run("in.sp.minimize", tmp_path, data="wide.data", force=1e-12)
+    run("in.sp.minimize", tmp_path, data="wide.data", force_tolerance=1e-12)
     reached, relaxed = jamlab.read(tmp_path / "sp.minimum.data"), jamlab.relax(p)
     assert reached.params == p.params | {"exponent": 2.0} and jamlab.evaluate(reached).max_force < 2e-12
     assert jamlab.evaluate(reached).energy == pytest.approx(jamlab.evaluate(relaxed).energy, rel=1e-9)

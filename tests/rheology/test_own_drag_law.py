@@ -157,12 +157,12 @@ class NormalAndBackground(DragLaw):
     name: ClassVar[str] = "normal_and_background"
 
     def matrix(self, packing, whole, direction):
-        approach, _, _ = contact_velocities(packing, direction, arms="none")
+        approach, _, _ = contact_velocities(packing, direction, lever_arms="none")
         beside = jamlab.StokesDrag(eta_f=0.0, tau=0.03).matrix(packing, whole, direction)
         return sparse.csc_array(stiffness_scale(whole) * (approach.T @ approach) + beside)
 
     def lammps_variables(self):
-        return {"tau": 1.0, "beta": 0.0, "arms": "none", "even": 1.0, "background": 0.03}
+        return {"tau": 1.0, "beta": 0.0, "lever_arms": "none", "even": 1.0, "background_drag": 0.03}
 
 
 @pytest.mark.parametrize("more", [None, 0.01])

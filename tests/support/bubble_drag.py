@@ -21,7 +21,7 @@ class BubbleDrag(DragLaw):
     tau: float = parameter(1.0, "relaxation time of two disks", positive=True)
 
     def matrix(self, packing, whole, direction):
-        approach, slide, _ = contact_velocities(packing, direction, arms="none")
+        approach, slide, _ = contact_velocities(packing, direction, lever_arms="none")
         drag = self.tau * stiffness_scale(whole)
         return sparse.csc_array(drag * (approach.T @ approach + slide.T @ slide))
 
@@ -35,7 +35,7 @@ class CarriedBubbleDrag(BubbleDrag):
     name: ClassVar[str] = "carried_bubble"
 
     def lammps_variables(self):
-        return {"tau": self.tau, "beta": 1.0, "arms": "none", "even": 1.0}
+        return {"tau": self.tau, "beta": 1.0, "lever_arms": "none", "even": 1.0}
 
 
 DRAGS.register(CarriedBubbleDrag.name, CarriedBubbleDrag)

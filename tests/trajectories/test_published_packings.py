@@ -151,7 +151,7 @@ def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
     with jamlab.Session(loose) as session:
         protocol = {name: float(value) for name, value in defaults("onset").items()}
         search = OnsetSearch(session, protocol, minimizer("fixed-box"), 1e-12, OnsetWork(making_of("sp").way, None))
-        onset = search.by_bisection(loose, protocol["step"]).packing
+        onset = search.by_bisection(loose, protocol["search_step"]).packing
     radius = pytest.approx(0.5 / onset.box[0, 0], rel=1e-6)
     landed = [known for known in MAXIMA if known["n"] == n and known["radius"] == radius]
     assert len(landed) == 1
