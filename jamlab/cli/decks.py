@@ -198,9 +198,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         vertices = np.array([float(settings[name]) for name in ("nv_small", "nv_large")])
         wanted = (2 * vertices / vertices.sum()) ** 2
         if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:
-            raise InputError(
-                f"to = {given['to']}: the file does not have the default rest areas; leave it out"
-            )
+            raise InputError(f"to = {given['to']}: the file does not have the default rest areas; leave it out")
     law = law_settings(packing)
     if twice := next((name for name in given if name in {*law, "size_ratio"}), None):
         raise InputError(f"{twice} = {given[twice]}: law and sizes come from {settings['data']}; leave it out")

@@ -374,7 +374,8 @@ def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> No
     )
 
 
-CARRIED = ("tau", "beta", "alpha", "lever_arms", "even", "background_drag", "eta_f")  # what a drag law says to the plugin
+# what a drag law says to the plugin
+CARRIED = ("tau", "beta", "alpha", "lever_arms", "even", "background_drag", "eta_f")
 
 
 def disk_style(damping: DragLaw) -> str:

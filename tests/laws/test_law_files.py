@@ -80,7 +80,8 @@ def test_decks_minimise_it(tmp_path, name, sizes):
 def test_frames_of_decks_say_the_law(tmp_path, name):
     p = packed(name)
     jamlab.write(tmp_path / "packing.data", p)
-    run("in.sp.compress", tmp_path, data="packing.data", to=p.phi + 0.01, first_step=0, step=0.005, force_tolerance=1e-10)
+    steps = {"to": p.phi + 0.01, "first_step": 0, "step": 0.005}
+    run("in.sp.compress", tmp_path, data="packing.data", **steps, force_tolerance=1e-10)
     frames = jamlab.read_all(tmp_path / "sp.dump")
     assert len(frames) == 3 and all(frame.params == p.params for frame in frames)
     assert jamlab.read(tmp_path / "sp.compressed.data").params == p.params
