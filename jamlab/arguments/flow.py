@@ -52,6 +52,7 @@ FLOW = (
             "jamlab shear": 1.0,
             **dict.fromkeys(("in.sp.startup", "in.dp.startup"), 1.0),
             **dict.fromkeys(("in.sp.shear", "in.dp.shear"), 0.0),
+            **dict.fromkeys(("in.sp.shear", "in.dp.shear"), 0),
         },
         limits_otherwise={
             **dict.fromkeys(("flow_curve", "sweep.flow"), (1, 10000.0)),

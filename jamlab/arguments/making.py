@@ -88,7 +88,7 @@ MAKING = (
         highest=10,
         default=None,
         unset="1.4",
-        otherwise={"in.sp.jam": 1.4, "in.sp.pressure": 1.4},
+        otherwise={"deck": 1.4},
         habits="bidispersity ratio radii_ratio bidisperse bidisperse_ratio d_ratio",
     ),
     Argument(

@@ -222,14 +222,22 @@ def _data_of_lammps(path: str) -> "Packing":
 
 def check_setting(path: Path, name: str, text: str) -> None:
     """Refuse a variable that a deck does not have, and a value that the deck says it cannot have."""
-    from jamlab.checks import name_meant
     from jamlab.engine.deck_defaults import settings
 
     if name not in (own := _own(settings(path.parent, path.name))):
-        raise InputError(f"--{name}: {path.name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
+        raise InputError(f"--{name}: {path.name} has no such variable; {_variable_meant(path.name, name, own)}")
     words, good = _rules(path)[name]
     if not good(text):
         raise InputError(f"{name} = {text}: must be {words}")
+
+
+def _variable_meant(deck: str, name: str, own: list[str]) -> str:
+    """What to give for a variable that a deck does not have."""
+    from jamlab.checks import name_meant
+    from jamlab.hints import meant
+
+    use = meant(name, [deck, "jamlab deck"], own, argument=True).strip("`")
+    return f"use --{use.replace('_', '-')}" if use in own else name_meant(name.lower(), own, f"it has {', '.join(own)}")
 
 
 def _own(known: Mapping[str, str]) -> list[str]:
