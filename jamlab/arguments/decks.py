@@ -22,6 +22,7 @@ DECKS = (
         highest=0.5,
         above=True,
     ),
+    Argument("move", "Length by which a disk is moved in a finite difference.", "number"),
     Argument("u_jammed", "Contact energy per particle or vertex above which a state is jammed.", "number"),
     Argument("u_contact", "Contact energy per particle or vertex above which there are contacts.", "number"),
     Argument("increment_least", "Increment of packing fraction below which a search gives up.", "number"),

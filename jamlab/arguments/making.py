@@ -157,6 +157,7 @@ MAKING = (
         least=0,
         default=1,
         otherwise={"synthetic_micrograph": 0},
+        limits_otherwise={"deck": (0, 1e9)},
         habits="random_state rng seeds seed_number random_seed rng_seed",
         limits_otherwise={"deck": (0, 1000000000.0)},
     ),

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from dataclasses import fields
 
 import deck_runs
 import numpy as np
@@ -10,15 +11,16 @@ from commands import call
 from deck_runs import number, run, table
 
 import jamlab
+from jamlab.arguments.argument import FromDeck
+from jamlab.arguments.table import SUBJECTS, argument
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import LIMITS, settings
+from jamlab.engine.deck_defaults import LIMITS, defaults, settings
 from jamlab.engine.deck_files import copy_decks, summaries
-from jamlab.flow import creep_and_relaxation, oscillate, overdamped_session, quasistatic_shear, shear
+from jamlab.flow import overdamped_session
 from jamlab.installed_files import installed
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.lammps_files import described
-from jamlab.protocols import relaxation
-from jamlab.protocols.particle_numbers import MOST_PARTICLES
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks
 from jamlab.rheology.damping import DRAG_LIMITS
 
@@ -48,39 +50,39 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
         decks.check_setting(path, name, known[name])
 
 
-@pytest.mark.parametrize(
-    ("protocol", "name", "limits"),
-    [
-        ("jam", "n", [2, MOST_PARTICLES]),
-        ("jam", "force_tolerance", [relaxation.LEAST_TOLERANCE]),
-        ("shear", "strain_step", [0, quasistatic_shear.LIMITS.step]),
-        ("shear", "strain", [0, quasistatic_shear.LIMITS.strain]),
-        ("startup", "rate", [shear.SHEAR_LIMITS.least_rate, shear.SHEAR_LIMITS.largest_rate]),
-        ("startup", "strain", [overdamped_session.FLOW_LIMITS.least_strain, shear.SHEAR_LIMITS.largest_strain]),
-        ("startup", "background_drag", [0, overdamped_session.FLOW_LIMITS.largest_background]),
-        ("startup", "alpha", [DRAG_LIMITS.alpha, 1]),
-        ("startup", "beta", [0, overdamped_session.FLOW_LIMITS.largest_beta]),
-        (
-            "startup",
-            "tolerance",
-            [overdamped_session.FLOW_LIMITS.least_tolerance, overdamped_session.FLOW_LIMITS.largest_tolerance],
-        ),
-        ("startup", "rows", [1, shear.SHEAR_LIMITS.most_rows]),
-        ("oscillate", "omega", [oscillate.OSCILLATION_LIMITS.slowest, oscillate.OSCILLATION_LIMITS.fastest]),
-        (
-            "oscillate",
-            "amplitude",
-            [overdamped_session.FLOW_LIMITS.least_strain, oscillate.OSCILLATION_LIMITS.largest_amplitude],
-        ),
-        ("oscillate", "cycles", [1, oscillate.OSCILLATION_LIMITS.most_cycles]),
-        ("creep", "stress", [overdamped_session.FLOW_LIMITS.least_strain, creep_and_relaxation.RAMP.largest_stress]),
-        ("creep", "duration", [overdamped_session.FLOW_LIMITS.least_time, creep_and_relaxation.RAMP.longest]),
-    ],
-)
-def test_limits_of_decks_are_those_of_python(protocol, name, limits):
-    for deck in [deck for deck in DECKS if deck.endswith(protocol)]:
-        interval = settings(installed("lammps_inputs"), deck, what=LIMITS)[name]
-        assert [float(end) for end in re.findall(r"[\d.e-]*\d", interval)][: len(limits)] == limits, deck
+def interval(deck, name):
+    """Ends of the interval that a deck says behind the default of a variable; empty where it says none."""
+    said = settings(installed("lammps_inputs"), deck, what=LIMITS).get(name, "")
+    return [float(end) for end in re.findall(r"[\d.e-]*\d", said)]
+
+
+@pytest.mark.parametrize("deck", DECKS)
+def test_defaults_and_limits_of_decks_are_those_of_the_table(deck):
+    """Variables with the name of an argument mean it; method and force law are the deck's and the law's own."""
+    own = {each.name for each in SUBJECTS["Decks"]} | law_parameters()
+    for name, default in settings(installed("lammps_inputs"), deck).items():
+        if name in FREE or name in own:
+            continue
+        line, places = argument(name), (deck, "deck")
+        usual = line.default_at(*places)
+        if not isinstance(usual, FromDeck):
+            assert str(default) == str(usual) or float(default) == usual, name
+        if limits := interval(deck, name):
+            assert limits == list(line.limits_at(*places)), name
+
+
+def law_parameters():
+    declared = {name for model in ("sp", "dp") for name in MODELS.get(model).parameters(None, {})}
+    return {*declared, *defaults("dp"), *declared_by_drag()}
+
+
+def declared_by_drag():
+    return {field.name for law in (jamlab.ContactDamping, jamlab.StokesDrag) for field in fields(law)}
+
+
+def test_drag_in_decks_has_the_limits_of_python():
+    assert interval("in.sp.startup", "alpha") == [DRAG_LIMITS.alpha, 1]
+    assert interval("in.sp.startup", "beta") == [0, overdamped_session.FLOW_LIMITS.largest_beta]
 
 
 @pytest.mark.parametrize(
