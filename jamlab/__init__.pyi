@@ -63,13 +63,13 @@ from .packing.packing import Packing as Packing
 from .packing.recipe import Recipe as Recipe
 from .packing.write import write as write
 from .protocols.compression import compress as compress
+from .protocols.decompression import decompress as decompress
 from .protocols.droplets_from_disks import droplets_from_disks as droplets_from_disks
 from .protocols.make import make as make
 from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam
 from .protocols.relax import relax as relax
-from .protocols.target_pressure import decompress as decompress
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import complex_modulus as complex_modulus
 from .rheology.critical_scaling import scaling_collapse as scaling_collapse

@@ -159,7 +159,6 @@ MAKING = (
         otherwise={"synthetic_micrograph": 0},
         limits_otherwise={"deck": (0, 1e9)},
         habits="random_state rng seeds seed_number random_seed rng_seed",
-        limits_otherwise={"deck": (0, 1000000000.0)},
     ),
     Argument(
         "pressure",

@@ -30,12 +30,7 @@ SESSIONS = (
     Argument("box_strains", "Strains of the box that are minimised too.", default=None, unset="the box is fixed"),
     Argument("columns", "Number of columns.", "integer", least=1),
     Argument("size", "Length of a vector.", "integer", least=1),
-    Argument(
-        "displacement",
-        "Displacements, (n, 2); of in.sp.hessian that of finite differences.",
-        "array",
-        otherwise={"in.sp.hessian": 1e-07},
-    ),
+    Argument("displacement", "Displacements, (n, 2).", "array"),
     Argument("area", "Area of the box.", "number"),
     Argument("style", "Minimiser of LAMMPS.", "choice"),
 )

@@ -24,8 +24,8 @@ from jamlab.packing.quantities import COLUMNS
 from jamlab.packing.recipe import Recipe
 from jamlab.protocols.compression import compress
 from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
+from jamlab.protocols.decompression import decompress
 from jamlab.protocols.make import make
-from jamlab.protocols.target_pressure import decompress
 
 
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:

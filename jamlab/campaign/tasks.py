@@ -32,7 +32,7 @@ from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
 from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.packing.recipe import Recipe
-from jamlab.protocols import relaxation, size_distributions, target_pressure
+from jamlab.protocols import decompression, relaxation, size_distributions
 from jamlab.protocols.makings import making_of
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
 from jamlab.storage.verified_file import SCHEMA_VERSION
@@ -49,7 +49,7 @@ def protocol_versions(model: str) -> str:
         "onset": making.version,
         "stiffening": making.stiffening_version,
         "compression": making.compression_version,
-        "pressure": target_pressure.PRESSURE_PROTOCOL,
+        "pressure": decompression.PRESSURE_PROTOCOL,
         "quench": relaxation.QUENCH_PROTOCOL,
         "sizes": size_distributions.SIZES_PROTOCOL,
     }

@@ -27,7 +27,7 @@ from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_gradient
-from jamlab.protocols.descent import USUAL, Effort, load, quench
+from jamlab.protocols.descent import USUAL, Effort, entangled, load, quench
 from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.newton_with_box import LONGEST_STRAIN, EnthalpyModel, descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, relax_session, settle, usual_force_tolerance
@@ -63,6 +63,8 @@ class FreeBox:
     met: float = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
     # residual shear stress over pressure at the end of the shear of the box around droplets
     stress_tolerance: float = 1e-8
+    # factor of the unbalanced stress that is good enough by itself at a pressure, where enthalpies lose their digits
+    fallen: float = 0.2
     shift: float = 1e-8  # of the Hessian's diagonal there: droplets that slide have no stiffness of their own
     # factors of the part of a Newton step that is taken, after one downhill and after one uphill
     grow: float = 2.5
@@ -77,7 +79,7 @@ class Ensemble:
     """What the box of packings does while they are relaxed; called as `relax_session` is."""
 
     may_shear: bool = False  # whether the box is sheared until no shear stress is left
-    pressure: float | None = None  # at which the area is free, in a box that does not shear; None: the area stays
+    pressure: float | None = None  # at which the area is free; None: the area stays
 
     @property
     def strains(self) -> Array:
@@ -93,7 +95,8 @@ class Ensemble:
         least_pressure: float = -np.inf,
         effort: Effort = USUAL,
     ) -> Relaxed:
-        """Minimise the energy over positions, and over both shears of the box at fixed area where it shears.
+        """Minimise the energy over positions, and over both shears of the box at fixed area where it shears; at a
+        pressure the enthalpy, over the area as well.
 
         Disks: FIRE and Newton steps over positions and box at once, see `relax_disks_and_box`. Droplets, whose sites
         are relaxed for little at a fixed box: Newton steps in both strains alone, each with the response of the sites.
@@ -112,7 +115,8 @@ class Ensemble:
         """
         force = usual_force_tolerance(session.kind.name) if tolerance is None else tolerance
         if self.pressure is not None:
-            return relax_at_pressure(session, self.pressure, force)
+            meet = shear_at_pressure if self.may_shear else relax_at_pressure
+            return meet(session, self.pressure, force)
         if not self.may_shear:
             return relax_session(session, force, near=near, effort=effort)
         box_strains = BoxStrains(SHEARS)
@@ -131,15 +135,23 @@ def minimizer(ensemble: EnsembleName) -> Ensemble:
 
 
 def _shear_box(
-    session: Session, box_strains: BoxStrains, tolerance: float, near: bool, least_pressure: float, effort: Effort
+    session: Session,
+    box_strains: BoxStrains,
+    tolerance: float,
+    near: bool,
+    least_pressure: float,
+    effort: Effort,
+    fallen: float = 0.0,
 ) -> Relaxed:
+    """Newton steps in strains of the box around droplets, see `Ensemble`. `fallen`: factor of the unbalanced stress that
+    is good enough by itself, where enthalpies have no digits left."""
     size = mean_size(session.packing())
     solver, part = PositiveSolver(session.tally, "Newton steps of the box"), 1.0
     found = relax_session(session, tolerance, near=near, effort=effort)
     for _ in range(effort.box):
         state, packing = found.evaluation, session.packing()
-        balanced = max(FREE_BOX.stress_tolerance * state.pressure, state.max_force / size)
-        if not found.converged or state.pressure < least_pressure or box_strains.excess(state.stress) <= balanced:
+        balanced = box_strains.excess(state.stress) <= _balanced(session, found)
+        if not found.converged or state.pressure < least_pressure or balanced:
             return found
         gradient = box_strains.gradient(state.stress, packing.area)
         try:
@@ -148,12 +160,14 @@ def _shear_box(
         except (InputError, ConvergenceError):  # outlines cross
             break
         step, _ = whole.within(NEWTON.reach * size, LONGEST_STRAIN, part)
-        session.load(box_strains.move(packing, step.u, step.e))
+        session.load(moved := box_strains.move(packing, step.u, step.e))
         trial = relax_session(session, tolerance, near=True, effort=effort)
         if trial.evaluation.pressure < least_pressure:
             return trial
         work = -0.5 * (gradient + box_strains.gradient(trial.evaluation.stress, packing.area)) @ step.e
-        if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
+        lower = state.energy - trial.evaluation.energy + box_strains.pressure * (packing.area - moved.area) > 0
+        nearer = box_strains.excess(trial.evaluation.stress) < fallen * box_strains.excess(state.stress)
+        if trial.converged and (work > 0 or lower or nearer):
             found, part = trial, min(1.0, FREE_BOX.grow * part)
         else:
             session.load(packing)
@@ -244,6 +258,26 @@ def relax_at_pressure(session: Session, pressure: float, tolerance: float) -> Re
     return found
 
 
+def shear_at_pressure(session: Session, pressure: float, tolerance: float) -> Relaxed:
+    """Minimise the enthalpy over sites, area and both shears of the box: as `relax_at_pressure`, then by Newton steps
+    in all strains, and by the area again, which meets a pressure more closely than these do a shear stress."""
+    box_strains = BoxStrains(minimizer("shear-stabilized").strains, pressure)
+    for _ in range(FREE_BOX.rounds):
+        found = relax_at_pressure(session, pressure, tolerance)
+        if not found.converged or BoxStrains(SHEARS).excess(found.evaluation.stress) <= _balanced(session, found):
+            return found
+        found = _shear_box(session, box_strains, tolerance, True, FREE_BOX.lost * pressure, USUAL, FREE_BOX.fallen)
+        if not found.converged:
+            return found
+    return Relaxed(found.evaluation, tolerance, False)
+
+
+def _balanced(session: Session, found: Relaxed) -> float:
+    """Shear stress around droplets that counts as none: a part of the pressure, or what the forces left may add."""
+    size = mean_size(session.packing())
+    return max(FREE_BOX.stress_tolerance * found.evaluation.pressure, found.evaluation.max_force / size)
+
+
 def _meet_by_area(session: Session, pressure: float, tolerance: float, least: float) -> Relaxed:
     """Newton steps in the area, each relaxed; given up below a pressure, where contacts are lost."""
     found, widest = relax_session(session, tolerance, near=True), FREE_BOX.widest
@@ -266,12 +300,15 @@ def _meet_by_area(session: Session, pressure: float, tolerance: float, least: fl
         wider = np.clip(fall / modulus, -widest, widest)
         try:
             session.load(follow(packing, packing.phi * np.exp(-wider)))
-            found = relax_session(session, tolerance, near=True)
+            trial = relax_session(session, tolerance, near=True)
+            apart = not entangled(session)
         except (EngineError, InputError):  # vertices run together, or outlines cross
+            apart = False
+        if not apart:
             session.load(packing, anew=True)
             widest = 0.25 * abs(wider)
             continue
-        before, widest = (packing.area, state.pressure), min(FREE_BOX.widest, 2 * widest)
+        found, before, widest = trial, (packing.area, state.pressure), min(FREE_BOX.widest, 2 * widest)
     return Relaxed(found.evaluation, tolerance, False)
 
 

@@ -14,10 +14,11 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import Recipe
 from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import compress, go_on
+from jamlab.protocols.decompression import decompress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import onset_of
 from jamlab.protocols.relax import relax
-from jamlab.protocols.target_pressure import decompress, packed_by
+from jamlab.protocols.target_pressure import packed_by
 
 
 @checked

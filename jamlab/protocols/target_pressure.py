@@ -1,4 +1,4 @@
-"""Pack disks at a target pressure, from a random start or down from a packing at a higher one."""
+"""Pack disks at a target pressure, from a random start."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -11,34 +11,30 @@ from jamlab.arguments.choices import Ensemble, Law, Units
 from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
-from jamlab.engine.session import Session, evaluate
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.geometry.contact_network import contacts
 from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.natural_units import in_natural_units, natural_scales, natural_stress
+from jamlab.packing.natural_units import in_natural_units, natural_stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.recipe import Recipe, changed, made_by
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_relaxation import minimizer, relax_at_pressure, relax_disks_and_box
-from jamlab.protocols.descent import load, quench
+from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
+from jamlab.protocols.decompression import LEAST_NOISE, PRESSURE_PROTOCOL, check_force, check_met, come_down
+from jamlab.protocols.descent import quench
 from jamlab.protocols.law_arguments import law_given
 from jamlab.protocols.random_start import disk_params, disks_of
-from jamlab.protocols.relaxation import QUENCH_PROTOCOL, Relaxed, check_tolerance, relax_session, usual_force_tolerance
+from jamlab.protocols.relaxation import QUENCH_PROTOCOL, check_tolerance, relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, diameters_of, lasting, sizes_record
 from jamlab.protocols.units_of_recipes import units_of
 from jamlab.storage.verified_file import versions
 
-PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 HIGHEST_PRESSURE = HIGHEST_OVERLAP  # of springs, in k
-_DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
-_KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
-_ANOTHER = "start from a packing at a lower pressure, or from another seed"
 _BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box is set free
 # Force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the next is tried,
 # or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2, phi of 50 packings (n =
@@ -47,7 +43,6 @@ _BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box 
 _LADDER = ((3e-2, 2.0), (1e-2, 0.5))
 # times the pressure, if a random start does not meet it: one of them is met first, and the packing decompressed
 _ABOVE = (10.0, 100.0, 1000.0)
-LEAST_NOISE = 1e-4  # force tolerance over p d at most: z and G have few digits else
 
 
 @checked
@@ -159,7 +154,7 @@ def _at_pressure(
         for times in _ABOVE:
             if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
-                    return _come_down(at(times * pressure), pressure, force, ranks)
+                    return come_down(at(times * pressure), pressure, force, ranks)
         raise
 
 
@@ -188,136 +183,13 @@ def _from_random(
             _walk(session, pressure, search, progress)
         found = relax_disks_and_box(session, BoxStrains(minimizer(given.ensemble).strains, pressure), force)
         packing = session.packing()
-    lower = "a pressure nearer to 0" if given.law.range else f"come down from a higher pressure: {_DECOMPRESS}"
-    _check_met(packing, found, pressure, f"try another seed, or {lower}")
+    lower = "a pressure nearer to 0" if given.law.range else "come down from a higher pressure by jamlab.decompress"
+    check_met(packing, found, pressure, f"try another seed, or {lower}")
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
     return record(session, packing, found, **versions()), found.evaluation.pressure
 
 
-@checked
-def decompress(
-    packing: Packing,
-    pressure: float,
-    *,
-    ranks: int = 1,
-    force_tolerance: float | None = None,
-    progress: Progress | None = None,
-) -> Packing:
-    """Decompress a jammed packing of disks to a lower pressure, in steps.
-
-    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure. Between walls only the
-    height of the box changes, and p is the normal stress on the walls. Use it for large packings near onset, where
-    random starts may not converge. The result depends on the initial pressure.
-
-    Args:
-        packing: SP; jammed and relaxed, at a higher pressure.
-        pressure: target pressure in the units of the packing, from 1e-8 k.
-        ranks: threads of FIRE; useful above 10 000 disks.
-        force_tolerance: largest force at the minimum, as in `compress`; at most 1e-4 p d.
-        progress: called after each pressure with (fraction done, text); True: print it.
-
-    Returns:
-        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, because
-        it was not compressed from one. `provenance["pressure"]` holds the value, and
-        `provenance["from_pressure"]` the pressure of the given packing.
-
-    Raises:
-        InputError: droplets, a packing that is not jammed or not relaxed, or a pressure that is not below its own.
-        ConvergenceError: the pressure was not reached, or the packing unjammed.
-
-    Example:
-        >>> p = jamlab.decompress(jamlab.pack(n=32, pressure=1e-2, seed=1), 1e-4)
-        >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
-        (True, 'decompress', 0.01)
-    """
-    check_ranks(ranks, packing.kind)
-    _check_repulsive(packing)
-    force = _check_force(pressure, force_tolerance, packing.law, natural_scales(packing).stress)
-    found = _come_down(packing, pressure, force, ranks, progress)
-    how = {"pressure": pressure, "ranks": ranks, "force_tolerance": force_tolerance}
-    return changed(packing, found, "decompress", **how)
-
-
-def _come_down(
-    packing: Packing, pressure: float, force: float, ranks: int, progress: Progress | None = None
-) -> Packing:
-    """`decompress` to a pressure that has been checked, with a force tolerance."""
-    began = time.perf_counter()
-    found, reached, start = _decompressed(packing, pressure, force, ranks, progress)
-    entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
-    entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
-    entries |= {"from_pressure": start, "wall_time": time.perf_counter() - began, **versions()}
-    return found._trusted(provenance=entries, phi_J=None)  # earlier provenance is void
-
-
-@in_natural_units(STRESS, pressure=STRESS)
-def _decompressed(
-    packing: Packing, pressure: float, force: float, ranks: int, progress: Progress | None
-) -> tuple[Packing, float, float]:
-    """The packing at the lower pressure, the pressure met, and that where it came from."""
-    start, search = _check_start(packing, pressure), numbers("pressure")
-    steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
-    ensemble = minimizer(packing.ensemble)
-    may_strain = packing.kind.compiled_fire and (packing.frame.all_free or ensemble.may_shear)
-    with Session(packing, ranks=ranks) as session:
-        for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
-            noise = force if step == steps else max(force, LEAST_NOISE * target)
-            least = search["loose"] * target
-            if may_strain:
-                box_strains = BoxStrains(ensemble.strains, target)
-                found = relax_disks_and_box(session, box_strains, noise, near=True, least_pressure=least)
-            else:
-                found = relax_at_pressure(session, target, noise)
-            reached = session.packing()
-            if progress is not None:
-                progress(step / steps, f"packing fraction {reached.phi:.4f}")
-            if found.evaluation.pressure < least:
-                raise ConvergenceError(
-                    f"pressure not reached with n = {packing.n}: the packing unjammed at {target / pressure:.3g} "
-                    f"times the requested pressure; {_ANOTHER}"
-                )
-    _check_met(reached, found, pressure, _ANOTHER)
-    return record(session, reached, found), found.evaluation.pressure, start
-
-
-def _check_repulsive(packing: Packing) -> None:
-    """Refuse droplets and disks that attract, whose pressure says nothing of how far they are from onset."""
-    if packing.diameters is None or packing.law.range:
-        what = f"{packing.law}: they attract" if packing.law.range else f"model {packing.model}"
-        remedy = "pack(n, pressure=...), pack(n, phi=...), or " if packing.law.range else ""
-        raise InputError(
-            f"{what}: decompress needs disks that only repel; use {remedy}compress(packing, to) with a lower rho or phi"
-        )
-
-
-def _check_start(packing: Packing, pressure: float) -> float:
-    """Give the pressure of a packing; refuse one that cannot come down to `pressure`."""
-    state = evaluate(packing)
-    if contacts(packing).unjammed:
-        what, remedy = "not jammed", "give one jammed at a higher pressure"
-    elif state.max_force > LEAST_NOISE * load(packing, state):
-        what, remedy = f"not relaxed (residual force {state.max_force:.2g})", "give `jamlab.relax` of it"
-    elif pressure >= state.pressure:
-        what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
-    else:
-        return state.pressure
-    raise InputError(f"pressure: the packing is {what}: {remedy}")
-
-
-def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:
-    """Refuse a state whose pressure is not that asked for."""
-    reached, force = found.evaluation.pressure, found.evaluation.max_force
-    most = numbers("pressure")["miss"] * load(packing, found.evaluation)
-    if not (found.converged and abs(reached - pressure) <= most):
-        raise ConvergenceError(
-            f"pressure not reached with n = {packing.n}: the search for {pressure:g} (natural units) ended "
-            f"at {reached:g} (residual force {force:.2g}, tolerance {found.tolerance:.2g}); {remedy}"
-        )
-
-
-def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
-    """Force tolerance of a recipe, small beside its pressure, and its force law; disks have mean diameter 1.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
@@ -336,25 +208,14 @@ def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
         return usual_force_tolerance(DISKS.name) if tolerance is None else tolerance, law
-    force = _check_force(pressure, tolerance, law, natural_stress(law))
+    unit = natural_stress(law)
+    check_number("pressure", pressure, max(HIGHEST_PRESSURE * unit, highest))
+    force = check_force(pressure, tolerance, DISKS.name, unit)
     if pressure > highest:
         raise InputError(
             f"pressure = {pressure:g}: must be at most {highest:.4g} for {law}: beyond, disks pass through each other"
         )
     return force, law
-
-
-def _check_force(pressure: float, tolerance: float | None, law: PairLaw, unit: float) -> float:
-    """Give the force tolerance, small beside the pressure; `unit`: of the pressure where the law is one of springs."""
-    check_number("pressure", pressure, max(HIGHEST_PRESSURE * unit, law.pressures[1]))
-    force = usual_force_tolerance(DISKS.name) if tolerance is None else tolerance
-    check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
-    if force * unit > LEAST_NOISE * pressure:
-        raise InputError(
-            f"pressure = {pressure:g}: the force tolerance {force:g} is too large for this pressure: use a "
-            f"pressure of {force * unit / LEAST_NOISE:g} or more, or a smaller tolerance"
-        )
-    return force
 
 
 def _walk(

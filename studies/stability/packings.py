@@ -13,13 +13,14 @@ from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
+from jamlab.protocols.decompression import LEAST_NOISE
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.size_distributions import SIZE_LIMITS
-from jamlab.protocols.target_pressure import LEAST_NOISE, pack
+from jamlab.protocols.target_pressure import pack
 from studies.stability.map import Map, Trial, balanced, judge_descent, worst_of
 from studies.stability.plain_physics import plain_forces, plain_packing_fraction, plain_pressure, plain_shear_modulus
 

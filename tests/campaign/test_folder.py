@@ -25,7 +25,7 @@ from jamlab.campaign.tasks import batches, task_names
 from jamlab.campaign.workers import run_tasks
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all_hdf5
-from jamlab.protocols.target_pressure import decompress
+from jamlab.protocols.decompression import decompress
 
 pytestmark = pytest.mark.usefixtures("here")
 

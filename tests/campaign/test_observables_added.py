@@ -216,7 +216,7 @@ def test_two_own_observables_of_one_column_are_not_mixed(tmp_path):
     assert (campaign.table("states", sweep="again")["twice_phi"] == 0).all()
 
 
-RAISED = [("geometry.contact_network", "CONTACTS_DEFINITION"), ("protocols.target_pressure", "PRESSURE_PROTOCOL")]
+RAISED = [("geometry.contact_network", "CONTACTS_DEFINITION"), ("protocols.decompression", "PRESSURE_PROTOCOL")]
 
 
 @pytest.mark.parametrize(("module", "constant"), RAISED)

@@ -416,7 +416,7 @@ def _compressed(p, own):
     yield Own(up).pressure - found["pressure"][1], 0.0, own.stiffness
 
 
-@row("decompress", droplets="needs disks", sticky="stickiness")
+@row("decompress", sticky="stickiness")
 def _decompressed(p, own):
     end = jamlab.decompress(p, 0.9 * own.pressure)
     there = Own(end)

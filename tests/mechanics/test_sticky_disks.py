@@ -9,7 +9,7 @@ from deck_runs import number, run
 import jamlab
 from jamlab.laws.sticky import StickyLaw
 from jamlab.mechanics.stiffness import forces, hessian
-from jamlab.protocols.target_pressure import decompress
+from jamlab.protocols.decompression import decompress
 
 
 def plain(p):

@@ -5,8 +5,8 @@ import pytest
 
 import jamlab
 from jamlab.packing.deformation import at_phi
+from jamlab.protocols.decompression import decompress
 from jamlab.protocols.size_distributions import SizeDistribution
-from jamlab.protocols.target_pressure import decompress
 
 NAN = float("nan")
 CALLS = {  # function -> what is called with one argument replaced
@@ -120,7 +120,6 @@ def test_values_that_do_not_go_together_are_refused(sp_jammed, call):
 def test_droplets_are_refused_where_disks_are_meant(dp_onset):
     for call in (
         lambda: jamlab.droplets_from_disks(dp_onset),
-        lambda: decompress(dp_onset, 1e-4),
         lambda: jamlab.complex_modulus(dp_onset, [1.0], prestress=False),
     ):
         with pytest.raises(jamlab.InputError):

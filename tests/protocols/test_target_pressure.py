@@ -6,8 +6,8 @@ import pytest
 import jamlab
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.packing import Packing
-from jamlab.protocols import box_relaxation, target_pressure
-from jamlab.protocols.target_pressure import decompress
+from jamlab.protocols import box_relaxation, decompression, target_pressure
+from jamlab.protocols.decompression import decompress
 
 
 def crystal(spacing, side=6):
@@ -58,13 +58,13 @@ def test_the_way_down_keeps_disks_and_ensemble_and_says_where_it_began(ensemble)
 
 def test_only_the_last_step_down_is_minimised_in_full(monkeypatch):
     """On the way a part in ten thousand of the pressure will do."""
-    noises, relax = [], target_pressure.relax_disks_and_box
+    noises, relax = [], decompression.relax_disks_and_box
 
     def noted(session, strains, noise, **how):
         noises.append(noise / strains.pressure)
         return relax(session, strains, noise, **how)
 
-    monkeypatch.setattr(target_pressure, "relax_disks_and_box", noted)
+    monkeypatch.setattr(decompression, "relax_disks_and_box", noted)
     decompress(crystal(0.95), 1e-3, force_tolerance=1e-12)
     assert len(noises) > 2 and set(noises[:-1]) == {1e-4} and noises[-1] == pytest.approx(1e-9)
 
