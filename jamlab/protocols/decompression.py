@@ -135,7 +135,8 @@ def _check_start(packing: Packing, pressure: float) -> float:
     elif state.max_force > LEAST_NOISE * load(packing, state):
         what, remedy = f"not relaxed (residual force {state.max_force:.2g})", "give `jamlab.relax` of it"
     elif pressure >= state.pressure:
-        what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
+        what = f"at {state.pressure / pressure:.6g} times this pressure"
+        remedy = "give a lower pressure, or a packing jammed at a higher one"
     else:
         return state.pressure
     raise InputError(f"pressure: the packing is {what}: {remedy}")

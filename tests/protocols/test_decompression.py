@@ -80,6 +80,15 @@ def test_outlines_that_cross_on_the_way_are_tried_again_by_less(half, high, monk
     assert not crossed and jamlab.evaluate(found).pressure == pytest.approx(0.4 * high, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "pressure"), [(2, 1e-6), (5, 1e-4)])
+def test_enthalpies_without_digits_do_not_stop_the_box(seed, pressure):
+    """Steps that only lower the unbalanced stress end these two."""
+    *_, dense = jamlab.compress(jamlab.jam(8, "dp", seed, ensemble="shear-stabilized"), 0.93, 0.02)
+    found = decompress(dense, pressure)
+    assert found.converged and jamlab.evaluate(found).pressure == pytest.approx(pressure, rel=1e-6)
+
+
 def test_a_pressure_that_is_not_met_is_no_result(half, monkeypatch):
     monkeypatch.setattr(box_relaxation, "FREE_BOX", box_relaxation.FreeBox(areas=1, returns=0))
     with pytest.raises(ConvergenceError, match="pressure not reached"):
