@@ -15,7 +15,8 @@ from functools import cache, lru_cache
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from jamlab.argument_habits import ARGUMENTS
+from jamlab.argument_habits import OF_ONE_FUNCTION
+from jamlab.arguments.table import ARGUMENTS
 from jamlab.errors import ArgumentError
 from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
@@ -256,7 +257,6 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
     return found
 
 
-_ATTRIBUTES, _ARGUMENTS = (
-    _by_word((*FIELD, *CONCEPTS)),
-    _by_word((*ARGUMENTS, *FIELD, *CONCEPTS)),
-)
+# words of arguments: those that one function answers in its own way, and those of the table
+HABITS = (*OF_ONE_FUNCTION, *(Concept(line.habits, line.name) for line in ARGUMENTS.values() if line.habits))
+_ATTRIBUTES, _ARGUMENTS = _by_word((*FIELD, *CONCEPTS)), _by_word((*HABITS, *FIELD, *CONCEPTS))

@@ -13,18 +13,17 @@ import typer
 from one_of_each import STATES, objects
 
 import jamlab
-from jamlab.argument_habits import ARGUMENTS
 from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
 from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
-from jamlab.hints import argument_hint, attributes, hint, meant, misspelt
+from jamlab.hints import HABITS, argument_hint, attributes, hint, meant, misspelt
 from jamlab.laws.laws import LAWS
 from jamlab.laws.parameter import Parameter
 from jamlab.laws.power import PowerLaw
 from jamlab.packing.quantities import MEASURED
 
-WORDS = sorted({word for concept in (*FIELD, *CONCEPTS, *ARGUMENTS) for word in concept.words.split()})
+WORDS = sorted({word for concept in (*FIELD, *CONCEPTS, *HABITS) for word in concept.words.split()})
 PUBLIC = [*jamlab.__all__, "__version__"]
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CODE = re.compile("`([^`]*)`")

@@ -18,7 +18,7 @@ ANALYSIS = (
         otherwise={**dict.fromkeys(("choose_flow", "sweep"), None), "sweep.oscillation": REQUIRED, "deck": 0.1},
         unset="no observable needs it",
         limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
-        habits="omegas frequency frequencies freq f w",
+        habits="omega_min omega_max f omegas frequency frequencies freq w",
         highest=1e100,
     ),
     Argument(
@@ -28,8 +28,10 @@ ANALYSIS = (
         unit="1/tau_1",
         least=0,
         above=True,
-        default=1e-6,
-        habits="freq_min frequency_min min_freq min_frequency fmin w_min omega_low f_min start_frequency",
+        default=1e-06,
+        habits=(
+            "freq_min frequency_min min_freq omega omega_max min_frequency fmin w_min omega_low f_min start_frequency"
+        ),
     ),
     Argument(
         "omega_max",
@@ -70,7 +72,7 @@ ANALYSIS = (
             **dict.fromkeys(("ContactDamping.matrix", "DragLaw.matrix", "StokesDrag.matrix"), REQUIRED),
         },
         unset="mean over directions",
-        habits="theta direction_angle phi_angle angle",
+        habits="theta angle direction_angle phi_angle",
     ),
     Argument(
         "prestress",
@@ -87,7 +89,7 @@ ANALYSIS = (
         least=1,
         default=10,
         unset="all modes",
-        habits="n_eigs n_eigenvalues n_modes neigs nev num num_modes how_many",
+        habits="n_eigs n_eigenvalues n_modes neigs nev num n k num_modes how_many",
     ),
     Argument(
         "k", "Order of the bond-orientational order.", "integer", least=1, default=6, habits="order n fold l symmetry"
@@ -107,7 +109,10 @@ ANALYSIS = (
             None,
         ),
         unset="all cores",
-        habits="processes n_jobs nproc num_workers njobs n_workers np cpus n_cpu parallel",
+        habits=(
+            "ncores jobs np cpus n_cpu n_jobs nproc num_workers njobs n_workers processes threads "
+            "nthreads n_threads cores omp_num_threads parallel"
+        ),
     ),
     Argument(
         "confidence",
@@ -166,7 +171,11 @@ ANALYSIS = (
         habits="columns names keys properties",
     ),
     Argument(
-        "threshold", "Smallest overlap of a contact.", "number", default=0.0, habits="eps cutoff r_cut rc distance"
+        "threshold",
+        "Smallest overlap of a contact.",
+        "number",
+        default=0.0,
+        habits="eps cutoff r_cut rc distance tolerance",
     ),
     Argument("against", "Abscissa of the figure: strain or its rate.", "choice", default="strain"),
     Argument("label", "Words in the legend of the figure.", "text", default=""),

@@ -12,7 +12,7 @@ MAKING = (
         "integer",
         "N",
         least=2,
-        highest=1e6,
+        highest=1000000.0,
         default=64,
         short="n",
         otherwise={"pack": REQUIRED, "jamlab pack": 256, "jamlab gstar": None, "sweep": REQUIRED, "in.dp.jam": 16},
@@ -59,7 +59,7 @@ MAKING = (
             **dict.fromkeys(("in.dp.jam", "in.dp.shear", "in.dp.startup", "Micrograph.packing"), "dp"),
         },
         unset="as the file says",
-        habits="dp sp droplets disks deformable kind system particle particle_type",
+        habits="dp sp droplets disks deformable kind type system particle particle_type style",
     ),
     Argument(
         "law",
@@ -68,17 +68,19 @@ MAKING = (
         otherwise={"sweep": {}},
         unset="the usual parameters of the model",
         metavar="NAME|PARAMETER=VALUE",
-        habits="potential hertz force_law pair_style interaction",
+        habits="potential alpha hertz force_law pair_style interaction parameters params",
     ),
     Argument(
         "sizes",
-        "Sizes of particles: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, "
-        "power-law:EXPONENT,SMALLEST,LARGEST or from-file:PATH, W being the standard deviation over the mean; "
-        "in Python also a number for each.",
+        (
+            "Sizes of particles: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, power- "
+            "law:EXPONENT,SMALLEST,LARGEST or from-file:PATH, W being the standard deviation over the mean; in "
+            "Python also a number for each."
+        ),
         default=None,
         unset="small and large ones",
         metavar="DISTRIBUTION",
-        habits="poly pd dispersity polydispersity polydisperse size_distribution sigma_d disp",
+        habits="poly pd dispersity delta polydispersity polydisperse size_distribution sigma_d disp",
     ),
     Argument(
         "size_ratio",
@@ -139,7 +141,7 @@ MAKING = (
             "in.dp.jam": 1e-05,
             "Session.minimize": REQUIRED,
         },
-        habits="tol ftol force_tol etol eps_f rtol atol precision",
+        habits="tol ftol force_tol etol eps_f rtol atol precision tolerance accuracy max_error max_force",
     ),
     Argument(
         "ranks",
@@ -148,7 +150,10 @@ MAKING = (
         least=1,
         highest=1024,
         default=1,
-        habits="threads nthreads n_threads cores omp_num_threads ncores",
+        habits=(
+            "ncores jobs np cpus n_cpu n_jobs workers nproc num_workers njobs n_workers processes threads "
+            "nthreads n_threads cores omp_num_threads parallel"
+        ),
     ),
     Argument(
         "seed",
@@ -169,9 +174,9 @@ MAKING = (
         default=None,
         unset="phi is given",
         unset_otherwise=dict.fromkeys(("quasistatic_shear", "jamlab quasistatic-shear"), "the area is held"),
-        otherwise={"decompress": REQUIRED, "in.sp.pressure": 1e-3},
+        otherwise={"decompress": REQUIRED, "in.sp.pressure": 0.001},
         limits_otherwise={"deck": (0, 30)},
-        habits="target_pressure p_target",
+        habits="target target_pressure p_target",
     ),
     Argument(
         "phi",
@@ -183,7 +188,7 @@ MAKING = (
         above=True,
         default=None,
         unset="pressure is given",
-        habits="volume_fraction area_fraction packing_fraction density",
+        habits="phi_target target_phi phi_max volume_fraction area_fraction packing_fraction density rho",
     ),
     Argument(
         "rho",
@@ -223,7 +228,10 @@ MAKING = (
         unset="1e-2, of an incremental search 1e-4",
         otherwise={"jam": None, "scene": 0.02, "jamlab compress": 0.01, "sweep.compress": 0.01, "deck": 0.01},
         limits_otherwise={"jam": (0, 0.5), "sweep.compress": (1e-05, 1)},
-        habits="dphi drho n_steps increment delta_phi stepsize step_size steps num_steps nsteps",
+        habits=(
+            "snapshot index i steps n_steps num_steps nsteps n_rows dphi drho dgamma increment delta_phi "
+            "stepsize step_size"
+        ),
     ),
     Argument("recipe", "How to make a packing: all arguments of making in one object."),
     Argument(

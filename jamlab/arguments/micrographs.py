@@ -65,7 +65,7 @@ MICROGRAPHS = (
         "path",
         default=None,
         unset="none is written",
-        habits="figure overlay_file image_out",
+        habits="plot figure picture overlay_file image_out",
     ),
     Argument(
         "pixels",

@@ -11,7 +11,7 @@ READING = (
             ("creep", "flow_curve", "oscillate", "quasistatic_shear", "relax_stress", "shear", "stop_flow"), None
         ),
         unset="none is written",
-        habits="filename file fname output outfile filepath dest",
+        habits="save output out_csv filename file fname outfile filepath dest",
     ),
     Argument(
         "source",
@@ -25,11 +25,19 @@ READING = (
         "Frame of a file; -1 is the last.",
         "integer",
         default=-1,
-        habits="step snapshot index i frame_number",
+        habits="step snapshot index i frame_number i_frame",
         otherwise={"jamlab convert": None},
         unset="all",
     ),
-    Argument("frames", "Frames, as a slice or numbers.", default=None, unset="all"),
+    Argument(
+        "frames",
+        "Frames, as a slice or numbers.",
+        default=None,
+        unset="all",
+        habits=(
+            "start stop step first last frame save_every n_frames frames_every every dump_every output_every every_n"
+        ),
+    ),
     Argument(
         "box",
         "Sides of the box, or its two lattice vectors.",
@@ -56,7 +64,7 @@ READING = (
         least=3,
         default=None,
         unset="as they are",
-        habits="n_vertices num_vertices nv",
+        habits="n_vertices nv num_vertices",
     ),
     Argument("wrapped", "Whether the box cuts outlines.", "flag", default=False),
     Argument("rims", "Whether outlines are those of droplets with their rims.", "flag", default=False),
@@ -88,9 +96,16 @@ READING = (
         default=None,
         unset="none",
         otherwise={"sweep": ["states"]},
-        habits="format fmt csv output_format columns fields quantities properties observable metrics",
+        habits="format fmt to_csv csv output_format columns fields quantities properties observable metrics",
     ),
-    Argument("every", "Stride: every k-th state.", "integer", least=1, default=1),
+    Argument(
+        "every",
+        "Stride: every k-th state.",
+        "integer",
+        least=1,
+        default=1,
+        habits="save_every dump_every output_every every_n",
+    ),
     Argument(
         "atom_style",
         "Atom style of a LAMMPS data file.",

@@ -18,7 +18,10 @@ SWEEPS = (
             "deck": 0.9,
             **dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), 0.0),
         },
-        habits="final last phi_final final_phi phi_end end phi_target target_phi target phi_max",
+        habits=(
+            "phi_target target_phi phi_max final last phi_final final_phi phi_end end volume_fraction "
+            "area_fraction packing_fraction density target phi rho"
+        ),
         limits_otherwise={**dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), (0, 2))},
     ),
     Argument(
@@ -38,7 +41,7 @@ SWEEPS = (
         above=True,
         default=None,
         unset="all steps alike",
-        otherwise={"deck": 1e-6},
+        otherwise={"deck": 1e-06},
         limits_otherwise={"deck": (0, 1)},
         habits="nearest",
     ),
