@@ -102,12 +102,9 @@ def of_commands() -> Iterator[Stand]:
     """Options of commands."""
     for place, command in commands(typer.main.get_command(app), "jamlab"):
         for each in command.params:
-            name = each.opts[0].removeprefix("--") if each.opts[0].startswith("--") else each.name
-            name, negated = name.replace("-", "_").removeprefix("no_"), name.startswith("no-")
-            if name not in OF_THE_SHELL:
+            if each.name not in OF_THE_SHELL:
                 default = REQUIRED if each.required else each.default() if callable(each.default) else each.default
-                default = not default if negated else str(default) if isinstance(default, Path) else default
-                yield Stand(name, COMMAND, place, default)
+                yield Stand(each.name, COMMAND, place, str(default) if isinstance(default, Path) else default)
 
 
 def commands(group: Any, place: str) -> Iterator[tuple[str, Any]]:
@@ -129,6 +126,8 @@ def of_keys() -> Iterator[Stand]:
 
 def _of_table(place: str, table: type[BaseModel]) -> Iterator[Stand]:
     for name, each in table.model_fields.items():
+        if (place, name) == ("sweep.damping", "others"):  # stands for laws, whose own names are the keys
+            continue
         default = REQUIRED if each.is_required() else each.get_default(call_default_factory=True, validated_data={})
         default = default.model_dump() if isinstance(default, BaseModel) else default
         kinds = [*each.metadata, *_parts(each.annotation)]

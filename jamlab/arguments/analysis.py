@@ -133,7 +133,9 @@ ANALYSIS = (
         otherwise={"sweep": None},
         unset="another protocol is given",
     ),
-    Argument("spectra", "Spectra of the packings of each pressure."),
+    Argument(
+        "spectra", "Spectra of the packings of each pressure.", default=None, unset="those of the campaign or table"
+    ),
     Argument("force", "Amplitude of the force on a contact.", "number", least=0, above=True),
     Argument("stiffness", "Stiffness of a contact.", "number", least=0, above=True, default=1.0),
     Argument(
@@ -182,4 +184,11 @@ ANALYSIS = (
     Argument("fastest", "Highest rate of modes that count.", "number", unit="1/tau_1", default=math.inf),
     Argument("slowest", "Lowest rate of modes that count.", "number", unit="1/tau_1", default=0.0),
     Argument("unit", "Unit of numbers, in words.", "text"),
+    Argument("curves", "Flow curves of packings, or a campaign or its table."),
+    Argument(
+        "select",
+        "Of a campaign or table, columns and their values in the rows that count.",
+        default=None,
+        unset="all rows",
+    ),
 )

@@ -76,6 +76,7 @@ CAMPAIGNS = (
         unset="all",
         each="table",
         metavar="NAME",
+        otherwise={"jamlab campaign export": None},
     ),
     Argument("format", "Format of tables.", "choice", choices=get_args(TableFormat), default="csv"),
     Argument(
@@ -85,6 +86,7 @@ CAMPAIGNS = (
         default=None,
         unset="this machine",
         metavar="WHERE",
+        otherwise={"Campaign.cluster": REQUIRED, "Campaign.job_script": REQUIRED},
     ),
     Argument(
         "jobs",
@@ -101,4 +103,5 @@ CAMPAIGNS = (
         otherwise={"sweep": None},
         unset="none",
     ),
+    Argument("stokes", "Values of eta_f of Stokes drag.", "array", default=[], least=0, highest=1e100),
 )

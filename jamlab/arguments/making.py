@@ -15,7 +15,12 @@ MAKING = (
         highest=1000000.0,
         default=64,
         short="n",
-        otherwise={"pack": REQUIRED, "jamlab pack": 256, "jamlab gstar": None, "sweep": REQUIRED, "in.dp.jam": 16},
+        otherwise={
+            "jamlab pack": 256,
+            "jamlab gstar": None,
+            "in.dp.jam": 16,
+            **dict.fromkeys(("pack", "sweep", "Recipe"), REQUIRED),
+        },
         habits="N num_particles n_particles natoms n_atoms particles npart",
     ),
     Argument(
@@ -207,6 +212,8 @@ MAKING = (
         "choice",
         choices=get_args(Search),
         default="bisection",
+        otherwise={"Recipe": None, "sweep": None},
+        unset="bisection, of packings at onset",
     ),
     Argument(
         "start",
@@ -215,6 +222,8 @@ MAKING = (
         choices=get_args(Start),
         default="from-disks",
         habits="initial init initial_packing start_from phi0 phi_init phi_start",
+        otherwise={"Recipe": None, "sweep": None},
+        unset="from-disks, of droplets at onset",
     ),
     Argument(
         "step",
@@ -226,11 +235,15 @@ MAKING = (
         above=True,
         default=0.001,
         unset="1e-2, of an incremental search 1e-4",
-        otherwise={"jam": None, "scene": 0.02, "jamlab compress": 0.01, "sweep.compress": 0.01, "deck": 0.01},
-        limits_otherwise={"jam": (0, 0.5), "sweep.compress": (1e-05, 1)},
+        otherwise={
+            **dict.fromkeys(("jam", "Recipe", "sweep"), None),
+            "scene": 0.02,
+            **dict.fromkeys(("jamlab compress", "sweep.compress", "deck"), 0.01),
+        },
+        limits_otherwise={**dict.fromkeys(("jam", "Recipe", "sweep"), (0, 0.5)), "sweep.compress": (0, 1)},
         habits=(
-            "snapshot index i steps n_steps num_steps nsteps n_rows dphi drho dgamma increment delta_phi "
-            "stepsize step_size"
+            "snapshot index i steps n_steps num_steps nsteps n_rows dphi drho dgamma increment delta_phi stepsize "
+            "step_size"
         ),
     ),
     Argument("recipe", "How to make a packing: all arguments of making in one object."),
@@ -252,4 +265,7 @@ MAKING = (
         above=True,
         default=FromDeck("onset", "phi_start"),
     ),
+    Argument("protocol", "What is made: a packing at onset, at a pressure, or at a packing fraction.", "choice"),
+    Argument("changes", "What was done afterwards: (function, arguments) of each, in order.", default=()),
+    Argument("text", "JSON of a recipe.", "text"),
 )
