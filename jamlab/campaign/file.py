@@ -18,7 +18,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -252,12 +252,11 @@ class Sweep(FileTable):
             making = making_of(name)
             making.check_law(self.law)
             making.check_stiffness(defaults(name) | self.law, usual_force_tolerance(name) if force is None else force)
-            making.check_start(self.start or "from-disks", self.size_ratio)
-            self.recipe(name, self.n[0])
+            making.check_start(self.recipe(name, self.n[0]))
         if self.law.get("stickiness") and (self.compress or self.onset):
             raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():
-            check_pressure(pressure, force, **self.law)
+            check_pressure(replace(self.recipe(self.model[0], self.n[0]), pressure=pressure))
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
             raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
         for n in self.n:

@@ -105,7 +105,8 @@ class Recipe(Hinted):
                 f"model = {self.model!r}: a packing at a pressure or phi is made of disks, sp; compress one from onset"
             )
         self._set("law", frozen(_plain(parameters_of(self.law))))
-        self._set("sizes", tuple(_plain(self.sizes)) if _is_row(self.sizes) else self.sizes)
+        sizes = _plain(self.sizes)
+        self._set("sizes", tuple(sizes) if isinstance(sizes, list) else sizes)
         self._set("changes", tuple(map(_change, self.changes)))
 
     def _set(self, name: str, value: Any) -> None:
@@ -165,10 +166,6 @@ class Recipe(Hinted):
     def then(self, name: str, /, **arguments: Any) -> Recipe:
         """The recipe with one more change at its end; arguments that are None are left out."""
         return replace(self, changes=(*self.changes, (name, arguments)))
-
-
-def _is_row(value: Any) -> bool:
-    return value is not None and not isinstance(value, str)
 
 
 def _plain(value: Any) -> Any:

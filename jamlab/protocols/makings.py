@@ -93,7 +93,7 @@ class Making(Minimising):
 
     def check_start(self, recipe: Recipe) -> None:
         """Refuse `start` and `size_ratio` that these particles do not take."""
-        if not self.starts and recipe.start != "from-disks":
+        if not self.starts and recipe.start not in (None, "from-disks"):
             raise InputError(f"start = {recipe.start!r}: start applies to droplets only; leave it out")
 
     def start(self, recipe: Recipe) -> Packing:
