@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from inspect import signature
 from typing import Any
 
@@ -48,7 +49,8 @@ def make(recipe: Recipe, *, progress: Progress | None = None) -> Packing:
     """
     for name, arguments in recipe.changes:
         _check(name, arguments)
-    packing = onset_of(recipe, progress) if recipe.protocol == "onset" else packed_by(recipe, progress)
+    first = replace(recipe, changes=())
+    packing = onset_of(first, progress) if recipe.protocol == "onset" else packed_by(first, progress)
     for name, arguments in recipe.changes:
         change = _state_of_sweep if name == "compress" else CHANGES[name]
         packing = change(packing, **arguments)

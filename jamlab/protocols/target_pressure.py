@@ -21,7 +21,7 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
-from jamlab.packing.recipe import Recipe, changed, made_by
+from jamlab.packing.recipe import Recipe, made_by
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
 from jamlab.protocols.decompression import LEAST_NOISE, PRESSURE_PROTOCOL, check_force, check_met, come_down
@@ -109,7 +109,8 @@ def pack(
     how = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "law": law, "units": units}
     how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
     if (phi is None) == (pressure is None):
-        raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
+        both = "" if pressure is None else f"pressure = {pressure:g} and phi = {phi:g}: "
+        raise InputError(f"{both}give pressure or phi")
     protocol: Any = "phi" if pressure is None else "pressure"
     return packed_by(Recipe(protocol=protocol, n=n, seed=seed, pressure=pressure, phi=phi, **how), progress)
 
@@ -190,6 +191,8 @@ def _from_random(
     return record(session, packing, found, **versions()), found.evaluation.pressure
 
 
+def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
+    """Force tolerance of a recipe, small beside its pressure, and its force law; disks have mean diameter 1.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
