@@ -60,6 +60,7 @@ class Argument:
     unset: str = ""  # what a default of None stands for, in words
     unset_otherwise: Mapping[str, str] = field(default_factory=dict)  # place -> these words
     otherwise: Mapping[str, Any] = field(default_factory=dict)  # place -> its default
+    text_otherwise: Mapping[str, str] = field(default_factory=dict)  # place -> the sentence, where it means less
     limits_otherwise: Mapping[str, Limits] = field(default_factory=dict)  # place -> its least and highest value
     habits: str = ""  # words that users of other programs type for it
     each: str = ""  # name of one of several, as in an option that is repeated
@@ -67,7 +68,7 @@ class Argument:
     metavar: str = ""  # of the option
 
     def __post_init__(self) -> None:
-        for name in ("otherwise", "limits_otherwise", "unset_otherwise", "choices_otherwise"):
+        for name in ("otherwise", "limits_otherwise", "unset_otherwise", "choices_otherwise", "text_otherwise"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
@@ -79,6 +80,10 @@ class Argument:
     def known(self) -> tuple[str, ...]:
         """The choices there are."""
         return self.choices() if callable(self.choices) else self.choices
+
+    def text_at(self, *places: str) -> str:
+        """The sentence at the first of the places that has its own, or else the usual one."""
+        return next((self.text_otherwise[place] for place in places if place in self.text_otherwise), self.text)
 
     def choices_at(self, *places: str) -> tuple[str, ...]:
         """The choices at the first of the places that differs, or else the usual ones."""

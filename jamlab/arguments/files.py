@@ -31,6 +31,10 @@ FILES = (
             **dict.fromkeys(("in.dp.jam", "in.dp.shear", "in.dp.startup"), "dp"),
         },
         unset="none is written",
+        text_otherwise={
+            "jamlab campaign export": "Folder to write to.",
+            "jamlab analyze": "File to write of the droplets of a picture, as a relaxed periodic packing.",
+        },
     ),
     Argument(
         "overwrite",
@@ -52,12 +56,21 @@ FILES = (
     Argument("json", "Print one JSON object instead of a table.", "flag", default=False, habits="csv as_json"),
     Argument(
         "file",
-        "File of packings (of jamlab, LAMMPS, GSD, extended xyz, or a table), or of outlines.",
+        "File of packings: of jamlab, LAMMPS, GSD, extended xyz, or a table of disks.",
         "path",
         otherwise={"jamlab analyze": None},
         unset="labels are given",
+        text_otherwise={
+            "jamlab droplets": "File of outlines: GeoJSON, or a table with columns droplet, x, y.",
+            "jamlab analyze": "File of packings, of jamlab or another program, or of a picture.",
+        },
     ),
-    Argument("campaign", "Campaign file (TOML), or the folder of a campaign.", "path"),
+    Argument(
+        "campaign",
+        "Campaign file (TOML), or the folder of a campaign.",
+        "path",
+        text_otherwise={"jamlab campaign new": "Campaign file to write."},
+    ),
     Argument(
         "files",
         "Files of packings; those of one kind give a mean.",
@@ -73,6 +86,7 @@ FILES = (
         unset="beside the campaign file, under its name",
         otherwise={"jamlab demo": "jamlab-demo", "jamlab decks": None},
         habits="out to",
+        text_otherwise={"open_campaign": "Folder of the tasks.", "jamlab demo": "Folder for HDF5 and HTML files."},
     ),
     Argument("copy", "Folder to which all decks and parts are copied.", "path", default=None, unset="none is copied"),
     Argument("dry_run", "Say what would be done; do nothing.", "flag", default=False),

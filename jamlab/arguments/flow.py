@@ -26,6 +26,7 @@ FLOW = (
         unset="not a shear",
         habits="edot gamma_dot shear_rate strain_rate",
         limits_otherwise={"shear": (-1000.0, 1000.0)},
+        text_otherwise={"jamlab shear": "Shear rate."},
     ),
     Argument(
         "rates",
@@ -63,6 +64,12 @@ FLOW = (
         unset="1",
         habits="gamma line_tension duration total_strain max_strain shear_strain",
         default=None,
+        text_otherwise={
+            "flow_curve": "Strain over which a mean is taken.",
+            "shear": "Strain at the end.",
+            "quasistatic_shear": "Strain at the end.",
+            "relax_stress": "Step of strain.",
+        },
     ),
     Argument(
         "strain_step",

@@ -159,6 +159,7 @@ MAKING = (
             "ncores jobs np cpus n_cpu n_jobs workers nproc num_workers njobs n_workers processes threads "
             "nthreads n_threads cores omp_num_threads parallel"
         ),
+        text_otherwise={"jamlab deck": "MPI ranks."},
     ),
     Argument(
         "seed",
@@ -182,6 +183,10 @@ MAKING = (
         otherwise={"decompress": REQUIRED, "in.sp.pressure": 0.001},
         limits_otherwise={"deck": (0, 30)},
         habits="target target_pressure p_target",
+        text_otherwise={
+            "decompress": "Pressure at the end.",
+            "quasistatic_shear": "Pressure at which the area adjusts: a number, or constant.",
+        },
     ),
     Argument(
         "phi",

@@ -13,7 +13,13 @@ MICROGRAPHS = (
         unset="labels are given",
         habits="image pic array img",
     ),
-    Argument("labels", "Labels of droplets: a file, or an array.", default=None, unset="found in the picture"),
+    Argument(
+        "labels",
+        "Labels of droplets: a file, or an array.",
+        default=None,
+        unset="found in the picture",
+        text_otherwise={"jamlab analyze": "Label image or mask; of several pages, droplets are tracked."},
+    ),
     Argument(
         "pixel",
         "Size of a pixel.",

@@ -86,6 +86,7 @@ READING = (
         "flag",
         default=True,
         otherwise={"Packing": False},
+        text_otherwise={"Campaign.aggregate": "Leave out rows that did not converge."},
     ),
     Argument("on_target", "Whether it has the pressure or packing fraction aimed at.", "flag", default=True),
     Argument("on_rattlers", "Whether the Hessian sees only rattlers that move.", "flag", default=False),

@@ -26,11 +26,16 @@ SWEEPS = (
     ),
     Argument(
         "by",
-        "Packing fraction of `to` and `step`: true (rho) or nominal (phi).",
+        "Packing fraction of `to` and `step`, true (rho) or nominal (phi); of means the columns that define groups.",
         "choice",
         choices=get_args(By),
+        choices_otherwise=dict.fromkeys(("Campaign.aggregate", "jamlab campaign aggregate"), ()),
         default="rho",
-        otherwise={"Campaign.aggregate": ("model", "n")},
+        otherwise=dict.fromkeys(("Campaign.aggregate", "jamlab campaign aggregate"), ("model", "n")),
+        text_otherwise={
+            "compress": "Packing fraction of `to` and `step`: true (rho) or nominal (phi).",
+            "Campaign.aggregate": "Column that defines groups.",
+        },
     ),
     Argument(
         "first_step",

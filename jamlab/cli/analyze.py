@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
 
 
-@command("micrograph", "track_droplets", "measure")
+@command("read_all", "micrograph", "track_droplets", "measure")
 def analyze(
     file: Path | None,
     *,
@@ -35,6 +35,8 @@ def analyze(
     labels: Path | None,
     channel: str,
     memory: int | None,
+    quantities: list[str] | None,
+    workers: int | None,
     overlay: Annotated[Path | None, Written(("png",))],
     reading: Reading,
     out: Annotated[Path | None, Written(("packings",))],
@@ -75,7 +77,7 @@ def analyze(
 
         packings = read_all(source, **reading)
         _say_what_is_missing(source, packings[0])
-        print_packings(packings, None, json, csv)
+        print_packings(packings, None, json, csv, quantities=quantities, workers=workers)
 
 
 def _measure_picture(
@@ -145,7 +147,7 @@ def _text(value: Any) -> str:
     return "; ".join(value) if isinstance(value, list) else "" if value is None else str(value)
 
 
-@command("write_page")
+@command("read_all", "write_page")
 def explore(
     file: Path,
     *,

@@ -12,7 +12,7 @@ import typer
 from jamlab.cli.commands import OwnCommand
 from jamlab.cli.console import err_console, print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
-from jamlab.cli.option_values import Share
+from jamlab.cli.option_values import Bins, Share
 from jamlab.cli.options import Written, command
 from jamlab.errors import InputError, StorageError
 from jamlab.processes.progress import in_words
@@ -296,3 +296,42 @@ def export(
     else:
         none = f"no task is finished in {opened.folder.path}, the folder of the tasks: nothing written to {out}"
         print_line("\n".join(written) or none)
+
+
+@_command("campaign.toml z g --along d_rho --bins 0,0.01,0.1", "open_campaign", "Campaign.aggregate")
+def aggregate(
+    campaign: Path,
+    values: list[str],
+    *,
+    by: list[str],
+    table: str,
+    sweep: str | None,
+    converged: bool,
+    along: str | None,
+    bins: Bins,
+    confidence: float,
+    folder: Path | None,
+    csv: Annotated[Path | None, Written(("table",))],
+    overwrite: bool,
+    json: bool,
+) -> None:
+    """Average columns of a table over packings.
+
+    Each mean stands between both ends of its bootstrap interval.
+    """
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.storage.atomic_file import check_target
+    from jamlab.storage.table_file import write_table
+
+    if csv is not None:
+        check_target(csv, replace=overwrite)
+        expect_output(csv)
+    opened, how = open_campaign(campaign, folder), {"along": along, "bins": bins, "confidence": confidence}
+    found = opened.aggregate(values, by, table=table, sweep=sweep, converged=converged, **how)
+    if csv is not None:
+        write_table(found, csv)
+    if json:
+        print_json({str(name): column.tolist() for name, column in found.items()})
+        return
+    lines = [[f"{value:.5g}" if isinstance(value, float) else str(value) for value in row] for row in found.to_numpy()]
+    print_table(f"campaign {opened.name}, table {table}", [str(name) for name in found], lines)

@@ -121,17 +121,21 @@ def print_packings(
     as_json: bool,
     csv: Path | None = None,
     save: "Callable[[dict[str, Any]], None] | None" = None,
+    quantities: list[str] | None = None,
+    workers: int | None = None,
 ) -> None:
     """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it. `save`
-    writes a file of another kind to `out`, given what was measured."""
-    from jamlab.measure import MODULI, numbers_of, why_no_modulus
+    writes a file of another kind to `out`, given what was measured. `quantities`: what is measured, if not all that is
+    usual; `workers`: processes, if not as many as there are cores."""
+    from jamlab.measure import MODULI, numbers_of
     from jamlab.mechanics.negative_moduli import warn_of_negative_rows
     from jamlab.packing.hdf5 import write_sweep
     from jamlab.packing.quantities import MEASURED
 
     with progress_bar("measured") as progress:
-        measured = numbers_of(packings, workers=None, progress=progress)
-    warn_of_negative_rows({MEASURED[name].symbol: measured[name] for name in MODULI}, "packings")
+        measured = numbers_of(packings, *([quantities] if quantities else []), workers=workers, progress=progress)
+    moduli = {name: measured[name] for name in MODULI if name in measured}
+    warn_of_negative_rows({MEASURED[name].symbol: values for name, values in moduli.items()}, "packings")
     if save is not None:
         save(measured)
     elif out is not None:
@@ -150,8 +154,19 @@ def print_packings(
         facts = {"out": out and str(out), "phi_J": packings[-1].phi_J, "converged": marks, "labels": words}
         print_json({**facts, **columns})
         return
-    filled = [name for name in measured if MEASURED[name].shown and any(value == value for value in measured[name])]
-    lines = [[_cell(name, measured[name][k], MEASURED[name].shown) for name in filled] for k in range(len(packings))]
+    _print_measured(packings, measured, marks, every=bool(quantities))
+    if out is not None:
+        print_note(f"wrote {out}")
+
+
+def _print_measured(packings: "list[Packing]", measured: "dict[str, Any]", marks: list[Any], *, every: bool) -> None:
+    """Print a table of what was measured, with notes; every column, or those that hold numbers to be shown."""
+    from jamlab.measure import why_no_modulus
+    from jamlab.packing.quantities import MEASURED
+
+    filled = [name for name in measured if every or _is_shown(name, measured[name])]
+    forms = {name: MEASURED[name].shown or ".4g" for name in filled}
+    lines = [[_cell(name, measured[name][k], forms[name]) for name in filled] for k in range(len(packings))]
     for line, mark in zip(lines, marks, strict=True):
         line.append({True: "yes", False: "NO", None: "-"}[mark])
     headings = [MEASURED[name].symbol for name in filled]
@@ -163,12 +178,17 @@ def print_packings(
             "converged -: unknown, the file does not state it; G and B are meaningful only at an energy "
             "minimum (see max force)"
         )
-    moduli = zip(packings, measured["g"], measured["g_x"], strict=True)
-    reasons = (("not stable: " if x != x else "") + why_no_modulus(p) for p, g, x in moduli if g != g)
-    for reason in dict.fromkeys(reasons):
-        print_note(reason)
-    if out is not None:
-        print_note(f"wrote {out}")
+    if {"g", "g_x"} <= measured.keys():
+        both = zip(packings, measured["g"], measured["g_x"], strict=True)
+        reasons = (("not stable: " if x != x else "") + why_no_modulus(p) for p, g, x in both if g != g)
+        for reason in dict.fromkeys(reasons):
+            print_note(reason)
+
+
+def _is_shown(name: str, values: Any) -> bool:
+    from jamlab.packing.quantities import MEASURED
+
+    return bool(MEASURED[name].shown) and any(value == value for value in values)
 
 
 def _cell(name: str, value: float, form: str) -> str:

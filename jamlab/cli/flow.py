@@ -155,7 +155,7 @@ _SHEAR |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": 
 _SHEAR |= {"trajectory_error": ".2g"}
 
 
-@command("shear")
+@command("shear", "read")
 def shear(
     job: FromFile,
     *,
@@ -179,7 +179,7 @@ def shear(
     _give_shear(job, job.drive(flow, "shear", rate, strain, trajectory_error=trajectory_error, **how, **drag))
 
 
-@command("quasistatic_shear")
+@command("quasistatic_shear", "read")
 def quasistatic_shear(
     job: FromFile,
     *,
@@ -212,7 +212,7 @@ _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4
 _MEANS |= {"energy_error": ".1e", "finished": ""}
 
 
-@command("flow_curve")
+@command("flow_curve", "read")
 def flow_curve(
     job: FromFile,
     *,
@@ -243,7 +243,7 @@ _IN_TIME |= {"elastic_stress": ".6g", "viscous_stress": ".5g", "pressure": ".5g"
 _IN_TIME |= {"trajectory_error": ".2g"}
 
 
-@command("oscillate")
+@command("oscillate", "read")
 def oscillate(
     job: FromFile,
     *,
@@ -266,7 +266,7 @@ def oscillate(
     job.give(found, _IN_TIME, note)
 
 
-@command("relax_stress")
+@command("relax_stress", "read")
 def relax_stress(
     job: FromFile,
     *,
@@ -284,7 +284,7 @@ def relax_stress(
     job.give(found, _IN_TIME, f"elastic stress before {found.residual_stress:.5g}")
 
 
-@command("stop_flow")
+@command("stop_flow", "read")
 def stop_flow(job: FromFile, *, duration: float, drag: Drag, trajectory_error: bool) -> None:
     """Stop a flow and follow the stress at constant strain.
 
@@ -293,7 +293,7 @@ def stop_flow(job: FromFile, *, duration: float, drag: Drag, trajectory_error: b
     from jamlab.flow.creep_and_relaxation import stop_flow as flow
 
     found = job.drive(flow, "stop", duration, start=_flow_in(job), trajectory_error=trajectory_error, **drag)
-    job.give(found, _IN_TIME, f"elastic stress before {found.residual:.5g}")
+    job.give(found, _IN_TIME, f"elastic stress before {found.residual_stress:.5g}")
 
 
 def _flow_in(job: Job) -> Any:
@@ -312,7 +312,7 @@ def _flow_in(job: Job) -> Any:
     return found if isinstance(found, ShearRun | Oscillation | CreepRun | StoppedFlow) else None
 
 
-@command("creep")
+@command("creep", "read")
 def creep(
     job: FromFile,
     *,

@@ -27,6 +27,10 @@ def is_picture(values: Values) -> bool:
     return values["file"] is None or values["file"].suffix.lower() in PICTURES
 
 
+def _is_of_packings(values: Values) -> bool:
+    return not is_picture(values)
+
+
 def _is_foreign(values: Values) -> bool:
     from jamlab.storage.verified_file import is_hdf5
 
@@ -64,7 +68,7 @@ USES = (
     Use("jam", "ranks", "for disks", _has_ranks),
     Use("jam", "start", "for droplets", _has_outlines),
     Use("analyze", "pixel film contrast channel labels memory overlay out", "for pictures", is_picture),
-    Use("analyze", "units box radii law atom_style", "for files of packings", lambda v: not is_picture(v)),
+    Use("analyze", "quantities workers units box radii law atom_style", "for files of packings", _is_of_packings),
     Use("analyze", "contrast", "without --labels", lambda v: v["labels"] is None),
     Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),
     Use("analyze", "model", "with --out", lambda v: v["out"] is not None or not is_picture(v)),

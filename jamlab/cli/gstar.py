@@ -27,7 +27,7 @@ _HEADINGS |= {"storage_stderr": "± G'", "loss_stderr": "± G''"}
 _CURVES = ("storage", "loss", "error_bound")
 
 
-@command("mean_spectra", "pack")
+@command("read", "mean_spectra", "pack")
 def gstar(
     files: list[Path] | None,
     *,

@@ -77,7 +77,7 @@ def pack(
     print_packings([packing], out, json)
 
 
-@command("compress")
+@command("compress", "read")
 def compress(
     file: Path,
     *,
@@ -112,7 +112,7 @@ def compress(
     print_packings(sweep.states, out, json, save=sweep.write)
 
 
-@command("decompress")
+@command("decompress", "read")
 def decompress(
     file: Path,
     *,
@@ -140,7 +140,7 @@ def decompress(
     print_packings([packing], out, json)
 
 
-@command("convert")
+@command("read_all", "write")
 def convert(file: Path, target: Path, *, frame: int | None, reading: Reading, overwrite: bool) -> None:
     """Convert packings to the format of the ending of TARGET.
 
@@ -185,7 +185,7 @@ def droplets(
     print_packings([packing], out, json)
 
 
-@command("relax")
+@command("relax", "read")
 def relax(
     file: Path,
     *,
@@ -208,7 +208,7 @@ def relax(
     print_packings([packing], out, json)
 
 
-@command("jam", "compress")
+@command()
 def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None:
     """Compress disks and droplets through jamming: tables, a page."""
     import numpy as np

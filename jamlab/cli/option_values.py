@@ -100,6 +100,11 @@ def read_held_pressure(*, pressure: str | None) -> str | float | None:
     return None if pressure is None else _number_or_text(pressure)
 
 
+def read_bins(*, bins: str | None) -> list[float] | None:
+    """Edges of bins."""
+    return None if bins is None else [_number("--bins", bins, text) for text in bins.split(",")]
+
+
 def read_share(*, share: str) -> tuple[int, int]:
     """Which tasks of a campaign are run: K/N."""
     k, slash, n = share.partition("/")
@@ -112,6 +117,7 @@ Law = Annotated[str | dict[str, float | str] | None, MadeBy(read_law)]
 Damping = Annotated["DragLaw | None", MadeBy(read_damping)]
 Box = Annotated[list[Any], MadeBy(read_box)]
 Direction = Annotated[str | float, MadeBy(read_direction)]
+Bins = Annotated[list[float] | None, MadeBy(read_bins)]
 Share = Annotated[tuple[int, int], MadeBy(read_share)]
 HeldPressure = Annotated[str | float | None, MadeBy(read_held_pressure, "{constant,VALUE}")]
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 import typer
 
-from jamlab.arguments.argument import REQUIRED, Argument, FromDeck
+from jamlab.arguments.argument import REQUIRED, Argument, FromDeck, InWords
 from jamlab.arguments.table import argument
 from jamlab.errors import InputError
 from jamlab.hints import misspelt
@@ -107,17 +107,23 @@ def _parameter(each: Parameter, places: tuple[str, ...], syntax: str) -> Paramet
     default = line.default_at(*places)
     word = each.kind is not Parameter.KEYWORD_ONLY
     syntax = syntax or line.metavar or _choices(line, places) or (each.name.upper() if word else "")
-    more: dict[str, Any] = {"help": _help(line, places, kinds), "show_default": False, "metavar": syntax or None}
+    several = _several(hint)
+    syntax = syntax or (f"<{several}>" if several else "")
+    more: dict[str, Any] = {
+        "help": _help(line, places, kinds, bool(several) and not word),
+        "show_default": False,
+        "metavar": syntax or None,
+    }
     make: Any = typer.Argument if word else partial(typer.Option, *_flags(line, places))
     info = make(**more, callback=_check(line, places, kinds))
     if default is REQUIRED:
         default = Parameter.empty
-    elif isinstance(default, FromDeck):
+    elif isinstance(default, FromDeck | InWords):
         default = None
     elif line.kind == "path" and isinstance(default, str):
         default = Path(default)
-    elif get_origin(hint) is list or isinstance(default, tuple):
-        default = None
+    elif isinstance(default, tuple):
+        default = list(default) or None
     return Parameter(each.name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[hint, info])
 
 
@@ -135,22 +141,32 @@ def _choices(line: Argument, places: tuple[str, ...]) -> str:
     return f"{{{','.join(known)}}}" if known else ""
 
 
-def _help(line: Argument, places: tuple[str, ...], kinds: tuple[str, ...]) -> str:
+def _several(hint: Any) -> str:
+    """The name of the type of which a list is given, one value at a time; "" of other types."""
+    lists = [part for part in (hint, *get_args(hint)) if get_origin(part) is list]
+    return str(get_args(lists[0])[0].__name__) if lists else ""
+
+
+def _help(line: Argument, places: tuple[str, ...], kinds: tuple[str, ...], several: bool = False) -> str:
     """The sentence of the table, with unit, endings, range and default; it names options."""
-    default = line.default_at(*places)
-    words = (
-        line.unset_at(*places)
-        if default is None or isinstance(default, FromDeck)
-        else ""
-        if default is REQUIRED
-        else default
-    )
+    default = _in_words(line.default_at(*places), line.unset_at(*places))
     endings = ", ".join(ending for kind in kinds for ending in FORMATS[kind][: 1 + 2 * (kind == "picture")])
-    shown = "" if isinstance(default, bool | tuple) or words == "" else f"default: {_short(words)}"
-    facts = [line.unit, endings, _range(line, places), shown]
+    shown = f"default: {default}" if default else ""
+    facts = [line.unit, "repeatable" * several, endings, _range(line, places), shown]
     told = "; ".join(fact for fact in facts if fact)
-    text = re.sub(r"`(\w+)`", lambda found: argument(found[1]).option, line.text.rstrip("."))
+    text = re.sub(r"`(\w+)`", lambda found: argument(found[1]).option, line.text_at(*places).rstrip("."))
     return text + f" ({told})" * bool(told) + "."
+
+
+def _in_words(default: Any, unset: str) -> str:
+    """A default for a reader; "" of none, and of flags."""
+    if default is None or isinstance(default, FromDeck):
+        return unset
+    if isinstance(default, tuple | list):
+        return ", ".join(map(str, default)) or unset
+    if isinstance(default, InWords):
+        return default.text
+    return "" if default is REQUIRED or isinstance(default, bool) else _short(default)
 
 
 def _range(line: Argument, places: tuple[str, ...]) -> str:
@@ -190,7 +206,7 @@ def _check(line: Argument, places: tuple[str, ...], kinds: tuple[str, ...]) -> C
 
 
 def _check_number(flag: str, value: float, line: Argument, places: tuple[str, ...]) -> None:
+    if value == 0 and (other := _AT_ZERO.get((places[0], line.each or line.name))):
+        raise InputError(f"{flag} {value}: use `{other}`")
     if not line.admits(value, *places):
-        other = "" if value else _AT_ZERO.get((places[0], line.each or line.name), "")
-        remedy = f"use `{other}`" if other else f"must be {line.allowed(*places) or 'a finite number'}"
-        raise InputError(f"{flag} {value}: {remedy}")
+        raise InputError(f"{flag} {value}: must be {line.allowed(*places) or 'a finite number'}")

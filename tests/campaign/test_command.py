@@ -1,7 +1,9 @@
 """Campaigns: command line, workers that cannot be had, what is packed with jamlab."""
 
+import io
 import json
 
+import pandas as pd
 import pytest
 from campaigns import written
 from commands import call
@@ -31,6 +33,17 @@ def test_command_line(full, tmp_path):
     assert exported == str(tmp_path / "t/onset.csv")
     words = ("--out", tmp_path / "t", "--table", "onset", "--format", "h5")
     assert said("export", full.file, *words).strip() == str(tmp_path / "t/onset.h5")
+
+
+def test_means_are_those_of_python(full, tmp_path):
+    words = ("rho_J", "--table", "onset", "--by", "n", "--by", "model", "--confidence", "0.5", "--csv", "means.csv")
+    done = call(tmp_path, "campaign", "aggregate", full.file, *words)
+    assert done.exit_code == 0, done.stderr
+    wanted = full.aggregate(["rho_J"], ["n", "model"], table="onset", confidence=0.5)
+    assert pd.read_csv(tmp_path / "means.csv").equals(pd.read_csv(io.StringIO(wanted.to_csv(index=False))))
+    assert f"{wanted['rho_J'].iloc[0]:.5g}" in done.stdout
+    done = call(tmp_path, "campaign", "aggregate", full.file, "z", "--along", "rho", "--bins", "0.8,x")
+    assert "--bins 0.8,x: 'x' is no number" in done.stderr
 
 
 def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):

@@ -70,7 +70,14 @@ VALUES = {  # of options: another than the default, and than in WAYS
         "every": "2",
     },
     **{"pixel": "2", "film": "3", "contrast": "dark", "channel": "red", "labels": "c.png"},
-    **{"damping": "beta=3", "background_drag": "0.1", "prestress": None, "method": "direct", "direction": "pure"},
+    **{
+        "damping": "beta=3",
+        "background_drag": "0.1",
+        "prestress": None,
+        "quantities": "z",
+        "method": "direct",
+        "direction": "pure",
+    },
     **{"omega_min": "1e-3", "omega_max": "10", "points": "7", "rate": "0.2", "rates": "0.2", "strain": "2"},
     **{"strain_step": "0.01", "walls": "", "rows": "5", "snapshot_every": "0.1", "within": "1e9", "discard": "0.5"},
     **{"workers": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "points_per_cycle": "64", "duration": "2"},
@@ -105,6 +112,7 @@ GIVES = {
     "flow_cost",
     "require_time",
     "micrograph",
+    "print_packings",
 }  # the command goes on with it
 
 
@@ -126,7 +134,7 @@ def asked(folder, monkeypatch):
 
     def record(name):
         def call(*args, **named):
-            told = {key: value for key, value in named.items() if key not in ("progress", "path")}
+            told = {key: value for key, value in named.items() if key not in ("progress", "path", "save")}
             log.append(repr((name, args, told)))
             if name not in GIVES:
                 raise jamlab.ConvergenceError("enough")
@@ -146,7 +154,7 @@ def asked(folder, monkeypatch):
     for path in LIBRARY:
         monkeypatch.setattr(f"jamlab.{path}", record(path.rpartition(".")[2]))
     for module in ("analyze", "jam"):
-        monkeypatch.setattr(f"jamlab.cli.{module}.print_packings", lambda *_, **__: None)
+        monkeypatch.setattr(f"jamlab.cli.{module}.print_packings", record("print_packings"))
     monkeypatch.setattr("jamlab.cli.analyze.print_micrograph", lambda *_: None)
 
     def run(*words):

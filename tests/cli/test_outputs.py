@@ -52,7 +52,7 @@ WRITTEN = {  # command and its option that names what is written: its other word
     ("campaign new", "campaign"): ("", "new.toml"),
 }
 READ = {"file", "files", "folders", "source", "campaign", "--from", "--labels"}
-TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "export")}
+TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "export", "aggregate")}
 
 
 def test_every_option_that_names_a_file_to_write_is_tried():

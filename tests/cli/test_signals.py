@@ -112,7 +112,7 @@ def test_no_process_of_any_command_is_left(tmp_path, name, number):
     check_end(tmp_path, name, number)
 
 
-CAMPAIGN_LOOKS = ("new", "plan", "status", "export")
+CAMPAIGN_LOOKS = ("new", "plan", "status", "export", "aggregate")
 LONG = {  # commands that keep what is finished when they are interrupted
     "compress": "source.h5 --to 1.0 --step 2e-4",
     "shear": "source.h5 --rate 1e-3 --strain 10",
