@@ -129,7 +129,7 @@ def decompress(
 
     No file is written if interrupted: intermediate states have other pressures.
     """
-    from jamlab.protocols.target_pressure import decompress as run
+    from jamlab.protocols.decompression import decompress as run
     from jamlab.trajectories.files import read
 
     check_target(out, replace=overwrite)

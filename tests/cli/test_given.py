@@ -94,7 +94,7 @@ LIBRARY = (
     ),
     *(
         "trajectories.files.read_all",
-        "protocols.target_pressure.decompress",
+        "protocols.decompression.decompress",
         "figures.explorer.write_page.write_page",
         "rheology.mean_spectrum.mean_spectra",
     ),
