@@ -62,7 +62,7 @@ TIMED = "shear quasistatic-shear flow-curve oscillate creep relax-stress stop-fl
 USES = (
     Use("gstar", "n pressure phi seed sizes size_ratio fraction_large ensemble force_tolerance ranks", "without FILES",
         lambda v: not v["files"]),
-    Use("gstar", "frame units box radii model atom_style", "with FILES", lambda v: bool(v["files"])),
+    Use("gstar", "frame box radii model atom_style", "with FILES", lambda v: bool(v["files"])),
     Use("jam pack gstar", "size_ratio fraction_large", "without --sizes", lambda v: v["sizes"] is None),
     Use("jam", "size_ratio", "for disks: droplets have nv_small and nv_large, see --law", _is_of_disks),
     Use("jam", "ranks", "for disks", _has_ranks),

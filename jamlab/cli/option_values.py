@@ -142,13 +142,14 @@ def how_to_make(
     sizes: str | None,
     size_ratio: float | None,
     fraction_large: float,
+    units: str | None,
     ensemble: str,
     force_tolerance: float | None,
     ranks: int,
 ) -> dict[str, Any]:
     """Arguments that `jamlab.jam` and `jamlab.pack` share."""
     how: dict[str, Any] = {"law": law, "sizes": sizes, "size_ratio": size_ratio, "fraction_large": fraction_large}
-    return how | {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
+    return how | {"units": units, "ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
 
 
 Reading = Annotated[dict[str, Any], MadeBy(how_to_read)]
