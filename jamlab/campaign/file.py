@@ -244,24 +244,25 @@ class Sweep(FileTable):
         """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""
         from jamlab.protocols.makings import making_of
         from jamlab.protocols.relaxation import usual_force_tolerance
-        from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
+        from jamlab.protocols.size_distributions import FROM_FILE, diameters_of
         from jamlab.protocols.target_pressure import check_pressure
 
+        if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
+            raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
         force = self.force_tolerance
         for name in self.model:
             making = making_of(name)
             making.check_law(self.law)
             making.check_stiffness(defaults(name) | self.law, usual_force_tolerance(name) if force is None else force)
-            making.check_start(self.recipe(name, self.n[0]))
+            for n in self.n:
+                recipe = self.recipe(name, n)
+                diameters_of(recipe)
+                if recipe.protocol == "onset":
+                    making.check_start(recipe)
         if self.law.get("stickiness") and (self.compress or self.onset):
             raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
         for pressure in self.pressures or ():
             check_pressure(replace(self.recipe(self.model[0], self.n[0]), pressure=pressure))
-        if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
-            raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
-        for n in self.n:
-            how: dict[str, Any] = {"ratio": self.size_ratio, "large": self.fraction_large, "sizes": self.sizes}
-            disk_diameters(n, self.seeds[0] if self.seeds else 0, **how)
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
