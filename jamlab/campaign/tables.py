@@ -206,7 +206,7 @@ def _states(file: TaskRows) -> dict[str, Any]:
 
 def _kind(file: TaskRows) -> dict[str, Any]:
     """What the particles of some tasks are: units, force law and sizes; never averaged over."""
-    model, law, sizes = file.parameters.model, file.parameters.force_law, str(file.parameters.sizes or "")
+    model, law, sizes = file.parameters.model, file.parameters.law, file.parameters.sizes
     if len(sizes) > LONGEST_SIZES:
         sizes = f"{sizes[:LONGEST_SIZES]}... ({hashlib.sha256(sizes.encode()).hexdigest()[:8]})"
     return {

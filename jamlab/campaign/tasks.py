@@ -20,6 +20,7 @@ from typing import Annotated, Any, Self
 from pydantic import PlainSerializer, PlainValidator, SerializeAsAny, field_validator
 
 from jamlab.campaign.file import CampaignTable, Compression, Sweep
+from jamlab.campaign.keys import usual
 from jamlab.campaign.observable import FileTable, Observable
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.engine.deck_defaults import defaults
@@ -132,9 +133,12 @@ class Parameters(FileTable):
         return self.recipe.seed
 
     @property
-    def sizes(self) -> tuple[Any, ...]:
-        """What sizes its particles have, where no column of a table says so."""
-        return self.recipe.sizes, self.recipe.size_ratio, self.recipe.fraction_large
+    def sizes(self) -> str:
+        """What says the sizes of its particles, as text; "" for the usual two sizes."""
+        if self.recipe.sizes is not None:
+            return str(self.recipe.sizes)
+        two = {name: getattr(self.recipe, name) for name in ("size_ratio", "fraction_large")}
+        return ", ".join(f"{name} = {value:g}" for name, value in two.items() if value != usual(name))
 
     def with_seed(self, seed: int) -> Self:
         """The same of another seed."""
