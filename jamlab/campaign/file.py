@@ -33,7 +33,7 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.arguments.choices import By, Ensemble, Search, Start, Units
+from jamlab.arguments.choices import By, Ensemble, Registered, Search, Start, Units
 from jamlab.campaign.keys import usual, within
 from jamlab.campaign.observable import (
     DECLARED,
@@ -190,7 +190,7 @@ class Sweep(FileTable):
         usual_law = {each: of.default for each, of in optional_parameters(model, self.law).items()}
         usual_law = defaults(model) | usual_law
         shared["law"] = {each: value for each, value in self.law.items() if usual_law.get(each) != value}
-        return Recipe(**first, **shared, model=model, n=n, seed=self.seeds[0])
+        return Recipe(**first, **shared, model=Registered(model), n=n, seed=self.seeds[0])
 
     @field_validator("seeds", mode="before")
     @classmethod

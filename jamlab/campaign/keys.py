@@ -13,7 +13,8 @@ def within(name: str, *places: str) -> Any:
     """Range of a number, for `Annotated`, at the first of the places where it differs."""
     each = argument(name)
     least, highest = each.limits_at(*places)
-    return Field(**{"gt" if each.above else "ge": least}, le=highest, description=each.text)
+    above, least = (least, None) if each.above else (None, least)
+    return Field(gt=above, ge=least, le=highest, description=each.text)
 
 
 def highest(name: str, *places: str) -> int:
