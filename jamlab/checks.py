@@ -196,8 +196,10 @@ def _of_parts(origin: Any, parts: tuple[Any, ...]) -> _Kind:
     return _ANYTHING
 
 
-def _choice(choices: tuple[str, ...]) -> _Kind:
-    """One text of several."""
+def _choice(choices: tuple[Any, ...]) -> _Kind:
+    """One text of several, or True."""
+    if choices == (True,):
+        return _Kind(lambda value: value is True, "True")
     return _Kind(
         lambda value: isinstance(value, str) and value in choices, " or ".join(map(repr, choices)), choices=choices
     )

@@ -30,7 +30,7 @@ from jamlab.mechanics.stiffness import energy_terms, forces, pressure, stress
 from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.processes.side_by_side import run_side_by_side, workers_there
 
 MODULI = ("g", "g_x", "b")
@@ -209,7 +209,7 @@ def _measure_several(
 
     def show(done: int) -> None:
         if progress is not None:
-            progress(done / total, f"{done} of {total} states")
+            told(progress)(done / total, f"{done} of {total} states")
 
     states = list(enumerate(packings))
     one = partial(_measure_state, wanted=wanted)

@@ -11,7 +11,7 @@ import pandas as pd
 
 from jamlab.errors import JamlabError
 from jamlab.figures.save_picture import save_picture
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.progress import Progress, told
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
 from studies.ensemble_tables import EnsembleTables
@@ -71,7 +71,7 @@ def write_page(
     failed: dict[str, str] = {}
     sections: list[Section] = []
     for k, study in enumerate(group.studies):
-        (progress or no_progress)(k / len(group.studies), study.name)
+        told(progress)(k / len(group.studies), study.name)
         try:
             drawn.append(draw(study, tables))
         except JamlabError as error:

@@ -16,7 +16,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from jamlab.errors import StorageError
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.progress import Progress, told
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
 DATA = Path(__file__).parent / "data"  # what the studies ship
@@ -94,7 +94,7 @@ def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progre
     for count, (task, run) in enumerate(tasks.items()):
         if task in done:
             continue
-        (progress or no_progress)(count / len(tasks), f"{name}: task {count + 1} of {len(tasks)}")
+        told(progress)(count / len(tasks), f"{name}: task {count + 1} of {len(tasks)}")
         began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = [{"task": task, "took": 0.0, **row} for row in run()] or [{"task": task, "took": 0.0}]

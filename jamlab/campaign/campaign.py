@@ -33,7 +33,7 @@ from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, warn
 from jamlab.hints import Hinted
 from jamlab.packing.packing import Packing
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.progress import Progress, Tell, told
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.table_file import IN_PARTS, TABLE_FORMATS, check_table_format
@@ -53,7 +53,7 @@ class _How(NamedTuple):
     retry_failed: bool
     pilot: bool
     verify: bool
-    progress: Progress
+    progress: Tell
     done: Callable[[Outcome], None]
 
 
@@ -160,7 +160,7 @@ class Campaign(Hinted):
         """
         _check_run(workers, share)
         only = None if only is None else [*only]
-        how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
+        how = _How(workers, share, only, retry_failed, pilot, verify, told(progress), done or _tell_nobody)
         return self._run(how, Meter())
 
     @checked
@@ -196,7 +196,7 @@ class Campaign(Hinted):
         """
         _check_run(workers, share)
         only = None if only is None else [*only]
-        how = _How(workers, share, only, retry_failed, pilot, verify, progress or no_progress, done or _tell_nobody)
+        how = _How(workers, share, only, retry_failed, pilot, verify, told(progress), done or _tell_nobody)
         batches(self.content, how.only)
         place = CampaignFolder(self.folder.path.absolute())
         here = replace(self, file=self.file.absolute(), folder=place)  # whatever folder another cell goes to

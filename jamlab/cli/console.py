@@ -18,7 +18,7 @@ from jamlab.processes.progress import in_words
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
-    from jamlab.processes.progress import Progress
+    from jamlab.processes.progress import Tell
 
 
 _fits = (sys.stdout is not None and sys.stdout.isatty()) or "COLUMNS" in os.environ
@@ -80,7 +80,7 @@ _LINE_INTERVAL, _LONGEST_INTERVAL = 30.0, 600.0
 
 
 @contextmanager
-def progress_bar(name: str, *, guess: bool = True) -> "Iterator[Progress]":
+def progress_bar(name: str, *, guess: bool = True) -> "Iterator[Tell]":
     """Show a bar with a clock, or lines where there is no terminal; yields the function that takes progress. What is
     done at the first call was done before, by a run that is resumed. `guess`: add the time left, by the share that is
     done; False where the text says it."""

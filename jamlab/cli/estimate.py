@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from jamlab.arguments.choices import Registered
 from jamlab.cli.console import print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import command
@@ -33,7 +34,7 @@ def estimate(
     from jamlab.estimates.estimate import estimate_cost
 
     if dry_run:
-        choice = estimate_cost(quantity, rho, error, model=model)
+        choice = estimate_cost(quantity, rho, error, model=Registered(model))
         if json:
             print_json(_plan(choice, quantity))
         else:
@@ -48,7 +49,7 @@ def estimate(
 
     describe_kept(lambda: f"so far {told}; nothing was written")
     with progress_bar("estimate") as progress:
-        found = run(quantity, rho, error, seed=seed, model=model, workers=workers, progress=tell)
+        found = run(quantity, rho, error, seed=seed, model=Registered(model), workers=workers, progress=tell)
     numbers = {name: getattr(found, name) for name in ("value", "ci95", "met", "packings", "left_out", "seconds")}
     if json:
         rows = {"seeds": found.seeds.tolist(), "values": found.values.tolist()}

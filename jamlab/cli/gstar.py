@@ -74,7 +74,8 @@ def gstar(
         else [pack(int(n or 0), pressure, seed, phi=phi, **making)]
     )
     omega = np.geomspace(omega_min, omega_max, points)
-    found = mean_spectra(packings, omega, damping, direction=direction, prestress=prestress, method=method)
+    how: dict[str, Any] = {"direction": direction, "prestress": prestress, "method": method}
+    found = mean_spectra(packings, omega, damping, **how)
     if out is not None:
         save(found, out)
     if json:

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from jamlab.arguments.choices import Registered
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept, expect_output
 from jamlab.cli.option_values import Box, Law, Making, Reading
@@ -44,8 +45,9 @@ def jam(
 
     check_target(out, replace=overwrite)
     expect_output(out)
+    how: dict[str, Any] = {"search": search, "step": step, "start": start}
     with progress_bar("to onset") as progress:
-        packing = jamlab.jam(n, model, seed, search=search, step=step, start=start, progress=progress, **making)
+        packing = jamlab.jam(n, Registered(model), seed, progress=progress, **how, **making)
     print_packings([packing], out, json)
 
 
@@ -236,7 +238,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
         sweep = sweeps[name]
         if not sweep.states:
             with progress_bar(f"{model.particles} to onset") as progress:
-                sweep.begin(begin(n, name, seed, ensemble="shear-stabilized", progress=progress))
+                sweep.begin(begin(n, Registered(name), seed, ensemble="shear-stabilized", progress=progress))
         packings = sweep.states
         if to <= packings[0].phi:
             raise InputError(

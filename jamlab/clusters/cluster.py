@@ -269,7 +269,7 @@ def _on_jobs(
     stack.callback(_close, cluster)
     client = stack.enter_context(Client(cluster, set_as_default=False))
     loop = client.loop.asyncio_loop
-    scheduler = cluster.scheduler
+    made = cluster.scheduler
     failed: list[str] = []
 
     def fail(reason: str) -> None:
@@ -279,13 +279,13 @@ def _on_jobs(
     kept = BatchJobs(
         jobs,
         site.workers,
-        make=lambda name: site.job(name, scheduler.contact_address or scheduler.address, files),
-        at_work=lambda: {str(each.name): bool(each.processing) for each in scheduler.workers.values()},
-        tasks=lambda: sum(task.state in ("queued", "no-worker", "processing") for task in scheduler.tasks.values()),
-        ask=lambda: _output(list_command(scheduler)),
-        tell=lambda line: tell(f"{scheduler}: {line}"),
+        make=lambda name: site.job(name, made.contact_address or made.address, files),
+        at_work=lambda: {str(each.name): bool(each.processing) for each in made.workers.values()},
+        tasks=lambda: sum(task.state in ("queued", "no-worker", "processing") for task in made.tasks.values()),
+        ask=lambda: _output(list_command(made)),
+        tell=lambda line: tell(f"{made}: {line}"),
         fail=fail,
-        lists=shlex.join(list_command(scheduler)),
+        lists=shlex.join(list_command(made)),
     )
     keeping = asyncio.run_coroutine_threadsafe(kept.keep(), loop)
     stack.callback(_stop, kept, keeping, loop, site, keys)
@@ -293,7 +293,7 @@ def _on_jobs(
         yield Cluster(client.get_executor(pure=False), site.dashboard(cluster))
     except JamlabError as error:
         if failed:
-            raise EngineError(f"{scheduler}: {failed[0]}; {site.remedy()}") from error
+            raise EngineError(f"{made}: {failed[0]}; {site.remedy()}") from error
         raise
 
 

@@ -45,7 +45,7 @@ from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.result import Result
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.processes.side_by_side import run_side_by_side, workers_there
 from jamlab.statistics.confidence import CONFIDENCE, room
 
@@ -311,7 +311,7 @@ def estimate(
 
         def tell(many: int) -> None:
             if progress is not None:
-                progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")
+                told(progress)((before + many) / max(expected, len(seeds)), f"{before + many} packings")
 
         if where != 1:
             return run_side_by_side(one, seeds[before:], where, done=tell)

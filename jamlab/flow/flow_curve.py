@@ -24,7 +24,7 @@ from jamlab.flow.shear import EVENTS, TOLERANCE, ShearRun, check_rates, shear
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.processes.side_by_side import run_side_by_side, workers_there
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
@@ -238,7 +238,7 @@ class _Curve(RunFile[FlowCurve]):
         else:
             self.done[rate] = step[0]
             if self.progress is not None:
-                self.progress(sum(self.done.values()) / len(self.done), f"rate {rate:g}")
+                told(self.progress)(sum(self.done.values()) / len(self.done), f"rate {rate:g}")
 
     def result(self) -> FlowCurve:
         """All rates so far."""

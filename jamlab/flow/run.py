@@ -30,7 +30,7 @@ from jamlab.geometry.contact_network import CONTACTS_DEFINITION, contacts
 from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.hdf5 import file_image, read_all_hdf5
 from jamlab.packing.packing import Packing
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -114,7 +114,7 @@ class RunFile(Generic[T]):
         """Bring the file up to date, and tell the share of the work that is done."""
         self.save()
         if self.progress is not None:
-            self.progress(share, words)
+            told(self.progress)(share, words)
 
     def finish(self) -> T:
         """Write the run as it ends, and give it."""
@@ -337,12 +337,11 @@ class TimedRun(Run[R]):
         if len(self.facts.get("trajectory_error", ())) == len(self.rows):
             return
         self.save()
-        told = self.progress
+        tell = told(self.progress)
         tolerance = FLOW_ENERGY.finer * self.facts["tolerance"]
 
         def progress(share: float, words: str) -> None:
-            if told is not None:
-                told(share, f"beside, at tolerance {tolerance:g}: {words}")
+            tell(share, f"beside, at tolerance {tolerance:g}: {words}")
 
         try:
             self.facts["trajectory_error"] = _differences(self.result(), again(tolerance, progress))

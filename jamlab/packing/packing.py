@@ -7,14 +7,14 @@ names. What depends on the model is asked of `Packing.kind`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from jamlab.arguments.choices import Ensemble, ModelName, Units
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
 from jamlab.face import NAMES
@@ -109,6 +109,30 @@ class Packing(Made, Hinted):
     fixed: Mask | None = None
     walls: bool = False
     _derived: Derived = field(init=False, repr=False)
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(
+            self,
+            model: ModelName,
+            box: ArrayLike,
+            positions: ArrayLike,
+            params: Mapping[str, Any],
+            units: Units = "eps",
+            diameters: ArrayLike | None = None,
+            offsets: Indices | Sequence[int] | None = None,
+            phi_J: float | None = None,  # as the field
+            ensemble: Ensemble = "fixed-box",
+            max_force: float | None = None,
+            converged: bool = False,
+            provenance: Mapping[str, Any] = ...,
+            force_tolerance: float | None = None,
+            on_rattlers: bool = False,
+            on_target: bool = True,
+            rounding: float = 0.0,
+            fixed: Mask | Sequence[bool] | None = None,
+            walls: bool = False,
+        ) -> None: ...
+
     _measured: ClassVar[Iterable[str]] = MEASURED  # what is hinted at
     _functions: ClassVar[Iterable[str]] = NAMES
 

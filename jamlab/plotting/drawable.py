@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import wraps
 from inspect import Parameter, Signature, cleandoc, signature
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, cast, overload
 
 import numpy as np
 
@@ -16,6 +16,14 @@ from jamlab.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    class DrawnAxes(Axes):
+        """Axes of a figure of their own, which `plot` makes where it is given none."""
+
+        @property
+        def figure(self) -> Figure: ...
+
 
 CURVES, CELL = (6.4, 4.6), (6.2, 6.4)  # inches of a new figure: of curves, of a periodic cell
 LABEL, TICK, LEGEND = 12, 11, 10  # points
@@ -33,14 +41,21 @@ Raises:
 """
 
 
-def drawn(
-    artist: str, size: tuple[float, float] = CURVES, raises: str = ""
-) -> Callable[[Callable[..., None]], Callable[..., Axes]]:
+class Plot(Protocol):
+    """The method `plot` of a result."""
+
+    @overload
+    def __call__(self, ax: None = None, **style: Any) -> DrawnAxes: ...
+    @overload
+    def __call__(self, ax: Axes, **style: Any) -> Axes: ...
+
+
+def drawn(artist: str, size: tuple[float, float] = CURVES, raises: str = "") -> Callable[[Callable[..., None]], Plot]:
     """Make a method `plot(self, axes, /, **style)` that draws into axes the public `plot(self, ax=None, **style)`. To
     its docstring, which says what is drawn, what all have in common is added; `artist` takes the
     style."""
 
-    def decorate(draw: Callable[..., None]) -> Callable[..., Axes]:
+    def decorate(draw: Callable[..., None]) -> Plot:
         @wraps(draw)
         def plot(self: Any, ax: Any = None, **style: Any) -> Axes:
             from jamlab.plotting.axes import axes_for
@@ -54,7 +69,7 @@ def drawn(
         own = own.replace(kind=Parameter.POSITIONAL_OR_KEYWORD)
         plot.__signature__ = Signature([own, ax, *rest])  # type: ignore[attr-defined]
         plot.__doc__ = cleandoc(draw.__doc__ or "") + "\n" + _ARGUMENTS.format(artist=artist, raises=raises)
-        return plot
+        return cast(Plot, plot)  # a function of the class, which its objects call without themselves
 
     return decorate
 

@@ -3,19 +3,26 @@
 import sys
 import time
 from collections.abc import Callable
+from typing import Literal, TypeAlias
 
-Progress = Callable[[float, str], None]  # share of the work that is done, 0 to 1, nan where unknown; what is done now
+Tell = Callable[[float, str], None]  # share of the work that is done, 0 to 1, nan where unknown; what is done now
+Progress: TypeAlias = Tell | Literal[True]  # as public functions take it
 
 
 def no_progress(share: float, text: str) -> None:
     """Tell nobody how far the work is."""
 
 
+def told(progress: Progress | None) -> Tell:
+    """What is called to tell how far the work is; `checked` has made a line of True."""
+    return ProgressLine() if progress is True else progress or no_progress
+
+
 def part_of(progress: Progress | None, first: float, last: float) -> Progress | None:
     """Progress of a part of the work, from one share of the whole to another."""
     if progress is None:
         return None
-    whole = progress
+    whole = told(progress)
     return lambda share, text: whole(first + (last - first) * share, text)
 
 

@@ -26,7 +26,7 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import changed
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.makings import making_of
 from jamlab.protocols.relaxation import Relaxed, usual_force_tolerance
@@ -162,7 +162,7 @@ def _states(
     to: float,
     step: float,
     *,
-    by: str,
+    by: By,
     first_step: float | None,
     per_decade: int | None,
     pressure_tolerance: float | None,
@@ -172,8 +172,6 @@ def _states(
     repeatable: bool,
 ) -> Iterator[Packing]:
     """`go_on` in natural units, without recipes."""
-    if by not in ("rho", "phi"):
-        raise InputError(f"by = {by!r}: use 'rho' or 'phi'")
     if by == "rho":
         check_number("to", to, 1.0)
     if first_step is not None:
@@ -248,7 +246,7 @@ def _sweep(
             sweep.last = packing
             if progress is not None:  # states far above onset take less time than those near it
                 part = 1.0 if target == targets[-1] else min(0.999, abs((before - start) / (targets[-1] - start)))
-                progress(float(np.sqrt(part)), f"compress {before:.4f}")
+                told(progress)(float(np.sqrt(part)), f"compress {before:.4f}")
             yield packing
             if not found.converged and target != targets[-1]:
                 raise ConvergenceError(

@@ -17,7 +17,7 @@ from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.recipe import changed
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import Ensemble, minimizer, relax_disks_and_box
 from jamlab.protocols.descent import load
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, usual_force_tolerance
@@ -106,7 +106,7 @@ def _decompressed(
             found = _relaxed_at(session, target, noise, least, last=step == steps)
             reached = session.packing()
             if progress is not None:
-                progress(step / steps, f"packing fraction {reached.phi:.4f}")
+                told(progress)(step / steps, f"packing fraction {reached.phi:.4f}")
             if found.evaluation.pressure < least:
                 raise ConvergenceError(
                     f"pressure not reached with n = {packing.n}: the packing unjammed at {target / pressure:.3g} "

@@ -13,7 +13,7 @@ from jamlab.mechanics.predicted_motion import follow
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.progress import Progress, told
 from jamlab.protocols.approach import BEARING, DECOMPRESSION, Approach, fell_too_often
 from jamlab.protocols.box_relaxation import Ensemble
 from jamlab.protocols.minimising import Minimising, minimising_of
@@ -56,7 +56,7 @@ class OnsetWork:
     `progress`: where to report to."""
 
     def __init__(self, way: tuple[tuple[float, ...], tuple[float, ...]], progress: Progress | None) -> None:
-        self._way, self._tell = way, progress or no_progress
+        self._way, self._tell = way, told(progress)
         self._highest, self._near = 0.0, False
         self.attempt = 1  # to come down to onset
 

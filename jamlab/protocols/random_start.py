@@ -87,7 +87,7 @@ def random_disks(
     return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
 
 
-def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: str) -> Packing:
+def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: Units) -> Packing:
     """Random disks of a recipe at a nominal packing fraction, see `push_apart`. `sizes`: (n,) diameters; `usual`: units
     unless the recipe or its law says others."""
     units = units_of(recipe, usual, law_class(recipe.parameters).strengths)

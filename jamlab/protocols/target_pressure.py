@@ -22,7 +22,7 @@ from jamlab.packing.natural_units import in_natural_units, natural_stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.packing.recipe import Recipe, made_by
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
 from jamlab.protocols.decompression import LEAST_NOISE, PRESSURE_PROTOCOL, check_force, check_met, come_down
 from jamlab.protocols.descent import quench
@@ -106,7 +106,13 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    how = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "law": law, "units": units}
+    how: dict[str, Any] = {
+        "size_ratio": size_ratio,
+        "fraction_large": fraction_large,
+        "sizes": sizes,
+        "law": law,
+        "units": units,
+    }
     how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
     if (phi is None) == (pressure is None):
         both = "" if pressure is None else f"pressure = {pressure:g} and phi = {phi:g}: "
@@ -187,7 +193,7 @@ def _from_random(
     lower = "a pressure nearer to 0" if given.law.range else "come down from a higher pressure by jamlab.decompress"
     check_met(packing, found, pressure, f"try another seed, or {lower}")
     if progress is not None:
-        progress(1.0, f"packing fraction {packing.phi:.4f}")
+        told(progress)(1.0, f"packing fraction {packing.phi:.4f}")
     return record(session, packing, found, **versions()), found.evaluation.pressure
 
 
@@ -238,7 +244,7 @@ def _walk(
         state = quench(session, noise, floor=loose)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
-            progress(float("nan"), f"packing fraction {packing.phi:.4f}")
+            told(progress)(float("nan"), f"packing fraction {packing.phi:.4f}")
         if abs(np.log(max(reached, loose) / pressure)) <= wanted:
             level += 1
             if level == len(_LADDER):

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
+from jamlab.arguments.choices import Units
 from jamlab.errors import InputError
 from jamlab.packing.recipe import Recipe
 
 
-def units_of(recipe: Recipe, usual: str, known: Iterable[str]) -> str:
+def units_of(recipe: Recipe, usual: Units, known: Iterable[Any]) -> Units:
     """Units that a recipe asks for; else the usual ones, or the first of those that its law has.
 
     Raises:
         InputError: units that its law does not have.
     """
-    there = tuple(known)
+    there: tuple[Units, ...] = tuple(known)
     if recipe.units is None:
         return usual if usual in there else there[0]
     if recipe.units not in there:

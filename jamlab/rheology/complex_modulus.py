@@ -81,8 +81,6 @@ class ComplexModulus(Result):
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
-        spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
-            frequencies asked for (reduced); None for method "direct".
         unit: unit of stress, for labels.
         eta_inf_bound: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
         direction: of shear, see `complex_modulus`.
@@ -98,10 +96,22 @@ class ComplexModulus(Result):
     eta_inf: float
     method: str
     error_bound: Array
-    spectrum: RelaxationSpectrum | None = None
+    _spectrum: RelaxationSpectrum | None = field(default=None, repr=False)
     unit: str = field(default="", repr=False)
     eta_inf_bound: float = float("nan")
     direction: Direction = "simple"
+
+    @property
+    def spectrum(self) -> RelaxationSpectrum:
+        """Maxwell elements whose sum is G*: all of them (method "dense"), or as few as have the same G* at the
+        frequencies asked for ("reduced").
+
+        Raises:
+            InputError: method "direct" finds none.
+        """
+        if self._spectrum is None:
+            raise InputError(f"method {self.method!r} finds no relaxation spectrum: use method 'dense' or 'reduced'")
+        return self._spectrum
 
     @property
     def tau_star(self) -> float:
@@ -213,7 +223,7 @@ def linear_modulus(
         eta_inf=limits.eta_inf,
         method=method,
         error_bound=np.maximum(error.real, error.imag),
-        spectrum=elements and elements.beside(free, unit),
+        _spectrum=elements and elements.beside(free, unit),
         unit=unit,
         eta_inf_bound=limits.eta_inf_bound,
         direction=direction,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jamlab.arguments.choices import SpectrumMethod
+from jamlab.arguments.choices import Direction, SpectrumMethod
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
@@ -21,7 +21,6 @@ from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.packing.shear_direction import Direction
 from jamlab.plotting.drawable import LABEL, drawn
 from jamlab.plotting.palette import COLOURS, ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus, index_of, linear_modulus

@@ -14,7 +14,7 @@ from jamlab.geometry.contact_network import contacts, remove_rattlers
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.progress import Progress, told
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
@@ -81,7 +81,7 @@ def compare(
     rows: list[Row] = []
     with one_core():
         for peer in (Jamlab(), *peers):
-            (progress or no_progress)(len(rows) / (len(peers) + 1), peer.name)
+            told(progress)(len(rows) / (len(peers) + 1), peer.name)
             item = (peer, start, target, rows[0] if rows else None)
             rows.append(run_side_by_side(_row, [item], 1)[0] if peer.apart else _row(item))
     return rows

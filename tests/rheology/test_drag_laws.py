@@ -200,7 +200,7 @@ def test_drag_on_the_backbone_is_that_of_the_whole_packing(with_rattlers, method
     assert not held.all()
     found = jamlab.complex_modulus(p, omega, DRAG, method=method)
     assert np.abs((found.storage + 1j * found.loss) / wanted - 1).max() < 1e-9
-    if found.spectrum:
+    if method != "direct":
         assert found.spectrum.modulus(found.omega) == pytest.approx(wanted, rel=1e-9)
         assert found.spectrum.eta0 == pytest.approx(found.eta0, rel=1e-6)
 

@@ -15,7 +15,7 @@ from studies.reference_data import open_tables
 tables = open_tables()
 
 
-def show(name):
+def show(name: str) -> None:
     """Draw one figure and print its verdicts."""
     drawing = draw(name, tables)
     canvas = FigureCanvasAgg(drawing.figure)

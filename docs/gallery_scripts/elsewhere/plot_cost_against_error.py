@@ -14,7 +14,7 @@ from studies.reference_data import open_tables
 from studies.registry import CHARTS
 
 
-def show(name):
+def show(name: str) -> None:
     """Draw one chart from the data that ship, and say what its errors are measured against."""
     shown = CHARTS[name].draw(open_tables())
     canvas = FigureCanvasAgg(shown.figure)

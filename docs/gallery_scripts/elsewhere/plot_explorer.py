@@ -26,7 +26,7 @@ with TemporaryDirectory() as folder:
 class Frame:
     """A page within a page."""
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return (
             f'<iframe srcdoc="{escape(page)}" title="explorer" style="width: 100%; height: 1100px; border: 0"></iframe>'
         )

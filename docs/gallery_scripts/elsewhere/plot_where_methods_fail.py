@@ -15,7 +15,7 @@ from studies.reference_data import open_tables
 from studies.registry import MAPS
 
 
-def show(name):
+def show(name: str) -> None:
     """Draw one map from the data that ship, and say what it shows."""
     shown = MAPS[name].draw(open_tables())
     canvas = FigureCanvasAgg(shown.figure)

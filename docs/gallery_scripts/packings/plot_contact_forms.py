@@ -8,6 +8,7 @@ edges are parallel; in the two others it does not. See :doc:`/explanation/contac
 
 import matplotlib.pyplot as plt
 import numpy as np
+from numpy.typing import NDArray
 
 import jamlab
 from jamlab.mechanics.stiffness import energy_terms, forces
@@ -28,7 +29,7 @@ centres = np.array([[3.0, 3.0], [3.1, 3.95]])
 angles = np.linspace(-0.12, 0.12, 241)
 
 
-def turned(angle):
+def turned(angle: float) -> NDArray[np.float64]:
     """Positions of both bricks, the upper one turned."""
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     return np.vstack([brick + centres[0], brick @ turn + centres[1]])

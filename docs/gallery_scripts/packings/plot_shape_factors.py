@@ -10,8 +10,8 @@ import matplotlib.pyplot as plt
 import jamlab
 
 figure, ax = plt.subplots(figsize=(5.4, 4), layout="constrained")
-for model, name, color in (("sp", "disks", "#D55E00"), ("dp", "droplets", "#0072B2")):
-    onset = jamlab.jam(model=model, n=16, seed=1)
+disks, droplets = jamlab.jam(n=16, seed=1), jamlab.jam(model="dp", n=16, seed=1)
+for onset, name, color in ((disks, "disks", "#D55E00"), (droplets, "droplets", "#0072B2")):
     sweep = [onset, *jamlab.compress(onset, to=0.98, step=0.01)]
     start = jamlab.shape_factors(onset).mean()
     rho = [jamlab.packing_fraction(p) for p in sweep]

@@ -15,13 +15,13 @@ import numpy as np
 import jamlab
 from jamlab.statistics.power_laws import fit_power_law
 
-distance, excess = [], []
+rows_of_distance, rows_of_excess = [], []
 for seed in range(1, 11):
     onset = jamlab.jam(n=64, seed=seed)
     states = list(jamlab.compress(onset, to=onset.phi + 0.09, by="phi", step=0.02, first_step=1e-3))
-    distance.append([p.phi - onset.phi for p in states])
-    excess.append([jamlab.contacts(p).z - jamlab.contacts(onset).z for p in states])
-distance, excess = np.array(distance), np.array(excess)  # (packings, distances)
+    rows_of_distance.append([p.phi - onset.phi for p in states])
+    rows_of_excess.append([jamlab.contacts(p).z - jamlab.contacts(onset).z for p in states])
+distance, excess = np.array(rows_of_distance), np.array(rows_of_excess)  # (packings, distances)
 
 fit = fit_power_law(distance.ravel(), excess.ravel(), (0.5, 1.0))
 (root, linear), (root_error, linear_error) = fit.coefficients, fit.coefficients_stderr

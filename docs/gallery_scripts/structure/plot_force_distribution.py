@@ -16,5 +16,5 @@ for seed in range(1, 11):
     forces.append(size / size.mean())
 
 figure, ax = plt.subplots(figsize=(5, 3.6), layout="constrained")
-ax.hist(np.concatenate(forces), bins=np.linspace(0, 4, 33), density=True, color="#0072B2")
+ax.hist(np.concatenate(forces), bins=np.linspace(0, 4, 33).tolist(), density=True, color="#0072B2")
 ax.set(xlabel="contact force over its mean", ylabel="probability density", yscale="log")

@@ -23,7 +23,7 @@ from jamlab.packing.hdf5 import check_one_sweep
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import bar_colours, has_many_sizes, size_colours
 from jamlab.plotting.palette import BLUE, GREEN, LARGE, ORANGE, OTHER, RATTLER, SIDE_COLOURS, SMALL
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, told
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.formats import check_ending
 from jamlab.storage.verified_file import FilePath, version_of
@@ -146,7 +146,7 @@ def explorer_fragment(
         size += len(packed[-1])
         check_bytes(size * len(chosen) / (k + 1), len(chosen), every)
         if progress is not None:
-            progress((k + 1) / len(chosen), f"state {k + 1} of {len(chosen)}")
+            told(progress)((k + 1) / len(chosen), f"state {k + 1} of {len(chosen)}")
     toggles = (  # key, what it switches, whether it is on at first
         ("f", "forces", True),
         ("r", "rattlers", True),
