@@ -106,14 +106,8 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    how: dict[str, Any] = {
-        "size_ratio": size_ratio,
-        "fraction_large": fraction_large,
-        "sizes": sizes,
-        "law": law,
-        "units": units,
-    }
-    how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
+    how: dict[str, Any] = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes}
+    how |= {"law": law, "units": units, "ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
     if (phi is None) == (pressure is None):
         both = "" if pressure is None else f"pressure = {pressure:g} and phi = {phi:g}: "
         raise InputError(f"{both}give pressure or phi")
