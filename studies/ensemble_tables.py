@@ -224,7 +224,8 @@ BESIDE = (
 LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
 _OF = ("model", "n", "seed", "ensemble")  # what tells packings apart; with laws and settings of flows
 _MADE = (*_OF, "protocol", "definitions")  # and versions of what made and measured them, where that is known
-_FLOW = (*_OF, "phi", "rho", "target_pressure", "damping", "beta", "eta_f", "alpha", "background_drag", "tolerance")
+_STATE = (*_OF, "phi", "rho", "target_pressure")
+_FLOW = (*_STATE, "damping", "beta", "eta_f", "alpha", "background_drag", "tolerance")
 _SHEARED = ("n", "seed", "ensemble", "pressure", "prestress")
 _MOVED = ("median_normal", "median_tangential", "median_nonaffine", *BESIDE)
 _FLOWED = (
@@ -243,6 +244,7 @@ COLUMNS = {  # of the tables that figures are drawn from
     "quasistatic": (*_SHEARED, *_MOVED),
     "correlation": (*_SHEARED, "damping", "beta", "eta_f", "omega", "box", "delta", "c"),
     "flow": (*_FLOW, "rate", *_FLOWED, "peak_stress", "peak_strain", "converged"),
+    "quasistatic_shear": (*_STATE, *_FLOWED[:2], *_FLOWED[-2:], "peak_stress", "peak_strain", "converged"),
     "oscillation": (
         *(*_FLOW, "omega", "amplitude", "storage", "loss", "third_over_first", "change"),
         *("equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
@@ -337,6 +339,7 @@ class EnsembleTables:
     spectra = _prepared("spectra", _converged_at_pressures)
     correlation = _prepared("correlation", _at_targets)
     flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))
+    quasistatic_shear = _prepared("quasistatic_shear", lambda table: table.dropna(subset=["stress"]))
     oscillation = _prepared("oscillation", lambda table: table.dropna(subset=["storage"]))
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")

@@ -333,8 +333,8 @@ class Campaign(Hinted):
 
         Args:
             name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
-                "oscillation" or "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states"
-                also has the columns of your own observables.
+                "quasistatic_shear", "oscillation" or "creep"; their columns are listed in
+                `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has the columns of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:

@@ -1,4 +1,5 @@
-"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation, creep; a row a run.
+"""Observables that drive the states of a task: steady flow and its start-up, quasi-static shear, oscillation, creep;
+a row a run.
 
 A run that has no answer, such as one whose drag is too weak to be resolved, has nan and is not converged.
 """
@@ -9,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jamlab.campaign.observable import DAMPING, STATE, Driven, FileTable, Grid, Row
+from jamlab.campaign.observable import DAMPING, STATE, Driven, FileTable, Grid, Observable, Row
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep_and_relaxation import RAMP, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
@@ -23,6 +24,8 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.quasistatic_shear import LIMITS, quasistatic_shear
 from jamlab.flow.shear import SHEAR_LIMITS, TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
+from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.rheology.damping import DRAG_LIMITS
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
@@ -32,9 +35,12 @@ Background = Annotated[float, Field(ge=0, le=FLOW_LIMITS.largest_background)]
 FlowTolerance = Annotated[float, Field(ge=FLOW_LIMITS.least_tolerance, le=FLOW_LIMITS.largest_tolerance)]
 
 
-def _zero_or_resolved(rate: float) -> float:
-    if 0 < rate < SHEAR_LIMITS.least_rate:
-        raise ValueError(f"below {SHEAR_LIMITS.least_rate:g}, the smallest rate allowed: use a larger value, or 0")
+def _resolved(rate: float) -> float:
+    if rate < SHEAR_LIMITS.least_rate:
+        raise ValueError(
+            f"below {SHEAR_LIMITS.least_rate:g}, the smallest rate allowed: use a larger one, or for the limit of "
+            "rate 0 the observable 'quasistatic_shear'"
+        )
     return rate
 
 
@@ -50,13 +56,21 @@ class _Driving(FileTable):
 class Flowing(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
-    # of shear, 1/tau_1; 0: quasi-static
-    rates: Grid[Annotated[float, Field(ge=0, le=SHEAR_LIMITS.largest_rate), AfterValidator(_zero_or_resolved)]]
+    rates: Grid[Annotated[float, Field(le=SHEAR_LIMITS.largest_rate), AfterValidator(_resolved)]]  # 1/tau_1
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
-    strain_step: Annotated[float, Field(ge=1e-6, le=LIMITS.strain_step)] = 1e-3  # at rate 0
     background_drag: Background | None = None
     tolerance: FlowTolerance = TOLERANCE
+
+
+class QuasistaticShearing(FileTable):
+    """Quasi-static shear of every state, the limit of steady flow at a vanishing rate, as by
+    `jamlab.quasistatic_shear`."""
+
+    strain: Annotated[float, Field(ge=1, le=LIMITS.strain)] = 4.0  # of the average
+    discard: Annotated[float, Field(gt=0, le=LIMITS.strain)] = 1.0  # strain of start-up before
+    strain_step: Annotated[float, Field(ge=1e-6, le=LIMITS.strain_step)] = 1e-3
+    force_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None
 
 
 class Oscillating(_Driving):
@@ -75,6 +89,9 @@ class Creeping(_Driving):
     stresses: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=RAMP.largest_stress)]]
     duration: Annotated[float, Field(ge=FLOW_LIMITS.least_time, le=RAMP.longest)]  # tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 10.0  # at which a run ends early
+
+
+_BESIDE = ("flow_pressure", "flow_pressure_stderr", "peak_stress", "peak_strain")  # of runs under shear
 
 
 class _Run(Driven):
@@ -125,26 +142,16 @@ class _Run(Driven):
 
 
 class SteadyFlow(_Run):
-    """Steady shear and its start-up at each rate; rate 0 is quasi-static shear, in which there is no drag."""
+    """Steady shear and its start-up at each rate."""
 
     name, needs = "flow", "a table with rates"
     _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
         *("stress", "stress_stderr", "elastic_stress", "elastic_stress_stderr", "normal_stress_difference"),
         *("normal_stress_difference_stderr", "dissipation", "plastic_events", "z_all", "z_all_stderr"),
     )
-    _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_stderr", "peak_stress", "peak_strain")
-    columns = (*_Run._FLOW, "rate", *_STEADY, *_OTHERS, *_Run._ENDED)
+    columns = (*_Run._FLOW, "rate", *_STEADY, *_BESIDE, *_Run._ENDED)
 
     flow: Flowing
-
-    def check(self, sites: float) -> None:
-        super().check(sites)
-        how = self.flow
-        if how.rates[0] and "strain_step" in how.model_fields_set:
-            raise ValueError("flow.strain_step applies to rate 0, which is not in flow.rates: leave it out")
-        if how.rates[0] == 0 and (steps := round(how.strain / how.strain_step)) < 2 * AVERAGES.blocks:
-            least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * AVERAGES.blocks} or more"
-            raise ValueError(f"flow.strain_step = {how.strain_step:g}: {least}: lower it")
 
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]
@@ -152,24 +159,51 @@ class SteadyFlow(_Run):
     def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.flow
         strain = how.strain + how.discard
-        if rate := row["rate"]:
-            background = how.background_drag if law.at_contacts else None  # Stokes drag is itself one
-            rows = int(np.ceil(ROWS * strain))
-            run: ShearRun = shear(
-                packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background_drag=background
-            )
-        else:
-            run = quasistatic_shear(packing, strain, how.strain_step)
-        mean, peak = steady_point(run, how.discard), run.peak
-        return {
-            **{name: mean[name] for name in self._STEADY},
-            "flow_pressure": mean["pressure"],
-            "flow_pressure_stderr": mean["pressure_stderr"],
-            "peak_stress": peak.stress if peak else np.nan,
-            "peak_strain": peak.strain if peak else np.nan,
-            "ambiguous_contacts": float(run.ambiguous_contacts),
-            "converged": run.steady(discard=how.discard).steady,
-        }
+        background = how.background_drag if law.at_contacts else None  # Stokes drag is itself one
+        accuracy: Any = {"tolerance": how.tolerance, "background_drag": background}
+        run = shear(packing, row["rate"], strain, law, rows=int(np.ceil(ROWS * strain)), **accuracy)
+        return _steady(run, how.discard, self._STEADY) | {"ambiguous_contacts": float(run.ambiguous_contacts)}
+
+
+class QuasistaticShearOfStates(Observable):
+    """Quasi-static shear: means beyond the start-up, without drag."""
+
+    name = "quasistatic_shear"
+    _STEADY: ClassVar = (
+        *("stress", "stress_stderr", "normal_stress_difference", "normal_stress_difference_stderr"),
+        *("plastic_events", "z_all", "z_all_stderr"),
+    )
+    columns = ("phi", "rho", *STATE, *_STEADY, *_BESIDE, "converged")
+
+    quasistatic_shear: QuasistaticShearing = QuasistaticShearing()
+
+    def check(self, sites: float) -> None:
+        how = self.quasistatic_shear
+        if (steps := round(how.strain / how.strain_step)) < 2 * AVERAGES.blocks:
+            least = f"a strain of {how.strain:g} has {steps} steps, and its mean needs {2 * AVERAGES.blocks} or more"
+            raise ValueError(f"quasistatic_shear.strain_step = {how.strain_step:g}: {least}: lower it")
+
+    def one(self, packing: Packing, **_: Any) -> list[Row]:
+        how = self.quasistatic_shear
+        strain = how.strain + how.discard
+        run = quasistatic_shear(packing, strain, how.strain_step, force_tolerance=how.force_tolerance)
+        return [_steady(run, how.discard, self._STEADY)]
+
+    def refused(self) -> list[Row]:
+        return [{}]
+
+
+def _steady(run: ShearRun, discard: float, names: tuple[str, ...]) -> Row:
+    """Means of a run beyond its start-up, with its overshoot."""
+    mean, peak = steady_point(run, discard), run.peak
+    return {
+        **{name: mean[name] for name in names},
+        "flow_pressure": mean["pressure"],
+        "flow_pressure_stderr": mean["pressure_stderr"],
+        "peak_stress": peak.stress if peak else np.nan,
+        "peak_strain": peak.strain if peak else np.nan,
+        "converged": run.steady(discard=discard).steady,
+    }
 
 
 class OscillationOfStates(_Run):

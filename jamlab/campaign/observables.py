@@ -8,7 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from jamlab.campaign.flow_observables import CreepOfStates, OscillationOfStates, SteadyFlow
+from jamlab.campaign.flow_observables import (
+    CreepOfStates,
+    OscillationOfStates,
+    QuasistaticShearOfStates,
+    SteadyFlow,
+)
 from jamlab.campaign.observable import DAMPING, STATE, Driven, Frequencies, Observable, Prestress, Row
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.hexatic_order import hexatic_order
@@ -162,7 +167,7 @@ OBSERVABLES: dict[str, type[Observable]] = {
     o.name: o
     for o in (
         *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
-        *(SteadyFlow, OscillationOfStates, CreepOfStates),
+        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates),
     )
 }
 TABLES = ("states", "onset", *OBSERVABLES)

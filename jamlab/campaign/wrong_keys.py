@@ -42,6 +42,7 @@ _ALSO_CALLED = {
     "amplitudes": "amplitude strain strains gamma0",
     "stresses": "stress",
     "strain_step": "step",
+    "quasistatic_shear": "aqs athermal_quasistatic",
 }
 
 

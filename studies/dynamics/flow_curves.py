@@ -25,16 +25,26 @@ HIGHEST = 1e-2  # rate up to which laws are fitted: beyond, contacts themselves 
 _STANDS = 1e-15  # rate that adds nothing to a yield stress
 
 
+def square_disks(table: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
+    """Select disks in boxes of fixed shape; phi to four digits."""
+    return select(table.assign(phi=table["phi"].round(4)), model="sp", ensemble="fixed-box", **wanted)
+
+
 def balanced_disks(table: pd.DataFrame, alpha: float = 1.0, **wanted: Any) -> pd.DataFrame:
     """Select disks in boxes of fixed shape, balanced contact drag as a power of velocity; phi to four digits."""
-    rows = table.assign(phi=table["phi"].round(4), alpha=table["alpha"].round(4))
-    kinds = {"model": "sp", "ensemble": "fixed-box", "damping": "contact", "beta": 1.0, "alpha": round(alpha, 4)}
-    return select(rows, **kinds, **wanted)
+    kinds = {"damping": "contact", "beta": 1.0, "alpha": round(alpha, 4)}
+    return square_disks(table.assign(alpha=table["alpha"].round(4)), **kinds, **wanted)
 
 
 def steady_flows(table: pd.DataFrame, alpha: float = 1.0, **wanted: Any) -> pd.DataFrame:
-    """Select steady flow at a rate, of the number of disks and the accuracy that are averaged."""
-    return balanced_disks(table[table["rate"] > 0], alpha, **SETTINGS, **wanted)
+    """Select steady flow, of the number of disks and the accuracy that are averaged."""
+    return balanced_disks(table, alpha, **SETTINGS, **wanted)
+
+
+def with_limit(rows: pd.DataFrame, tables: EnsembleTables, **wanted: Any) -> pd.DataFrame:
+    """Add quasi-static shear to rows of steady flow, at rate 0."""
+    still = square_disks(tables.quasistatic_shear, n=SETTINGS["n"], **wanted)
+    return pd.concat([rows, still.assign(rate=0.0)], ignore_index=True)
 
 
 def mean_of_rows(rows: pd.DataFrame, by: str, value: str) -> tuple[Array, Interval]:
@@ -105,8 +115,8 @@ def _draw_fit(out: Drawing, axes: Any, tables: EnsembleTables) -> dict[str, str]
     out.curve(axes, f"$\\phi$ = {JAMMED:.2f}", rates, above, band=False, color=RED, marker="s", ls="none")
     line = np.geomspace(rates.min(), HIGHEST, 50)
     out.curve(axes, f"$n$ = {law.exponent:.3f}", line, law(line) - y, **FIT)
-    still = of_packings(balanced_disks(tables.flow, phi=JAMMED, **SETTINGS), "rate", "stress")
-    return {name: _write_law(yield_law_interval(*each)) for name, each in (("alone", (rates, stress)), ("both", still))}
+    both = of_packings(with_limit(moving, tables, phi=JAMMED), "rate", "stress")
+    return {name: _write_law(yield_law_interval(*each)) for name, each in (("alone", (rates, stress)), ("both", both))}
 
 
 def _write_law(found: Interval) -> str:

@@ -39,6 +39,18 @@ def test_means_over_packings(tmp_path):
     assert np.all(stokes > 0.5 * np.array([0.5, 1.0]))
 
 
+def test_quasistatic_shear_has_no_drag(tmp_path):
+    """One row for each state, whatever drag laws there are; means are those of the run."""
+    shear = {"strain": 1.0, "discard": 0.1, "strain_step": 0.05, "force_tolerance": 1e-11}
+    changes = {"flow": None, "observables": ["quasistatic_shear"], "quasistatic_shear": shear, "damping": None}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes | {"seeds": 1}))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    (row,) = campaign.table("quasistatic_shear").to_dict("records")
+    run = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=2e-2, seed=1), 1.1, 0.05, force_tolerance=1e-11)
+    assert row["stress"] == pytest.approx(run.steady(discard=0.1).value, rel=0.1) and row["stress_stderr"] > 0
+    assert not {"rate", "damping", "tolerance", "background_drag"} & row.keys()
+
+
 def test_flow_from_quenches_below_and_above_onset(tmp_path):
     """States at packing fractions, in units "k"; the loose one bears no pressure at rest, and flows under little."""
     changes = {"pressures": None, "phi": [0.9, 0.7], "seeds": 1, "damping": {"contact": [1.0]}}

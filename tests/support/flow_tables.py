@@ -35,14 +35,17 @@ def _flow_row(seed, stress, **entries):
 
 
 def flow(critical=False):
-    """Steady flow around onset, and at rate 0."""
+    """Steady flow around onset."""
     rows = [
         _flow_row(seed, _stress(phi, rate, critical), phi=phi, rate=rate)
         for seed, phi, rate in product(SEEDS, FRACTIONS, (1e-4, 1e-3, 3e-3, 1e-2, 1e-1))
     ]
-    for seed in SEEDS:
-        rows.append(_flow_row(seed, YIELD, phi=0.86, rate=0.0))
     return pd.DataFrame(rows)
+
+
+def quasistatic_shear():
+    """At 0.86 the yield stress."""
+    return pd.DataFrame([_flow_row(seed, YIELD, phi=0.86) for seed in SEEDS])
 
 
 def oscillation():
@@ -64,4 +67,4 @@ def _oscillation_row(seed, pressure, omega, amplitude, storage, loss, factor=1.0
     return {**_USUAL, "seed": seed, **place, **linear, **found, **entries}
 
 
-TABLES = {"flow": flow, "oscillation": oscillation}
+TABLES = {"flow": flow, "quasistatic_shear": quasistatic_shear, "oscillation": oscillation}
