@@ -47,7 +47,7 @@ FLOW = (
         highest=10000.0,
         otherwise={
             "flow_cost": 1.0,
-            **dict.fromkeys(("flow_curve", "sweep.flow"), 4.0),
+            **dict.fromkeys(("flow_curve", "sweep.flow", "sweep.quasistatic_shear"), 4.0),
             **dict.fromkeys(("quasistatic_shear", "relax_stress"), REQUIRED),
             **dict.fromkeys(("BoxStrains.deformation", "BoxStrains.move"), REQUIRED),
             "jamlab shear": 1.0,
@@ -57,6 +57,7 @@ FLOW = (
         },
         limits_otherwise={
             **dict.fromkeys(("flow_curve", "sweep.flow"), (1, 10000.0)),
+            "sweep.quasistatic_shear": (1, 1000.0),
             "relax_stress": (-1, 1),
             "quasistatic_shear": (-1000.0, 1000.0),
             **dict.fromkeys(("in.sp.shear", "in.dp.shear"), (0, 1000.0)),
@@ -85,7 +86,7 @@ FLOW = (
             **dict.fromkeys(("shear_modulus", "bulk_modulus"), None),
             **dict.fromkeys(("in.sp.shear", "in.sp.bulk"), 1e-06),
         },
-        limits_otherwise={"sweep.flow": (1e-06, 0.1)},
+        limits_otherwise={"sweep.quasistatic_shear": (1e-06, 0.1)},
         habits=(
             "step strain dstrain d_strain steps n_steps num_steps nsteps n_rows dphi drho dgamma "
             "increment delta_phi stepsize step_size delta_gamma"

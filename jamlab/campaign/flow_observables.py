@@ -8,39 +8,27 @@ from abc import abstractmethod
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import BeforeValidator, Field
 
+from jamlab.campaign.keys import usual, within
 from jamlab.campaign.observable import DAMPING, STATE, Driven, FileTable, Grid, Observable, Row
 from jamlab.errors import ConvergenceError
-from jamlab.flow.creep_and_relaxation import RAMP, creep
+from jamlab.flow.creep_and_relaxation import creep
 from jamlab.flow.flow_curve import ROWS, steady_point
-from jamlab.flow.oscillate import OSCILLATION_LIMITS, oscillate
-from jamlab.flow.overdamped_session import (
-    FLOW_LIMITS,
-    SMALL_STRAIN_BACKGROUND,
-    SMALL_STRAIN_TOLERANCE,
-    check_flowing,
-)
-from jamlab.flow.quasistatic_shear import LIMITS, quasistatic_shear
-from jamlab.flow.shear import SHEAR_LIMITS, TOLERANCE, ShearRun, shear
+from jamlab.flow.oscillate import oscillate
+from jamlab.flow.overdamped_session import check_flowing
+from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.flow.shear import ShearRun, shear
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import LARGEST_TOLERANCE
-from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.rheology.damping import DRAG_LIMITS
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.nonlinear_drag import equivalent_modulus
 from jamlab.statistics.confidence import AVERAGES
 
-Background = Annotated[float, Field(ge=0, le=FLOW_LIMITS.largest_background)]
-FlowTolerance = Annotated[float, Field(ge=FLOW_LIMITS.least_tolerance, le=FLOW_LIMITS.largest_tolerance)]
 
-
-def _resolved(rate: float) -> float:
-    if rate < SHEAR_LIMITS.least_rate:
-        raise ValueError(
-            f"below {SHEAR_LIMITS.least_rate:g}, the smallest rate allowed: use a larger one, or for the limit of "
-            "rate 0 the observable 'quasistatic_shear'"
-        )
+def _above_zero(rate: float) -> float:
+    if rate == 0:
+        raise ValueError("its limit of rate 0 is the observable 'quasistatic_shear': leave 0 out, and add that")
     return rate
 
 
@@ -48,47 +36,47 @@ class _Driving(FileTable):
     """What all tables of driven packings have."""
 
     alpha: Annotated[float, Field(ge=DRAG_LIMITS.alpha, le=1)] = 1.0  # power in contact damping
-    # drag beside contact damping, over k tau_1; default for steady flow: as in `jamlab.shear`
-    background_drag: Background | None = SMALL_STRAIN_BACKGROUND
-    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
+    background_drag: Annotated[float, within("background_drag")] | None = usual("background_drag")
+    tolerance: Annotated[float, within("tolerance")] = usual("tolerance")
 
 
 class Flowing(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
-    rates: Grid[Annotated[float, Field(le=SHEAR_LIMITS.largest_rate), AfterValidator(_resolved)]]  # 1/tau_1
-    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
-    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
-    background_drag: Background | None = None
-    tolerance: FlowTolerance = TOLERANCE
+    rates: Grid[Annotated[float, BeforeValidator(_above_zero), within("rates")]]
+    strain: Annotated[float, within("strain", "sweep.flow")] = usual("strain", "sweep.flow")
+    discard: Annotated[float, within("discard", "sweep.flow")] = usual("discard")
+    background_drag: Annotated[float, within("background_drag")] | None = usual("background_drag", "sweep.flow")
+    tolerance: Annotated[float, within("tolerance")] = usual("tolerance", "sweep.flow")
+
+
+_QUASISTATIC = "sweep.quasistatic_shear"
 
 
 class QuasistaticShearing(FileTable):
     """Quasi-static shear of every state, the limit of steady flow at a vanishing rate, as by
     `jamlab.quasistatic_shear`."""
 
-    strain: Annotated[float, Field(ge=1, le=LIMITS.strain)] = 4.0  # of the average
-    discard: Annotated[float, Field(gt=0, le=LIMITS.strain)] = 1.0  # strain of start-up before
-    strain_step: Annotated[float, Field(ge=1e-6, le=LIMITS.strain_step)] = 1e-3
-    force_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None
+    strain: Annotated[float, within("strain", _QUASISTATIC)] = usual("strain", _QUASISTATIC)
+    discard: Annotated[float, within("discard", _QUASISTATIC)] = usual("discard")
+    strain_step: Annotated[float, within("strain_step", _QUASISTATIC)] = usual("strain_step")
+    force_tolerance: Annotated[float, within("force_tolerance")] | None = usual("force_tolerance")
 
 
 class Oscillating(_Driving):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
-    # frequencies, 1/tau_1, and amplitudes of the strain
-    omega: Grid[Annotated[float, Field(ge=OSCILLATION_LIMITS.slowest, le=OSCILLATION_LIMITS.fastest)]]
-    amplitudes: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=OSCILLATION_LIMITS.largest_amplitude)]]
-    cycles: Annotated[int, Field(ge=2, le=OSCILLATION_LIMITS.most_cycles)] = 20  # at most
+    omega: Grid[Annotated[float, within("omega", "sweep.oscillation")]]
+    amplitudes: Grid[Annotated[float, within("amplitudes")]]
+    cycles: Annotated[int, within("cycles")] = usual("cycles")
 
 
 class Creeping(_Driving):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
-    # beside the residual one, in natural units of the packing
-    stresses: Grid[Annotated[float, Field(ge=FLOW_LIMITS.least_strain, le=RAMP.largest_stress)]]
-    duration: Annotated[float, Field(ge=FLOW_LIMITS.least_time, le=RAMP.longest)]  # tau_1
-    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 10.0  # at which a run ends early
+    stresses: Grid[Annotated[float, within("stresses")]]
+    duration: Annotated[float, within("duration")]
+    largest_strain: Annotated[float, within("largest_strain")] = usual("largest_strain")
 
 
 _BESIDE = ("flow_pressure", "flow_pressure_stderr", "peak_stress", "peak_strain")  # of runs under shear
