@@ -3,122 +3,101 @@ in `habits` of the table of arguments."""
 
 from jamlab.habits import LIMITS, Concept
 
-# asked in this order, before the words of attributes
-ARGUMENTS = (
-    Concept("phi_target target_phi phi_max", "phi to"),
-    Concept("edot", "rate"),
-    Concept("out to", "out folder"),
-    Concept("sigma_0 sigma0", "stress"),
-    Concept("eps", "threshold"),
-    Concept("order", "k"),
-    Concept("ncores", "workers ranks"),
-    Concept("step strain dstrain d_strain", "strain_step"),
-    Concept("html", "out"),
-    Concept("final last phi_final", "to"),
-    Concept("load weight", "stress"),
-    Concept("n_eigs n_eigenvalues n_modes neigs", "count"),
-    Concept("step snapshot index i", "step frame strain"),
-    Concept("start stop step first last frame", "frames"),
-    Concept("freq_max frequency_max max_freq", "omega_max"),
-    Concept("freq_min frequency_min min_freq omega", "omega_min"),
-    Concept("steps n_steps num_steps nsteps n_rows", "step strain_step rows"),
-    Concept("time t total_time simulation_time length run_length", "duration"),
-    Concept("columns quantities names keys properties", "quantities"),
-    Concept("cutoff r_cut rc distance tolerance", "threshold"),
-    Concept("poly pd dispersity delta", "sizes"),
-    Concept("csv", "csv out json"),
-    Concept("save_every n_frames frames_every every", "snapshot_every frames"),
-    Concept("applied_stress stress_applied", "stress"),
-    Concept("steady_strain transient skip warmup average_over", "discard"),
-    Concept("zeta friction", "damping"),
-    Concept("nev num n k", "count"),
-    Concept("size width shape", "pixels"),
-    Concept("jobs np cpus n_cpu", "workers ranks"),
-    Concept("final_phi phi_end phi_final end", "to"),
-    Concept("initial init initial_packing start_from phi0 phi_init phi_start", "start"),
-    Concept("omega_min omega_max", "omega_min omega"),
-    Concept("dp sp droplets disks deformable", "model"),
-    Concept("plot figure picture overlay_file image_out", "overlay"),
-    Concept("save output out_csv", "out path csv"),
-    Concept("vertices n_vertices nv num_vertices", "vertices", "", {"jam": "`law`, such as jam(n, 'dp', "
-            "law={'vertices': 16})",
-            "jamlab jam": "`--law vertices=16`, with "
-            "`--model dp`"}),
-    Concept("exponent stickiness weight ka delta contact nv_small nv_large vertices", "", "", dict.fromkeys(("jam",
-            "pack", "scene", "droplets_from_disks", "droplets_from_outlines"), "`law`, which takes parameters of the "
-            "force law by name, such as law={'gamma': 0.3} or law={'exponent': 2.5}")),
-    Concept("kind type system particle particle_type style", "model"),
-    Concept("force exist_ok clobber replace yes", "overwrite"),
-    Concept("volume_fraction area_fraction packing_fraction density", "phi to"),
-    Concept("format fmt to_csv csv output_format columns fields quantities properties observable metrics",
-            "observables"),
-    Concept("min_frequency fmin w_min omega_low f_min start_frequency", "omega_min"),
-    Concept("max_frequency fmax w_max omega_high f_max end_frequency", "omega_max"),
-    Concept("mu mu_s friction_coefficient", "", "", dict.fromkeys(("pack", "jam"), LIMITS)),
-    Concept("minmass min_mass min_area min_size remove_small_objects exclude_border clear_border edge", "", "",
-            dict.fromkeys(("micrograph", "track_droplets"), "the picture as it is: specks and droplets cut by its edge "
-            "are set aside")),
-    Concept("diameter min_diameter max_diameter particle_size separation", "", "", dict.fromkeys(
-            ("micrograph", "track_droplets"), "the picture as it is: droplets of all sizes are found")),
-    Concept("px resolution micron_per_pixel um_per_pixel", "pixel"),
-    Concept("search_range max_displacement max_disp max_distance", "", "", {"track_droplets": "the pictures as they "
-            "are: a "
-            "droplet is sought up to half the spacing away"}),
-    Concept("trajectory_error", "", "", {"flow_curve": "a second curve at another `tolerance`, which shows the error",
-            "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error"}),
-    Concept("ring rings", "", "", {"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
-    Concept("invert inverted dark bright polarity", "contrast"),
-    Concept("path filename file fname output outfile filepath dest", "path out"),
-    Concept("gamma line_tension", "strain", "", {"jamlab jam": "`--law gamma=0.2`"} | dict.fromkeys(("jam", "pack",
-            "scene", "droplets_from_disks", "droplets_from_outlines"), "`law`, such as law={'gamma': 0.3}")),
-    Concept("max_iterations max_iter maxiter max_steps n_iterations n_steps", "", "", dict.fromkeys(("pack", "jam",
-            "relax"),
-            "`force_tolerance`: minimization ends there, after as many steps as it takes")),
-    Concept("random_state rng seeds seed_number random_seed rng_seed", "seed"),
-    Concept("polydispersity polydisperse size_distribution sigma_d disp", "sizes", "",
-            dict.fromkeys(("pack", "jam"), "`sizes`, such as sizes='lognormal:0.2'")),
-    Concept("bidispersity ratio size_ratio radii_ratio bidisperse bidisperse_ratio d_ratio", "size_ratio ratio"),
-    Concept("large fraction_of_large x_large", "fraction_large"),
-    Concept("verbose show_progress tqdm quiet", "progress json"),
-    Concept("tolerance accuracy", "", "", {"scene": "`error`"}),
-    Concept("tol ftol force_tol etol eps_f rtol atol precision tolerance accuracy max_error",
-            "force_tolerance tolerance error"),
-    Concept("force_tolerance max_force", "force_tolerance tolerance"),
-    Concept("n_jobs workers nproc num_workers njobs n_workers processes", "workers processes ranks"),
-    Concept("threads nthreads n_threads cores omp_num_threads", "ranks workers processes"),
-    Concept("dt timestep time_step", "tolerance", "", {kind: "`tolerance`: time steps follow from the error that they "
-            "may make" for kind in ("shear", "creep", "oscillate", "relax_stress", "flow_curve", "stop_flow")}),
-    Concept("n_cycles num_cycles periods", "cycles"),
-    Concept("points n_points rows_per_cycle", "points_per_cycle rows"),
-    Concept("line_tension surface_tension", "gamma"),
-    Concept("solver algorithm", "method"),
-    Concept("parallel", "workers ranks"),
-    Concept("eta viscosity", "damping"),
-    Concept("n_vertices num_vertices nv", "vertices"),
-    Concept("save", "out path"),
-    Concept("duration", "strain"),
-    Concept("f", "omega"),
-    Concept("t_max tmax total_time run_time time_max", "duration"),
-    Concept("save_every dump_every output_every every_n", "snapshot_every every frames"),
-    Concept("target target_phi phi_max phi_target", "to pressure"),
-    Concept("target_pressure p_target", "pressure"),
-    Concept("dphi drho n_steps dgamma increment delta_phi stepsize step_size", "step strain_step"),
-    Concept("potential alpha hertz force_law pair_style interaction parameters params", "law", "",
-            dict.fromkeys(("pack", "jam", "scene"), "`law`, such as law='hertz' or law={'exponent': 2.5}, or the name "
-            "of another law")),
-    Concept("k kn stiffness spring_constant eps epsilon", "", "", dict.fromkeys(("pack", "jam"),
-            "other units: the strength of contacts and the mean diameter are always 1")),
-    Concept("theta angle direction_angle phi_angle", "direction"),
-    Concept("average mean averaged isotropic", "", "",
-            {"shear_modulus": "no `direction`: the mean over all is the default"}),
-    Concept("n fold l symmetry", "k"),
-    Concept("image pic array img", "picture"),
-    Concept("index frame_number i_frame", "frame"),
-    Concept("n_modes num_modes k how_many", "count"),
-    Concept("show view", "", "", {SHELL: "`jamlab explore`, which writes a page"}),
-    Concept("phi rho packing_fraction density", "phi to", "", {"jamlab jam": "`jamlab pack --phi`, or `jamlab compress "
-            "--to` from onset"}),
-    Concept("strain strain_amplitude", "amplitude"),
-    Concept("amplitude", "", "", {"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear "
-            "response has no amplitude"}),
-)  # fmt: skip
+# asked before the words of the table
+OF_ONE_FUNCTION = (
+    Concept(
+        "vertices n_vertices nv num_vertices",
+        of={
+            "jam": "`law`, such as jam(n, 'dp', law={'vertices': 16})",
+            "jamlab jam": "`--law vertices=16`, with `--model dp`",
+        },
+    ),
+    Concept(
+        "exponent stickiness weight ka delta contact nv_small nv_large vertices",
+        of=dict.fromkeys(
+            ("jam", "pack", "scene", "droplets_from_disks", "droplets_from_outlines"),
+            (
+                "`law`, which takes parameters of the force law by name, such as law={'gamma': 0.3} or "
+                "law={'exponent': 2.5}"
+            ),
+        ),
+    ),
+    Concept("mu mu_s friction_coefficient", of=dict.fromkeys(("pack", "jam"), LIMITS)),
+    Concept(
+        "minmass min_mass min_area min_size remove_small_objects exclude_border clear_border edge",
+        of=dict.fromkeys(
+            ("micrograph", "track_droplets"), "the picture as it is: specks and droplets cut by its edge are set aside"
+        ),
+    ),
+    Concept(
+        "diameter min_diameter max_diameter particle_size separation",
+        of=dict.fromkeys(("micrograph", "track_droplets"), "the picture as it is: droplets of all sizes are found"),
+    ),
+    Concept(
+        "search_range max_displacement max_disp max_distance",
+        of={"track_droplets": "the pictures as they are: a droplet is sought up to half the spacing away"},
+    ),
+    Concept(
+        "trajectory_error",
+        of={
+            "flow_curve": "a second curve at another `tolerance`, which shows the error",
+            "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error",
+        },
+    ),
+    Concept("ring rings", of={"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
+    Concept(
+        "gamma line_tension",
+        of={
+            "jamlab jam": "`--law gamma=0.2`",
+            **dict.fromkeys(
+                ("jam", "pack", "scene", "droplets_from_disks", "droplets_from_outlines"),
+                "`law`, such as law={'gamma': 0.3}",
+            ),
+        },
+    ),
+    Concept(
+        "max_iterations max_iter maxiter max_steps n_iterations",
+        of=dict.fromkeys(
+            ("pack", "jam", "relax"), "`force_tolerance`: minimization ends there, after as many steps as it takes"
+        ),
+    ),
+    Concept(
+        "n_steps",
+        of=dict.fromkeys(
+            ("pack", "relax"), "`force_tolerance`: minimization ends there, after as many steps as it takes"
+        ),
+    ),
+    Concept(
+        "polydispersity polydisperse size_distribution sigma_d disp",
+        of=dict.fromkeys(("pack", "jam"), "`sizes`, such as sizes='lognormal:0.2'"),
+    ),
+    Concept(
+        "dt timestep time_step",
+        of=dict.fromkeys(
+            ("shear", "creep", "oscillate", "relax_stress", "flow_curve", "stop_flow"),
+            "`tolerance`: time steps follow from the error that they may make",
+        ),
+    ),
+    Concept(
+        "potential alpha hertz force_law pair_style interaction parameters params",
+        of=dict.fromkeys(
+            ("pack", "jam", "scene"), "`law`, such as law='hertz' or law={'exponent': 2.5}, or the name of another law"
+        ),
+    ),
+    Concept(
+        "k kn stiffness spring_constant eps epsilon",
+        of=dict.fromkeys(("pack", "jam"), "other units: the strength of contacts and the mean diameter are always 1"),
+    ),
+    Concept(
+        "average mean averaged isotropic", of={"shear_modulus": "no `direction`: the mean over all is the default"}
+    ),
+    Concept("show view", of={"shell": "`jamlab explore`, which writes a page"}),
+    Concept(
+        "phi rho packing_fraction density",
+        of={"jamlab jam": "`jamlab pack --phi`, or `jamlab compress --to` from onset"},
+    ),
+    Concept(
+        "amplitude",
+        of={"complex_modulus": "`jamlab.oscillate(packing, omega, amplitude)`: linear response has no amplitude"},
+    ),
+)
