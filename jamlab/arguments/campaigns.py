@@ -107,7 +107,10 @@ CAMPAIGNS = (
         default=None,
         unset="this machine",
         metavar="WHERE",
-        otherwise={"Campaign.cluster": REQUIRED, "Campaign.job_script": REQUIRED},
+        otherwise={
+            **dict.fromkeys(("Campaign.cluster", "Campaign.job_script"), REQUIRED),
+            **dict.fromkeys(("jamlab campaign run", "jamlab campaign resume"), None),
+        },
     ),
     Argument(
         "jobs",

@@ -83,7 +83,7 @@ class MeanSpectrum(Result):
         return self.spectra[0].direction
 
     @classmethod
-    def of(cls, kind: str, packings: Mapping[int, Packing], spectra: list[ComplexModulus], g: Array) -> MeanSpectrum:
+    def _of(cls, kind: str, packings: Mapping[int, Packing], spectra: list[ComplexModulus], g: Array) -> MeanSpectrum:
         """Average spectra of packings, which have numbers, and static moduli g (packings,), mean over directions."""
         import pandas as pd
 
@@ -226,7 +226,7 @@ def mean_spectra(
         spectra = [_one(f"packing {k}: " * (len(packings) > 1), p, omega, law, **how) for k, p in own.items()]
         tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]
         g = np.array([mean_shear_modulus(p, tensor) for p, tensor in zip(own.values(), tensors, strict=True)])
-        means.append(MeanSpectrum.of(kind, own, spectra, g))
+        means.append(MeanSpectrum._of(kind, own, spectra, g))
     along = "G_xy" if direction == "simple" else f"G along {direction}"
     moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in ((along, "g0"), ("G", "g"))}
     warn_of_negative_rows(moduli, "packings")
