@@ -101,16 +101,24 @@ def jam(
         >>> droplets.params["gamma"], droplets.params["contact"]
         (0.4, 'outline')
     """
-    given: dict[str, Any] = {
-        "size_ratio": size_ratio,
-        "fraction_large": fraction_large,
-        "sizes": sizes,
-        "law": law,
-        "units": units,
-    }
-    given |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
-    given |= {"search": search, "step": step, "start": start}
-    return onset_of(Recipe(protocol="onset", n=n, model=model, seed=seed, **given), progress)
+    recipe = Recipe(
+        protocol="onset",
+        n=n,
+        model=model,
+        seed=seed,
+        law=law,
+        sizes=sizes,
+        size_ratio=size_ratio,
+        fraction_large=fraction_large,
+        units=units,
+        ensemble=ensemble,
+        force_tolerance=force_tolerance,
+        ranks=ranks,
+        search=search,
+        step=step,
+        start=start,
+    )
+    return onset_of(recipe, progress)
 
 
 def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:

@@ -106,13 +106,25 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    how: dict[str, Any] = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes}
-    how |= {"law": law, "units": units, "ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
     if (phi is None) == (pressure is None):
         both = "" if pressure is None else f"pressure = {pressure:g} and phi = {phi:g}: "
         raise InputError(f"{both}give pressure or phi")
-    protocol: Any = "phi" if pressure is None else "pressure"
-    return packed_by(Recipe(protocol=protocol, n=n, seed=seed, pressure=pressure, phi=phi, **how), progress)
+    recipe = Recipe(
+        protocol="phi" if pressure is None else "pressure",
+        n=n,
+        seed=seed,
+        law=law,
+        sizes=sizes,
+        size_ratio=size_ratio,
+        fraction_large=fraction_large,
+        units=units,
+        ensemble=ensemble,
+        force_tolerance=force_tolerance,
+        ranks=ranks,
+        pressure=pressure,
+        phi=phi,
+    )
+    return packed_by(recipe, progress)
 
 
 def packed_by(recipe: Recipe, progress: Progress | None = None) -> Packing:
