@@ -326,7 +326,8 @@ def aggregate(
     if csv is not None:
         check_target(csv, replace=overwrite)
         expect_output(csv)
-    opened, how = open_campaign(campaign, folder), {"along": along, "bins": bins, "confidence": confidence}
+    opened = open_campaign(campaign, folder)
+    how: dict[str, Any] = {"along": along, "bins": bins, "confidence": confidence}
     found = opened.aggregate(values, by, table=table, sweep=sweep, converged=converged, **how)
     if csv is not None:
         write_table(found, csv)

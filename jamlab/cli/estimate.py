@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from jamlab.arguments.choices import Registered
+from jamlab.arguments.choices import ModelOrAuto, Registered
 from jamlab.cli.console import print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import command
@@ -19,7 +19,7 @@ def estimate(
     *,
     error: float,
     rho: float | None,
-    model: str,
+    model: ModelOrAuto,
     seed: int,
     workers: int,
     dry_run: bool,

@@ -9,6 +9,7 @@ name holds one of these for the column itself.
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from jamlab.arguments.choices import SpectrumMethod
 from jamlab.cli.console import print_json, print_line, print_note, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.option_values import Damping, Direction, Making, Reading
@@ -41,7 +42,7 @@ def gstar(
     damping: Damping,
     direction: Direction,
     prestress: bool,
-    method: str,
+    method: SpectrumMethod,
     omega_min: float,
     omega_max: float,
     points: int,

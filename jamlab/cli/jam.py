@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from jamlab.arguments.choices import Registered
+from jamlab.arguments.choices import By, ModelName, Registered, Search, Start
 from jamlab.cli.console import print_line, print_note, print_packings, progress_bar
 from jamlab.cli.interruption import NOTHING, describe_kept, expect_output
 from jamlab.cli.option_values import Box, Law, Making, Reading
@@ -25,13 +25,13 @@ Out = Annotated[Path, Written(("packings",))]
 @command("jam")
 def jam(
     *,
-    model: str,
+    model: ModelName,
     n: int,
     seed: int,
     making: Making,
-    search: str,
+    search: Search,
     step: float | None,
-    start: str,
+    start: Start,
     out: Out,
     overwrite: bool,
     json: bool,
@@ -85,7 +85,7 @@ def compress(
     *,
     to: float,
     step: float,
-    by: str,
+    by: By,
     first_step: float | None,
     per_decade: int | None,
     pressure_tolerance: float | None,

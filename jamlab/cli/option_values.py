@@ -1,8 +1,9 @@
 """What options mean that are written in a form of their own: laws, boxes, directions, and what a foreign file lacks."""
 
 from math import radians
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
+from jamlab.arguments.choices import ShearName
 from jamlab.cli.options import MadeBy
 from jamlab.errors import InputError
 
@@ -87,12 +88,12 @@ def _number(option: str, given: str, text: str) -> float:
         raise InputError(f"{option} {given}: {text!r} is no number") from None
 
 
-def read_direction(*, direction: str) -> str | float:
+def read_direction(*, direction: str) -> ShearName | float:
     """A direction of shear by name, or an angle in radians or, with deg behind it, in degrees."""
     try:
         return radians(float(direction.removesuffix("deg"))) if direction.endswith("deg") else float(direction)
     except ValueError:
-        return direction
+        return cast(ShearName, direction)  # which who takes it checks
 
 
 def read_held_pressure(*, pressure: str | None) -> str | float | None:
@@ -116,7 +117,7 @@ def read_share(*, share: str) -> tuple[int, int]:
 Law = Annotated[str | dict[str, float | str] | None, MadeBy(read_law)]
 Damping = Annotated["DragLaw | None", MadeBy(read_damping)]
 Box = Annotated[list[Any], MadeBy(read_box)]
-Direction = Annotated[str | float, MadeBy(read_direction)]
+Direction = Annotated[ShearName | float, MadeBy(read_direction)]
 Bins = Annotated[list[float] | None, MadeBy(read_bins)]
 Share = Annotated[tuple[int, int], MadeBy(read_share)]
 HeldPressure = Annotated[str | float | None, MadeBy(read_held_pressure, "{constant,VALUE}")]

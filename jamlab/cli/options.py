@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Literal, NewType, Union, get_args, get_origin
 
 import typer
 
@@ -103,7 +104,7 @@ def _parameter(each: Parameter, places: tuple[str, ...], syntax: str) -> Paramet
     """A parameter as typer takes it."""
     line, written = argument(each.name), _mark(each, Written)
     kinds = written.kinds if written else ()
-    hint = each.annotation.__origin__ if written else each.annotation
+    hint = each.annotation.__origin__ if written else _typed(each.annotation)
     default = line.default_at(*places)
     word = each.kind is not Parameter.KEYWORD_ONLY
     syntax = syntax or line.metavar or _choices(line, places) or (each.name.upper() if word else "")
@@ -125,6 +126,14 @@ def _parameter(each: Parameter, places: tuple[str, ...], syntax: str) -> Paramet
     elif isinstance(default, tuple):
         default = list(default) or None
     return Parameter(each.name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[hint, info])
+
+
+def _typed(hint: Any) -> Any:
+    """A type as typer takes it: choices are words, which the table and the function check."""
+    parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    if not any(get_origin(part) is Literal or isinstance(part, NewType) for part in parts):
+        return hint
+    return str | None if type(None) in parts else str
 
 
 def _flags(line: Argument, places: tuple[str, ...]) -> list[str]:
