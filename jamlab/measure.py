@@ -101,8 +101,8 @@ def measure(
         >>> found = jamlab.measure(p, ["rho", "z", "g", "b"])
         >>> {name: round(value, 3) for name, value in found.items()}
         {'rho': 0.853, 'z': 4.452, 'g': 0.029, 'b': 0.486}
-        >>> def strongest(packing):
-        ...     return jamlab.contacts(packing).forces.size.max()
+        >>> def strongest(packing: jamlab.Packing) -> float:
+        ...     return float(jamlab.contacts(packing).forces.size.max())
         >>> round(jamlab.measure(p, ["pressure", strongest])["strongest"], 3)
         0.021
         >>> onset = jamlab.jam(n=16, seed=1)

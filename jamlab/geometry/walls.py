@@ -48,7 +48,7 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
 
     Example:
         >>> w = jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1))
-        >>> w.walls, bool(0 < w.fixed.sum() < w.n), w.converged
+        >>> w.walls, bool(0 < w.frame.fixed.sum() < w.n), w.converged
         (True, True, True)
     """
     return changed(packing, _with_walls(packing, thickness, flat), "with_walls", thickness=thickness, flat=flat)

@@ -29,7 +29,7 @@ class Scales:
     Example:
         >>> from jamlab.packing.natural_units import natural_scales
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> soft = p.with_state(positions=3e-6 * p.positions, box=3e-6 * p.box, diameters=3e-6 * p.diameters)
+        >>> soft = p.with_state(positions=3e-6 * p.positions, box=3e-6 * p.box, diameters=3e-6 * p.disk_diameters)
         >>> scales = natural_scales(soft.with_state(params={"k": 1e-7}))
         >>> bool(0.7 < 3e-6 / scales.length < 1.5), bool(0.7 < 1e-7 / scales.stress < 1.5)
         (True, True)

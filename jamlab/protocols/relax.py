@@ -35,7 +35,7 @@ def relax(packing: Packing, force_tolerance: float | None = None) -> Packing:
         >>> moved.converged
         False
         >>> back = jamlab.relax(moved)
-        >>> back.converged, back.max_force < 1e-11
+        >>> back.converged, jamlab.evaluate(back).max_force < 1e-11
         (True, True)
     """
     found = _relaxed(packing, force_tolerance)

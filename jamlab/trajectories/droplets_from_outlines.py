@@ -86,7 +86,7 @@ def droplets_from_outlines(
         >>> p.n, p.params["a0"].tolist(), p.box.tolist()
         (2, [1.0, 1.0], [[4.0, 0.0], [0.0, 4.0]])
         >>> finer = jamlab.droplets_from_outlines([square, square + 4.0], [8.0, 8.0], vertices=12)
-        >>> np.diff(finer.offsets).tolist()
+        >>> np.bincount(finer.particle).tolist()
         [12, 12]
     """
     parameters = law_given(law, DROPLETS.name)

@@ -117,7 +117,7 @@ def universe(
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> u = jamlab.universe(p)
-        >>> u.atoms.n_atoms, bool(np.allclose(u.atoms.radii, p.diameters / 2))
+        >>> u.atoms.n_atoms, bool(np.allclose(u.atoms.radii, p.disk_diameters / 2))
         (32, True)
     """
     reading = dict(radii=radii, units=units, law=law, box=box, model=model, atom_style=atom_style)

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 from scipy import sparse
 
+from jamlab.arguments.choices import Direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.packing.shear_direction import Direction
 from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
 
 

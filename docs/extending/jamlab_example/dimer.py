@@ -1,7 +1,7 @@
 """Dimers: two disks of one size on a stiff bond."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class Dimers(RoundSites):
     particles = "dimers"
     words = ("dimers",)
     sites = 2
-    own: Mapping[str, Parameter] = {
+    own: ClassVar[Mapping[str, Parameter]] = {
         "aspect": Parameter(default=0.5, least=0.01, largest=0.99),
         "bond": Parameter(energy=1, length=-2, default=50.0, made=(1.0, 1e3)),
     }
@@ -27,7 +27,8 @@ class Dimers(RoundSites):
 
     def shape(self, diameters: Array, params: Mapping[str, Any]) -> Array:
         """(n, 2, 2) positions of the two disks from the centre."""
-        return 0.5 * params["aspect"] * diameters[:, None, None] * np.array([[-1.0, 0.0], [1.0, 0.0]])
+        half = 0.5 * float(params["aspect"]) * diameters[:, None, None]
+        return np.asarray(half * np.array([[-1.0, 0.0], [1.0, 0.0]]))
 
     def free_area(self, packing: Packing) -> float:
         """Two disks, less the lens that they share."""

@@ -26,8 +26,9 @@ for ensemble in ("fixed-box", "shear-stabilized"):
 
 angle = np.linspace(0, np.pi, 91)
 figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
+panels = iter(axes)
 for ensemble in ("fixed-box", "shear-stabilized"):
-    ax = axes[0 if ensemble == "fixed-box" else 1]
+    ax = next(panels)
     for seed in range(1, 7):
         p = jamlab.pack(n=32, pressure=1e-3, seed=seed, ensemble=ensemble)
         ax.plot(np.degrees(angle), jamlab.shear_modulus(p, direction=angle), color="#0072B2", alpha=0.7)
