@@ -193,7 +193,7 @@ def _of_curves(curves: Sequence[FlowCurve]) -> tuple[list[_Point], list[float], 
         raise InputError("curves: give one or more")
     if len(kinds := group_by_kind([curve.frames[0] for curve in curves])) > 1:
         raise InputError(f"packings of {len(kinds)} kinds have no common mean: {'; '.join(kinds)}. Give those of one")
-    for name in ("damping", "background", "tolerance"):
+    for name in ("damping", "background_drag", "tolerance"):
         if len(found := dict.fromkeys(str(getattr(curve, name)) for curve in curves)) > 1:
             raise InputError(f"flows with {name} {' and '.join(found)} have no common mean: give those of one")
     points, missed = list[_Point](), list[float]()
