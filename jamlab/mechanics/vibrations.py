@@ -22,6 +22,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
+from jamlab.statistics.rows_of_one_kind import Campaign, Select, packings_of
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Iteration:
 
 
 ITERATION = Iteration()
+NAMED = 4  # kinds that a message names
 
 
 @dataclass(frozen=True)
@@ -190,9 +192,10 @@ def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = 
 
 @checked
 def density_of_states(
-    packings: Packing | Sequence[Packing],
+    packings: Packing | Sequence[Packing] | Campaign,
     bins: int | ArrayLike = HISTOGRAM.bins,
     *,
+    select: Select | None = None,
     rattlers: bool = True,
     prestress: bool = True,
 ) -> DensityOfStates:
@@ -203,8 +206,11 @@ def density_of_states(
     all frequencies is 1 less these two.
 
     Args:
-        packings: one or several of one kind: they differ in nothing but their random start.
+        packings: one or several of one kind: they differ in nothing but their random start. Or a campaign, whose
+            converged states are taken.
         bins: number of bins of one width, or their edges, ascending.
+        select: of a campaign: columns of its table "states" and their values in the states that are wanted, such as
+            {"n": 128, "target_pressure": 1e-3}.
         rattlers: False leaves out particles without load-bearing contacts, and their degrees of freedom. Rattlers of
             disks have zero modes only, but droplets also change their shape.
         prestress: False replaces contacts by unstressed springs; of disks only.
@@ -218,13 +224,23 @@ def density_of_states(
         >>> d.density.shape, d.packings, bool(d.zero_modes > 0)  # translations
         ((20,), 3, True)
     """
-    each = [packings] if isinstance(packings, Packing) else [*packings]
+    if isinstance(packings, Campaign):
+        each = packings_of(packings, select)
+    elif select is not None:
+        raise InputError("select: applies to a campaign; choose among packings by hand")
+    else:
+        each = [packings] if isinstance(packings, Packing) else [*packings]
     if not each:
         raise InputError("packings: give one or more")
     if len(kinds := group_by_kind(each)) > 1:
-        raise InputError(f"packings of {len(kinds)} kinds have no common mean: {'; '.join(kinds)}. Give those of one")
+        remedy = "choose by select=" if isinstance(packings, Campaign) else "give those of one"
+        raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
     kept = each if rattlers else [remove_rattlers(packing) for packing in each]
     return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
+
+
+def _few(names: list[str]) -> str:
+    return "; ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
 
 
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 from jamlab.packing.kinds import MODELS
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from jamlab.packing.packing import Packing
 
 SAME = 1e-5  # numbers that differ by less, relatively, are one: a pressure is met to 1e-6
 LISTED = 6  # values that a message names
@@ -37,6 +39,9 @@ class Campaign(Protocol):
     def _rows_of(self, name: str) -> pd.DataFrame:
         """One of its tables, without a warning of negative moduli, some of which nobody may want."""
 
+    def packings(self, task: str) -> list[Packing]:
+        """The packings of a finished task, one for each of its states."""
+
 
 Select = Mapping[str, str | float | bool]
 
@@ -61,8 +66,7 @@ def rows_of_one_kind(
         raise InputError(f"the table has no column {absent[0]!r}: give a campaign, or its table {table!r}")
     if not len(frame):
         raise InputError(f"the table {table!r} has no rows: no task with this observable has finished")
-    for name, value in (select or {}).items():
-        frame = frame[_has(frame, name, value)]
+    frame = selected(frame, select)
     differing = [name for name in frame.columns if name not in measured and frame[name].nunique(dropna=False) > 1]
     if differing:
         found = "; ".join(f"{name} = {_listed(frame[name].unique().tolist())}" for name in differing)
@@ -71,7 +75,38 @@ def rows_of_one_kind(
     return frame
 
 
-def _has(frame: pd.DataFrame, name: str, value: Any) -> pd.Series[bool]:
+def selected(frame: pd.DataFrame, select: Select | None) -> pd.DataFrame:
+    """Rows that have the selected values.
+
+    Raises:
+        InputError: no such column, or no row has the values.
+    """
+    for name, value in (select or {}).items():
+        frame = frame[_has(frame, name, value)]
+    return frame
+
+
+def packings_of(campaign: Campaign, select: Select | None) -> list[Packing]:
+    """The packings of a campaign whose rows in its table "states" have the selected values. States that did not
+    converge are left out, with a warning that counts them.
+
+    Raises:
+        InputError: no such column, or no state has the values, or none that converged.
+    """
+    frame = selected(campaign._rows_of("states"), select)
+    kept = frame[frame["converged"].astype(bool)]
+    if not len(kept):
+        raise InputError(f"{len(frame)} states, of which none has converged: run the campaign")
+    if missed := len(frame) - len(kept):
+        warn(f"left out of the mean: {missed} of {len(frame)} states, which did not converge")
+    found = []
+    for task, rows in kept.groupby("task", sort=False):
+        every = campaign.packings(str(task))
+        found += [every[state] for state in rows["state"]]
+    return found
+
+
+def _has(frame: pd.DataFrame, name: str, value: Any) -> Any:
     """Which rows have a value in a column; refuses a column that is not there, and a value that no row has."""
     if name not in frame.columns:
         raise InputError(f"select: the table has no column {name!r}: use one of {', '.join(frame.columns)}")
@@ -80,7 +115,7 @@ def _has(frame: pd.DataFrame, name: str, value: Any) -> pd.Series[bool]:
     chosen = np.isclose(column, value, rtol=SAME, atol=0.0, equal_nan=True) if number else column == value
     if not chosen.any():
         raise InputError(f"select: no row has {name} = {value!r}; there is {_listed(column.unique().tolist())}")
-    return chosen  # type: ignore[no-any-return]  # an array or a series of truth values
+    return chosen
 
 
 def _listed(values: list[Any]) -> str:

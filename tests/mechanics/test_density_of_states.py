@@ -123,10 +123,23 @@ def test_impossible_densities_are_refused(packings):
         jamlab.lowest_modes(packings[0], 1).density()
 
 
+def test_a_campaign_has_the_density_of_its_packings(full):
+    """States of one pressure are chosen by name."""
+    task = full.finished("sheared")[0]
+    p = min(full.packings(task), key=lambda p: p.provenance["pressure"])
+    found = jamlab.density_of_states(full, 6, select={"n": 32, "target_pressure": 1e-3})
+    assert np.array_equal(found.density, jamlab.density_of_states(p, 6).density) and found.packings == 1
+    for select, named in (({"n": 32}, "2 kinds.*select="), ({"n": 31}, "no row has n"), (None, "more. choose")):
+        with pytest.raises(jamlab.InputError, match=named):
+            jamlab.density_of_states(full, select=select)
+    with pytest.raises(jamlab.InputError, match="select"):
+        jamlab.density_of_states(p, select={"n": 32})
+
+
 def test_dense_matrices_have_a_limit(packings, monkeypatch):
     """Few modes of a packing are found by iteration, whatever its size."""
     monkeypatch.setattr(vibrations, "ITERATION", replace(vibrations.ITERATION, most=50))
-    with pytest.raises(jamlab.InputError, match="64 modes of 64 coordinates.*at most 50.*count = 16"):
+    with pytest.raises(jamlab.InputError, match=r"64 modes of 64 coordinates.*at most 50.*count = 16"):
         jamlab.lowest_modes(packings[0], None)
 
 
