@@ -15,7 +15,7 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
-from jamlab.rheology.spectra_of_table import spectra_by_pressure
+from jamlab.rheology.spectra_of_table import spectra_of_table
 from jamlab.statistics.confidence import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.rows_of_one_kind import Campaign, DataFrame, Select
@@ -154,7 +154,7 @@ def scaling_collapse(
     if isinstance(pressures, Campaign | DataFrame):
         if spectra is not None:
             raise InputError("spectra: a campaign, or its table, has its own; leave them out")
-        known = spectra_by_pressure(pressures, select)
+        known = spectra_of_table(pressures, select).by_pressure
         pressures, spectra = [*known], [*known.values()]
     elif select is not None:
         raise InputError("select: applies to a campaign, or its table; choose among spectra by hand")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
 from jamlab.mechanics.like_packings import group_by_kind
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
+from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LABEL, drawn
@@ -26,6 +27,8 @@ from jamlab.plotting.palette import COLOURS, ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus, index_of, linear_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
+from jamlab.rheology.spectra_of_table import spectra_of_table
+from jamlab.statistics.rows_of_one_kind import Campaign, DataFrame, Select
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,8 +50,8 @@ class MeanSpectrum(Result):
         loss_stderr: (m,) the same of `loss`.
         spectra: `ComplexModulus` of each packing.
         packings: table of a row for each packing: `packing`, its number among those given; g0, eta0, eta_inf as in
-            `jamlab.complex_modulus`; g, static modulus, mean over directions; `method`; `converged`, whether it is at a
-            minimum.
+            `jamlab.complex_modulus`; g, static modulus, mean over directions, nan of a campaign; `method`; `converged`,
+            whether it is at a minimum.
         units: "k" or "eps", of all packings.
         unit: unit of stress, for labels.
 
@@ -83,29 +86,28 @@ class MeanSpectrum(Result):
         return self.spectra[0].direction
 
     @classmethod
-    def _of(cls, kind: str, packings: Mapping[int, Packing], spectra: list[ComplexModulus], g: Array) -> MeanSpectrum:
-        """Average spectra of packings, which have numbers, and static moduli g (packings,), mean over directions."""
+    def _of(
+        cls, kind: str, spectra: list[ComplexModulus], rows: Mapping[str, Any], units: str, unit: str
+    ) -> MeanSpectrum:
+        """Average spectra of packings; `rows`: columns of `packings` beside those that spectra have."""
         import pandas as pd
 
         curves = {name: np.array([getattr(each, name) for each in spectra]) for name in ("storage", "loss")}
-        count, (first, *_) = len(spectra), packings.values()
-        unknown = np.full(len(spectra[0].omega), np.nan)
+        count, unknown = len(spectra), np.full(len(spectra[0].omega), np.nan)
         spread = {
             f"{name}_stderr": values.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else unknown
             for name, values in curves.items()
         }
-        rows: dict[str, Any] = {"packing": list(packings)}
-        rows |= {name: [getattr(each, name) for each in spectra] for name in LIMITS}
-        rows |= {"g": g, "method": [each.method for each in spectra]}
-        rows |= {"converged": [packing.converged for packing in packings.values()]}
+        found = {name: [getattr(each, name) for each in spectra] for name in (*LIMITS, "method")}
+        columns = ("packing", *LIMITS, "g", "method", "converged")
         return cls(
             kind=kind,
             omega=spectra[0].omega,
             error_bound=np.mean([each.error_bound for each in spectra], axis=0),
             spectra=tuple(spectra),
-            packings=pd.DataFrame(rows),
-            units=first.units,
-            unit=first.unit_names.stress,
+            packings=pd.DataFrame({name: {**found, **rows}[name] for name in columns}),
+            units=units,
+            unit=unit,
             **{name: values.mean(axis=0) for name, values in curves.items()},
             **spread,
         )
@@ -176,7 +178,7 @@ class MeanSpectra(Result):
             legend_below(axes, axes.lines[before::2], bbox_to_anchor=(0.5, -0.17))
 
 
-@checked
+@overload
 def mean_spectra(
     packings: Packing | Sequence[Packing],
     omega: ArrayLike,
@@ -185,6 +187,19 @@ def mean_spectra(
     direction: Direction = "simple",
     prestress: bool = True,
     method: SpectrumMethod = "auto",
+) -> MeanSpectra: ...
+@overload
+def mean_spectra(packings: Campaign | DataFrame, *, select: Select | None = None) -> MeanSpectra: ...
+@checked
+def mean_spectra(
+    packings: Packing | Sequence[Packing] | Campaign | DataFrame,
+    omega: ArrayLike | None = None,
+    damping: DragLaw | None = None,
+    *,
+    direction: Direction = "simple",
+    prestress: bool = True,
+    method: SpectrumMethod = "auto",
+    select: Select | None = None,
 ) -> MeanSpectra:
     """Average G*(omega) over packings, for each kind of packings by itself.
 
@@ -192,12 +207,15 @@ def mean_spectra(
     ensemble, walls and, to 1e-3, their pressure are the same. Others are never averaged.
 
     Args:
-        packings: one or several, at energy minima.
+        packings: one or several, at energy minima. Or a campaign, or its table "spectra": the spectra in it, a mean
+            for each target pressure, of packings that converged; the arguments that follow stay at their defaults.
         omega: (m,) angular frequencies, 1/tau_1.
         damping: as in `jamlab.complex_modulus`, as are the arguments that follow.
         direction: of the shear; default: along x.
         prestress: False replaces contacts by unstressed springs; of disks only.
         method: solver.
+        select: of a campaign or a table with packings of several kinds: columns and their values in the rows that are
+            wanted, such as {"n": 128, "prestress": False, "beta": 1.0}.
 
     Returns:
         A `MeanSpectrum` for each kind, one after the other, with table and picture of all.
@@ -215,6 +233,14 @@ def mean_spectra(
         >>> [(spectrum.kind, len(spectrum.spectra)) for spectrum in found]
         [('disks, p = 0.01 k', 2), ('disks, p = 0.001 k', 2)]
     """
+    if isinstance(packings, Campaign | DataFrame):
+        if omega is not None or damping or (direction, prestress, method) != ("simple", True, "auto"):
+            raise InputError("a campaign has its spectra: leave out how they are computed, and choose by select=")
+        return _of_table(packings, select)
+    if select is not None:
+        raise InputError("select: applies to a campaign, or its table; choose among packings by hand")
+    if omega is None:
+        raise InputError("omega is missing: give angular frequencies")
     packings = [packings] if isinstance(packings, Packing) else packings
     if not packings:
         raise InputError("packings: give one or more")
@@ -226,11 +252,25 @@ def mean_spectra(
         spectra = [_one(f"packing {k}: " * (len(packings) > 1), p, omega, law, **how) for k, p in own.items()]
         tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]
         g = np.array([mean_shear_modulus(p, tensor) for p, tensor in zip(own.values(), tensors, strict=True)])
-        means.append(MeanSpectrum._of(kind, own, spectra, g))
+        rows = {"packing": list(own), "g": g, "converged": [p.converged for p in own.values()]}
+        first = packings[members[0]]
+        means.append(MeanSpectrum._of(kind, spectra, rows, first.units, first.unit_names.stress))
     along = "G_xy" if direction == "simple" else f"G along {direction}"
     moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in ((along, "g0"), ("G", "g"))}
     warn_of_negative_rows(moduli, "packings")
     return MeanSpectra(tuple(means), law)
+
+
+def _of_table(source: Campaign | DataFrame, select: Select | None) -> MeanSpectra:
+    """Means of the spectra in the table of a campaign. It has no static modulus over all directions, g."""
+    found = spectra_of_table(source, select)
+    means = []
+    for pressure, spectra in found.by_pressure.items():
+        name = f"{MODELS.get(found.model).particles}, p = {pressure:.4g} {found.unit}".rstrip()
+        rows = {"packing": range(len(spectra)), "g": np.nan, "converged": True}
+        means.append(MeanSpectrum._of(name, spectra, rows, found.units, found.unit))
+    warn_of_negative_rows({"G_xy": np.concatenate([m.packings["g0"] for m in means])}, "packings")
+    return MeanSpectra(tuple(means), found.damping)
 
 
 def _one(name: str, packing: Packing, omega: ArrayLike, law: DragLaw, **how: Any) -> ComplexModulus:

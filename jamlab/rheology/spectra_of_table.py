@@ -2,24 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from jamlab.errors import InputError, warn
 from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
 from jamlab.statistics.rows_of_one_kind import Select, groups_of_numbers, rows_of_one_kind, stress_unit
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _CURVES, _LIMITS = ("omega", "storage", "loss", "error_bound"), ("g0", "eta0", "eta_inf")
-_NEEDED = ("task", "state", "target_pressure", *_CURVES, *_LIMITS, "converged")
-_MEASURED = (*_NEEDED, "seed", "pressure")  # may differ between packings that are averaged
+_NEEDED = ("task", "model", "damping", "state", "target_pressure", *_CURVES, *_LIMITS, "converged")
+_MEASURED = (
+    *(name for name in _NEEDED if name not in ("model", "damping")),
+    "seed",
+    "pressure",
+)  # may differ between packings that are averaged
 
 
-def spectra_by_pressure(source: Any, select: Select | None = None) -> dict[float, list[ComplexModulus]]:
-    """Target pressure, ascending -> spectra of its packings, in the order of the table.
+class SpectraOfTable(NamedTuple):
+    """Spectra of packings that differ in their pressure and random start alone."""
+
+    by_pressure: dict[float, list[ComplexModulus]]  # target pressure, ascending -> packings, in the order of the table
+    model: str
+    damping: DragLaw
+    units: str
+    unit: str  # of stress
+
+
+def spectra_of_table(source: Any, select: Select | None = None) -> SpectraOfTable:
+    """Spectra by target pressure.
 
     Packings that did not converge are left out, with a warning that counts them.
 
@@ -53,7 +68,17 @@ def spectra_by_pressure(source: Any, select: Select | None = None) -> dict[float
         warn(f"{told}: most of these are unstable, and the mean is over a selection")
     if empty := [pressure for pressure, own in found.items() if not own]:
         raise InputError(f"no packing at target_pressure = {empty[0]:g} has a converged spectrum: leave it out")
-    return found
+    first = frame.iloc[0]
+    units = frame["units"].iloc[0] if "units" in frame else frame.attrs.get("units", "")
+    return SpectraOfTable(found, str(first["model"]), _law(first), units, unit)
+
+
+def _law(row: Any) -> DragLaw:
+    """The drag law of a row."""
+    name = str(row["damping"])
+    declared = DRAGS.get(name).parameters()
+    values = {each: row[column] for each in declared for column in (each, f"{name}_{each}") if column in row}
+    return make_law(name, {each: value for each, value in values.items() if value == value})  # nan: of other laws
 
 
 def _spectrum(rows: pd.DataFrame, unit: str) -> ComplexModulus:

@@ -242,3 +242,6 @@ def test_a_campaign_collapses_as_the_spectra_of_its_packings(tmp_path):
     by_hand = jamlab.scaling_collapse(pressures, spectra, resamples=3)
     assert (found.mu, found.lambda_, found.mu_ci95) == (by_hand.mu, by_hand.lambda_, by_hand.mu_ci95)
     assert found.unit == by_hand.unit and np.array_equal(found.loss, by_hand.loss)
+    means = jamlab.mean_spectra(campaign, select={"prestress": False})
+    assert np.array_equal(np.array([mean.loss[:-1] for mean in means]), by_hand.loss)  # below omega = 0.1
+    assert (means[0].units, means.damping) == ("k", jamlab.ContactDamping())

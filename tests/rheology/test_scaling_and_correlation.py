@@ -270,3 +270,28 @@ def test_what_a_table_has_is_not_given_twice(rows, spectra):
     ):
         with pytest.raises(jamlab.InputError, match="spectra"):
             jamlab.scaling_collapse(pressures, **how)
+
+
+def test_a_table_has_the_means_of_its_spectra(rows, spectra):
+    """A mean for each pressure, with the drag law of its rows."""
+    found = jamlab.mean_spectra(rows.assign(beta=0.5))
+    assert [mean.kind for mean in found] == ["disks, p = 0.0001", "disks, p = 0.001", "disks, p = 0.01"]
+    assert found.damping == ContactDamping(beta=0.5)
+    for mean, group in zip(found, spectra, strict=True):
+        values = np.array([s.loss for s in group])
+        assert mean.loss == pytest.approx(values.mean(axis=0), rel=1e-14) and len(mean.spectra) == 3
+        assert mean.loss_stderr == pytest.approx(values.std(axis=0, ddof=1) / 3**0.5, rel=1e-12)
+        assert mean.packings["g0"].tolist() == [s.g0 for s in group] and mean.packings["g"].isna().all()
+    stokes = jamlab.mean_spectra(rows.assign(damping="stokes", beta=np.nan, eta_f=2.0))
+    assert stokes.damping == StokesDrag(eta_f=2.0) and stokes.plot() is not None
+
+
+def test_impossible_means_of_spectra_are_refused(rows, packing):
+    for given, how, named in (
+        (rows, {"omega": [1.0]}, "a campaign has its spectra"),
+        (rows, {"prestress": False}, "a campaign has its spectra"),
+        (packing, {}, "omega is missing"),
+        (packing, {"omega": [1.0], "select": {"n": 1}}, "select"),
+    ):
+        with pytest.raises(jamlab.InputError, match=named):
+            jamlab.mean_spectra(given, **how)
