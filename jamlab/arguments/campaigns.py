@@ -128,4 +128,10 @@ CAMPAIGNS = (
         unset="none",
     ),
     Argument("stokes", "Values of eta_f of Stokes drag.", "array", default=[], least=0, highest=1e100),
+    Argument(
+        "quasistatic_shear",
+        "Quasi-static shear of every state, with the arguments of jamlab.quasistatic_shear.",
+        default=None,
+        unset="none",
+    ),
 )

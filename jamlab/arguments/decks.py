@@ -11,7 +11,6 @@ DECKS = (
     Argument("quote", "Sign around names of files.", "text"),
     Argument("strict", "End at a state that is no minimum.", "choice", choices=("yes", "no")),
     Argument("section", "Section of the deck that goes on.", "text"),
-    Argument("pair_coeff", "Line pair_coeff of a law of another package.", "text"),
     Argument("d1", "Diameter of small disks.", "number"),
     Argument("d2", "Diameter of large disks.", "number"),
     Argument(
@@ -47,5 +46,4 @@ DECKS = (
     Argument("miss", "Relative error of the pressure at the end.", "number"),
     Argument("tries", "Changes of packing fraction, or steps of shear, at most.", "integer"),
     Argument("residual", "Shear stress over pressure at the end.", "number"),
-    Argument("search_step", "First step of packing fraction of a search for onset; step of jam.", "number"),
 )

@@ -28,16 +28,7 @@ FLOW = (
         limits_otherwise={"shear": (-1000.0, 1000.0)},
         text_otherwise={"jamlab shear": "Shear rate."},
     ),
-    Argument(
-        "rates",
-        "Shear rates.",
-        "array",
-        unit="1/tau_1",
-        least=1e-12,
-        highest=1000.0,
-        each="rate",
-        limits_otherwise={"sweep.flow": (0, 1000.0)},
-    ),
+    Argument("rates", "Shear rates.", "array", unit="1/tau_1", least=1e-12, highest=1000.0, each="rate"),
     Argument(
         "strain",
         "Strain at the end of a run; of a mean the strain over which it is taken.",

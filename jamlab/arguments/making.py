@@ -78,8 +78,8 @@ MAKING = (
     Argument(
         "sizes",
         (
-            "Sizes of particles: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, power- "
-            "law:EXPONENT,SMALLEST,LARGEST or from-file:PATH, W being the standard deviation over the mean; in "
+            "Sizes of particles: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, "
+            "power-law:EXPONENT,SMALLEST,LARGEST or from-file:PATH, W being the standard deviation over the mean; in "
             "Python also a number for each."
         ),
         default=None,
@@ -134,9 +134,8 @@ MAKING = (
         default=None,
         unset="disks 1e-12, droplets 1e-10",
         limits_otherwise={
-            "jam": (1e-15, 1e-09),
-            "scene": (1e-15, 1e-09),
-            "sweep": (1e-15, 1e-09),
+            **dict.fromkeys(("jam", "scene", "sweep"), (1e-15, 1e-09)),
+            "sweep.quasistatic_shear": (1e-15, 0.001),
             "Packing": (0, None),
         },
         otherwise={
@@ -273,4 +272,20 @@ MAKING = (
     Argument("protocol", "What is made: a packing at onset, at a pressure, or at a packing fraction.", "choice"),
     Argument("changes", "What was done afterwards: (function, arguments) of each, in order.", default=()),
     Argument("text", "JSON of a recipe.", "text"),
+    Argument(
+        "nv_small",
+        "Vertices of a small droplet; a parameter of `law`.",
+        "integer",
+        least=3,
+        highest=1000,
+        default=FromDeck("dp", "nv_small"),
+    ),
+    Argument(
+        "nv_large",
+        "Vertices of a large droplet; a parameter of `law`.",
+        "integer",
+        least=3,
+        highest=1000,
+        default=FromDeck("dp", "nv_large"),
+    ),
 )

@@ -33,6 +33,7 @@ class Parameter:
     beyond: str = ""  # what happens beyond the largest value, in words
     # where packings are made: limits in units of the strength of contacts and the mean size of particles
     made: tuple[float, float] | None = None
+    meaning: str = ""  # in words
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -58,8 +59,8 @@ class Parameter:
 # names of the strength of contacts: the units in which it is 1, and the parameter that holds it. Steps of minimisers in
 # decks are those of a strength near 1
 STRENGTHS: Mapping[str, Parameter] = {
-    "eps": Parameter(energy=1, made=(1e-3, 100.0)),
-    "k": Parameter(energy=1, length=-2, made=(1e-3, 100.0)),
+    "eps": Parameter(energy=1, made=(1e-3, 100.0), meaning="energy of contacts"),
+    "k": Parameter(energy=1, length=-2, made=(1e-3, 100.0), meaning="stiffness of contacts"),
 }
 UNITS = tuple(STRENGTHS)
 

@@ -24,7 +24,11 @@ class PowerLaw(PairLaw):
     """
 
     name: ClassVar[str] = "power"
-    parameters: ClassVar[Mapping[str, Parameter]] = {"exponent": Parameter(default=2.0, least=2.0, largest=10.0)}
+    parameters: ClassVar[Mapping[str, Parameter]] = {
+        "exponent": Parameter(
+            default=2.0, least=2.0, largest=10.0, meaning="power of the overlap in the energy; 2.5: Hertz"
+        )
+    }
     deck_part: ClassVar[bool] = True
     sizes_by_disk: ClassVar[bool] = True
 

@@ -23,7 +23,9 @@ class RimLaw(SpringLaw):
 
     name: ClassVar[str] = "rim"
     strengths: ClassVar[Mapping[str, Parameter]] = {"eps": STRENGTHS["eps"]}
-    parameters: ClassVar[Mapping[str, Parameter]] = {"delta": Parameter(length=1, made=(1e-12, WIDEST_RIM))}
+    parameters: ClassVar[Mapping[str, Parameter]] = {
+        "delta": Parameter(length=1, made=(1e-12, WIDEST_RIM), meaning="width of the rims")
+    }
     deck_part: ClassVar[bool] = True
     least_bearing: ClassVar[int] = 2  # the flats of a droplet hold it between two opposite ones
 

@@ -33,7 +33,13 @@ class StickyLaw(SpringLaw):
     sizes_by_disk: ClassVar[bool] = True
     parameters: ClassVar[Mapping[str, Parameter]] = {
         "stickiness": Parameter(
-            default=0.0, least=1e-9, largest=0.2, may_vanish=True, over_size=True, beyond="disks that attract collapse"
+            default=0.0,
+            least=1e-9,
+            largest=0.2,
+            may_vanish=True,
+            over_size=True,
+            beyond="disks that attract collapse",
+            meaning="width of the shell that attracts, over the mean diameter",
         )
     }
     floppy: ClassVar[float] = 1e-12  # networks have as many floppy modes as particles, and rounding grows with them

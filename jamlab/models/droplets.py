@@ -52,13 +52,18 @@ class DropletRounding:
 ROUNDING = DropletRounding()
 
 _PARAMETERS = {
-    "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST)),  # line tension
-    "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST)),  # area elasticity
-    "eps": Parameter(energy=1, made=(1 / WIDEST, WIDEST)),  # repulsion of rims
+    "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST), meaning="line tension"),
+    "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST), meaning="stiffness of areas"),
+    "eps": Parameter(energy=1, made=(1 / WIDEST, WIDEST), meaning="energy of contacts"),
     **RimLaw.parameters,
-    "eta": Parameter(length=1, may_vanish=True, made=(1 / WIDEST, WIDEST_RIM)),  # rounds the energy of short edges
-    "contact": Parameter(choices=CONTACT_FORMS),
-    "a0": Parameter(length=2, each=True),  # rest areas
+    "eta": Parameter(
+        length=1,
+        may_vanish=True,
+        made=(1 / WIDEST, WIDEST_RIM),
+        meaning="length below which the energy of an edge is rounded",
+    ),
+    "contact": Parameter(choices=CONTACT_FORMS, meaning="what touches: outlines, or edges one by one"),
+    "a0": Parameter(length=2, each=True, meaning="rest areas"),
 }
 
 
