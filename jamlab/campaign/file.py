@@ -242,27 +242,16 @@ class Sweep(FileTable):
 
     def _check_packings(self) -> None:
         """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""
-        from jamlab.protocols.makings import making_of
-        from jamlab.protocols.relaxation import usual_force_tolerance
-        from jamlab.protocols.size_distributions import FROM_FILE, diameters_of
-        from jamlab.protocols.target_pressure import check_pressure
+        from jamlab.protocols.make import check_recipe
+        from jamlab.protocols.size_distributions import FROM_FILE
 
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
             raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
-        force = self.force_tolerance
         for name in self.model:
-            making = making_of(name)
-            making.check_law(self.law)
-            making.check_stiffness(defaults(name) | self.law, usual_force_tolerance(name) if force is None else force)
             for n in self.n:
-                recipe = self.recipe(name, n)
-                diameters_of(recipe)
-                if recipe.protocol == "onset":
-                    making.check_start(recipe)
-        if self.law.get("stickiness") and (self.compress or self.onset):
-            raise ValueError("sticky disks have no onset: give pressures or phi, or leave out stickiness")
+                check_recipe(self.recipe(name, n))
         for pressure in self.pressures or ():
-            check_pressure(replace(self.recipe(self.model[0], self.n[0]), pressure=pressure))
+            check_recipe(replace(self.recipe(self.model[0], self.n[0]), pressure=pressure))
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():

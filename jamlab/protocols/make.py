@@ -17,9 +17,9 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import compress, go_on
 from jamlab.protocols.decompression import decompress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
-from jamlab.protocols.onset import onset_of
+from jamlab.protocols.onset import check_onset, onset_of
 from jamlab.protocols.relax import relax
-from jamlab.protocols.target_pressure import packed_by
+from jamlab.protocols.target_pressure import check_packed, packed_by
 
 
 @checked
@@ -47,14 +47,20 @@ def make(recipe: Recipe, *, progress: Progress | None = None) -> Packing:
         >>> hertz.params["exponent"], round(jamlab.packing_fraction(hertz), 3)
         (2.5, 0.9)
     """
-    for name, arguments in recipe.changes:
-        _check(name, arguments)
+    check_recipe(recipe)
     first = replace(recipe, changes=())
     packing = onset_of(first, progress) if recipe.protocol == "onset" else packed_by(first, progress)
     for name, arguments in recipe.changes:
         change = _state_of_sweep if name == "compress" else CHANGES[name]
         packing = change(packing, **arguments)
     return packing
+
+
+def check_recipe(recipe: Recipe) -> None:
+    """Refuse a recipe of which nothing can be made, before any work begins."""
+    (check_onset if recipe.protocol == "onset" else check_packed)(recipe)
+    for name, arguments in recipe.changes:
+        _check(name, arguments)
 
 
 def _check(name: str, arguments: Mapping[str, Any]) -> None:

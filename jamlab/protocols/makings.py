@@ -82,17 +82,19 @@ class Making(Minimising):
             declared[name].check(name, changes[name], made=True)
         return params
 
-    def check_law(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse invalid parameters."""
-        self.params("eps", **parameters)
-
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
         """Refuse particles so stiff that rounding of their own forces exceeds a force; by default none."""
 
     # start ----------------------------------------------------------------------------------------------------------
 
+    def check(self, recipe: Recipe) -> None:
+        """Refuse a recipe from which these particles cannot start: its start, sizes, units and law."""
+        self.check_start(recipe)
+        diameters_of(recipe)
+        self.params(units_of(recipe, "eps", MODELS.get(self.name).unit_names), **recipe.parameters)
+
     def check_start(self, recipe: Recipe) -> None:
-        """Refuse `start` and `size_ratio` that these particles do not take."""
+        """Refuse a `start` that these particles do not take."""
         if not self.starts and recipe.start not in (None, "from-disks"):
             raise InputError(f"start = {recipe.start!r}: start applies to droplets only; leave it out")
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from jamlab.arrays import Array
+from jamlab.errors import InputError
 from jamlab.models.disks import DISKS
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import Recipe
 from jamlab.protocols.descent import DescentOfDisks
 from jamlab.protocols.makings import Making
-from jamlab.protocols.random_start import disk_params, disks_of, usual_units
+from jamlab.protocols.random_start import disks_of, law_of_disks
+from jamlab.protocols.size_distributions import diameters_of
 
 
 class MakingOfDisks(Making):
@@ -22,8 +21,12 @@ class MakingOfDisks(Making):
     stiffening_version = 2  # 1 left forces beside the contact forces
     compression_version = 2  # leaves saddles
 
-    def check_law(self, parameters: Mapping[str, Any]) -> None:
-        disk_params(usual_units(parameters, "eps"), **parameters)
+    def check(self, recipe: Recipe) -> None:
+        self.check_start(recipe)
+        diameters_of(recipe)
+        law = law_of_disks(recipe, "eps")
+        if law.range:
+            raise InputError(f"{law}: what attracts has no onset at zero contact energy; use pack, or compress")
 
     def place(self, recipe: Recipe, phi: float, sizes: Array) -> Packing:
         return disks_of(recipe, phi, sizes, "eps")

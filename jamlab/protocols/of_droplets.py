@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import numbers
@@ -32,7 +33,7 @@ from jamlab.protocols.random_start import (
     place_droplets,
     random_disks,
 )
-from jamlab.protocols.relaxation import relax_session
+from jamlab.protocols.relaxation import relax_session, usual_force_tolerance
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import diameters_of
 from jamlab.protocols.units_of_recipes import units_of
@@ -65,18 +66,18 @@ class MakingOfDroplets(Making):
     settled = 1e-6  # tells a state jammed by step_fine from a loose one
     loose = 5e-8  # forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
 
-    def check_law(self, parameters: Mapping[str, Any]) -> None:
-        if "vertices" in parameters:
-            raise InputError("vertices fit one n only: give nv_small and nv_large instead")
-        if parameters:
-            droplet_params(2, **parameters)
-
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
         if (left := PLACING.rounding * law.get("ka", 0.0) / law["eps"]) > tolerance:
             raise InputError(
                 f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance "
                 f"{tolerance:g}: use ka up to {tolerance / PLACING.rounding:.1g} eps"
             )
+
+    def check(self, recipe: Recipe) -> None:
+        self.check_start(recipe)
+        _, params = self._polygons(recipe)
+        usual = usual_force_tolerance(self.name)
+        self.check_stiffness(params, usual if recipe.force_tolerance is None else recipe.force_tolerance)
 
     def check_start(self, recipe: Recipe) -> None:
         if (ratio := recipe.size_ratio) is not None:
@@ -85,12 +86,17 @@ class MakingOfDroplets(Making):
                 f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
             )
 
+    def _polygons(self, recipe: Recipe) -> tuple[NDArray[np.int64], dict[str, Any]]:
+        """(n,) vertices, and parameters of the law."""
+        units_of(recipe, "eps", DROPLETS.unit_names)  # refuses others
+        drawn = None if recipe.sizes is None else diameters_of(recipe)
+        return droplet_params(recipe.n, recipe.fraction_large, drawn, **recipe.parameters)
+
     def start(self, recipe: Recipe) -> Packing:
         protocol, n, seed, large = numbers("onset"), recipe.n, recipe.seed, recipe.fraction_large
-        units_of(recipe, "eps", DROPLETS.unit_names)  # refuses others
         phi, highest = protocol["phi_start"], protocol["phi_carried" if recipe.start == "from-disks" else "phi_start"]
         drawn = None if recipe.sizes is None else diameters_of(recipe)
-        nv, params = droplet_params(n, large, drawn, **recipe.parameters)
+        nv, params = self._polygons(recipe)
         side = droplet_cell(nv, params, phi)
         disks = random_disks(n, seed, phi=phi, large=large, sizes=drawn)
         scale = side / disks.box[0, 0]

@@ -8,7 +8,6 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
-from collections.abc import Mapping
 from typing import Any
 
 from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Units
@@ -121,21 +120,25 @@ def jam(
     return onset_of(recipe, progress)
 
 
-def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
-    """The packing at onset that a recipe makes; errors as of `jam`."""
-    protocol, making = numbers("onset"), making_of(recipe.model)
-    by_paper = recipe.search == "incremental"
-    if by_paper and recipe.ensemble != "fixed-box":
+def check_onset(recipe: Recipe) -> None:
+    """Refuse a recipe of which no packing at onset can be made."""
+    if recipe.search == "incremental" and recipe.ensemble != "fixed-box":
         raise InputError(
             f"ensemble = {recipe.ensemble!r}: the incremental search has a fixed box, use "
             + typed("search='bisection'", "--search bisection")
         )
-    making.check_start(recipe)
     law_given(recipe.law, recipe.model)
-    first_step = _first_step(recipe.step, by_paper, protocol)
+    first_step_of(recipe)
     check_tolerance(recipe.force_tolerance, LARGEST_TOLERANCE)
     if recipe.sizes is None:
-        check_bidisperse(recipe.n, recipe.seed, protocol["phi_start"], recipe.fraction_large)
+        check_bidisperse(recipe.n, recipe.seed, numbers("onset")["phi_start"], recipe.fraction_large)
+    making_of(recipe.model).check(recipe)
+
+
+def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
+    """The packing at onset that a recipe makes; errors as of `jam`."""
+    check_onset(recipe)
+    making, first_step, by_paper = making_of(recipe.model), first_step_of(recipe), recipe.search == "incremental"
     began = time.perf_counter()
     placed = making.start(recipe)
     if placed.law.range:
@@ -191,9 +194,11 @@ def _without_last_digits(packing: Packing) -> Packing:
     return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
 
 
-def _first_step(step: float | None, by_paper: bool, protocol: Mapping[str, float]) -> float:
+def first_step_of(recipe: Recipe) -> float:
+    """First increment of phi of a recipe."""
+    protocol, step = numbers("onset"), recipe.step
     if step is None:
-        return protocol["step_paper" if by_paper else "search_step"]
+        return protocol["step_paper" if recipe.search == "incremental" else "search_step"]
     check_number("step", step, 0.5)
     least = max(protocol["increment_least"], 1 / MOST_STATES)
     if step < least:

@@ -14,6 +14,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.laws.laws import law_class
+from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, check_params
 from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS, free_area, free_polygon_area, regular_polygon
@@ -92,6 +93,13 @@ def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: Units) -> Packing:
     unless the recipe or its law says others."""
     units = units_of(recipe, usual, law_class(recipe.parameters).strengths)
     return push_apart(random_disks(recipe.n, recipe.seed, phi=phi, units=units, sizes=sizes, **recipe.parameters))
+
+
+def law_of_disks(recipe: Recipe, usual: Units) -> PairLaw:
+    """Law of the disks of a recipe, of mean diameter 1; `usual`: as in `disks_of`."""
+    units = units_of(recipe, usual, law_class(recipe.parameters).strengths)
+    params = disk_params(units, **recipe.parameters)
+    return law_class(params).of(params, units)
 
 
 def disk_params(units: Units, **changes: Any) -> dict[str, Any]:

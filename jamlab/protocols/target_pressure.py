@@ -13,7 +13,6 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains
@@ -27,11 +26,10 @@ from jamlab.protocols.box_relaxation import minimizer, relax_disks_and_box
 from jamlab.protocols.decompression import LEAST_NOISE, PRESSURE_PROTOCOL, check_force, check_met, come_down
 from jamlab.protocols.descent import quench
 from jamlab.protocols.law_arguments import law_given
-from jamlab.protocols.random_start import disk_params, disks_of
+from jamlab.protocols.random_start import disks_of, law_of_disks
 from jamlab.protocols.relaxation import QUENCH_PROTOCOL, check_tolerance, relax_session, usual_force_tolerance
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, diameters_of, lasting, sizes_record
-from jamlab.protocols.units_of_recipes import units_of
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = HIGHEST_OVERLAP  # of springs, in k
@@ -127,9 +125,21 @@ def pack(
     return packed_by(recipe, progress)
 
 
+def check_packed(recipe: Recipe) -> None:
+    """Refuse a recipe of which no packing at a pressure or a packing fraction can be made."""
+    law_given(recipe.law, recipe.model)
+    diameters_of(recipe)
+    if recipe.phi is not None:
+        check_tolerance(recipe.force_tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
+        check_number("phi", recipe.phi, 2.0)
+        law_of_disks(recipe, "k")
+    else:
+        check_pressure(recipe)
+
+
 def packed_by(recipe: Recipe, progress: Progress | None = None) -> Packing:
     """The packing at a pressure or a packing fraction that a recipe makes; errors as of `pack`."""
-    law_given(recipe.law, recipe.model)
+    check_packed(recipe)
     diameters = diameters_of(recipe)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": recipe.seed}
     entries |= sizes_record(recipe.sizes, diameters)
@@ -174,7 +184,6 @@ def _at_pressure(
 @in_natural_units()
 def _quenched(given: Packing, tolerance: float | None, ranks: int, entries: dict[str, Any]) -> Packing:
     """The minimum next to random disks at their packing fraction, jammed or not."""
-    check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
     check_ranks(ranks, given.kind)
     began = time.perf_counter()
     with Session(given, ranks=ranks) as session:
@@ -210,10 +219,7 @@ def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
         InputError: the pressure is out of range, for this tolerance or for this law.
     """
     pressure: Any = recipe.pressure
-    tolerance, parameters = recipe.force_tolerance, recipe.parameters
-    units = units_of(recipe, "k", law_class(parameters).strengths)
-    params = disk_params(units, **parameters)
-    law = law_class(params).of(params, units)
+    tolerance, law = recipe.force_tolerance, law_of_disks(recipe, "k")
     least, highest = law.pressures
     if law.range:
         if not (is_number(pressure) and least <= pressure <= highest):
