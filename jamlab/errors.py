@@ -156,10 +156,10 @@ def typed(python: str, shell: str) -> str:
     return python if _OPTIONS.get() is None else shell
 
 
-def named(name: str, value: object) -> str:
-    """An argument with its value, as the option if the command that runs has it."""
-    option = (_OPTIONS.get() or {}).get(name)
-    return f"{name} = {value!r}" if option is None else f"{option} {value!r}"
+def named(name: str, value: object, form: str = "") -> str:
+    """An argument with its value, in a format, as the option if the command that runs has it."""
+    option, shown = (_OPTIONS.get() or {}).get(name), format(value, form) if form else repr(value)
+    return f"{name} = {shown}" if option is None else f"{option} {shown if form else value}"
 
 
 def warn(message: str, category: type[Warning] = JamlabWarning) -> None:

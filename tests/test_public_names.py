@@ -63,7 +63,9 @@ def test_functions_stay_functions_after_every_module_was_imported():
 
 
 # results of one function that spare another the same work; nobody makes them by hand
-HANDED_ON = "Campaign DataFrame FlowRun DiskCells ForceNetwork VertexContacts Pairs EnsembleWay WayRecord Outcome".split()
+HANDED_ON = (
+    "Campaign DataFrame FlowRun DiskCells ForceNetwork VertexContacts Pairs EnsembleWay WayRecord Outcome".split()
+)
 
 
 def public_functions():

@@ -6,6 +6,7 @@ from jamlab.arguments.choices import ModelOrAuto, Registered
 from jamlab.cli.console import print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import command
+from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     from jamlab.estimates.choice import Choice
@@ -32,7 +33,10 @@ def estimate(
     """
     from jamlab.estimates.estimate import estimate as run
     from jamlab.estimates.estimate import estimate_cost
+    from jamlab.estimates.ways import ONSET
 
+    if rho is None and quantity != ONSET:
+        raise InputError(f"give --rho, the true packing fraction at which {quantity} is estimated")
     if dry_run:
         choice = estimate_cost(quantity, rho, error, model=Registered(model))
         if json:

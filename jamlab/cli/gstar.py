@@ -62,8 +62,10 @@ def gstar(
     from jamlab.rheology.mean_spectrum import mean_spectra
     from jamlab.trajectories.files import read
 
-    if not files and (n is None or (pressure is None) == (phi is None)):
+    if not files and n is None:
         raise InputError("no packing is given: give FILES, or --n and --pressure or --phi of a packing to make")
+    if not files and (pressure is None) == (phi is None):
+        raise InputError("give --pressure or --phi, one of them")
     if omega_min >= omega_max:
         raise InputError(f"--omega-min {omega_min:g}: must be below --omega-max {omega_max:g}")
     if out is not None:

@@ -23,5 +23,6 @@ LEFT_OUT = {  # function and argument -> reason
         ("droplets_from_outlines.free_areas", "droplets_from_outlines.rest_areas"), "columns of the table of outlines"
     ),
     **dict.fromkeys(("write_page.observables", "write.observables"), "those that the file holds"),
+    "mean_spectra.select": "rows of a campaign, which are chosen in Python; the command reads packings",
     "track_droplets.how": "options of their own: the arguments of micrograph",
 }

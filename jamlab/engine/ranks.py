@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
 
@@ -14,6 +14,6 @@ def check_ranks(ranks: int, kind: Model[Packing] | None = None) -> None:
     code does not know."""
     most = max(os.cpu_count() or 1, 8)  # ranks that any machine may run, if slowly
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
-        raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
+        raise InputError(f"{named('ranks', ranks)}: must be a whole number of processors of this machine, 1 to {most}")
     if ranks > 1 and kind is not None and not kind.compiled_fire:
-        raise InputError(f"ranks = {ranks}: {kind.particles} are minimised on one rank")
+        raise InputError(f"{named('ranks', ranks)}: {kind.particles} are minimised on one rank")

@@ -31,7 +31,7 @@ from jamlab.engine.installation import check_lammps, lammps_errors, last_error, 
 from jamlab.engine.lammps_units import check_fits
 from jamlab.engine.lammps_words import plain_name, text
 from jamlab.engine.ranks import check_ranks
-from jamlab.errors import EngineError, InputError
+from jamlab.errors import EngineError, InputError, named
 from jamlab.hints import Hinted
 from jamlab.laws.pair_law import PairLaw, PairStyle
 from jamlab.packing.area_change import compression
@@ -93,7 +93,7 @@ class Session(Hinted):
     def __init__(self, packing: Packing, *, ranks: int = 1) -> None:
         check_ranks(ranks, packing.kind)
         if ranks > 1 and not packing.frame.all_free:
-            raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
+            raise InputError(f"{named('ranks', ranks)}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup

@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 from jamlab.arguments.choices import ModelOrAuto
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.ways import (
@@ -88,7 +88,9 @@ def plan_mean(
     reference = reference_record(table, reference_way(), rho, onset=quantity == ONSET)
     at = math.nan if rho is None or quantity == ONSET else rho
     if not is_known(reference, reference, quantity, at):
-        raise InputError(f"rho = {rho}: too few packings in the reference table have {quantity}; use another rho")
+        raise InputError(
+            f"{named('rho', rho)}: too few packings in the reference table have {quantity}; use another rho"
+        )
     records = [r for r in table.values() if model in ("auto", r.way.model)]
     if quantity == ONSET:  # carried droplets have none of their own
         records = [r for r in records if r.way.start != "carried"]
@@ -96,15 +98,19 @@ def plan_mean(
         records = [r for r in records if r.way.nv is not None]
     if not records:
         raise InputError(
-            f"model = {model!r}: {quantity} of droplets cannot be estimated from disks; use {DROPLETS.name!r}"
+            f"{named('model', model)}: {quantity} of droplets cannot be estimated from disks; use {DROPLETS.name!r}"
         )
     rows = [_option(record, reference, quantity, at, error) for record in records]
     options, row = judge(rows, "seconds", nearest="bias_error")
     if row is None:
-        raise InputError(f"model = {model!r}: too few reference packings of this model have {quantity}; use 'auto'")
+        raise InputError(
+            f"{named('model', model)}: too few reference packings of this model have {quantity}; use 'auto'"
+        )
     best = rows[row]
     if best["why"] is None and best["error"] > error:
-        raise InputError(f"error = {error:g}: needs more than {MOST} packings (they give {best['error']:.2g})")
+        raise InputError(
+            f"{named('error', error, 'g')}: needs more than {MOST} packings (they give {best['error']:.2g})"
+        )
     correction = -difference(records[row], reference, quantity, at).value if records[row] is not reference else 0.0
     choice = Choice(
         way=best["way"], bound={quantity: best["error"]}, options=options, correction={quantity: correction},

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from jamlab.arguments.choices import ModelName
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.errors import ConvergenceError, InputError, StorageError, named
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import numbers_of
 from jamlab.models.droplets import DROPLETS
@@ -245,7 +245,9 @@ def reference_record(table: Ways, way: EnsembleWay, rho: float | None, *, onset:
         raise InputError(f"the reference table has no {way}: regenerate it with `{_COMMAND}`")
     low, high = record.levels[[0, -1]]
     if not onset and (rho is None or not low <= rho <= high):
-        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; use a campaign for other densities")
+        raise InputError(
+            f"{named('rho', rho)}: must lie between {low:g} and {high:g}; use a campaign for other densities"
+        )
     return record
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
@@ -322,12 +322,12 @@ def relax_stress(
     """
     if not (is_number(strain) and FLOW_LIMITS.least_strain <= abs(strain) <= 1.0):
         raise InputError(
-            f"strain = {strain!r}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
+            f"{named('strain', strain)}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
         )
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
-        raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
+        raise InputError(f"{named('duration', duration, 'g')}: must be longer than step_time = {step_time:g}")
     task, accuracy, end = {"strain": strain, "step_time": step_time}, (tolerance, background_drag), _end(duration)
     with TimedRun(StressRelaxation, packing, damping, accuracy, task, end, path, progress, at_rest=True) as flow:
         flow.facts |= {"applied_strain": strain, "step_time": step_time}

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.flow.flow_run import FlowResult, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
 from jamlab.flow.report import say_balance
@@ -334,7 +334,7 @@ def require_time(cost: pd.DataFrame, given: float) -> None:
     total, (rate, strain, seconds) = float(cost["seconds"].sum()), cost.iloc[0]
     if total > given:
         raise InputError(
-            f"rate = {rate:g}: strain {strain:g} takes about {seconds:.2g} s, and all rates {total:.2g} s, "
+            f"{named('rate', rate, 'g')}: strain {strain:g} takes about {seconds:.2g} s, and all rates {total:.2g} s, "
             f"but {given:g} s are allowed: give higher rates, or strain {strain * given / total:.2g}"
         )
 

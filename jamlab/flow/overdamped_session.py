@@ -19,7 +19,7 @@ from jamlab.checks import check_number, is_number
 from jamlab.engine.agreement import Carried, Comparison, key
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.errors import ConvergenceError, EngineError, InputError, named
 from jamlab.flow.agreement import Evaluated, agrees, compare
 from jamlab.flow.flow_run import FLOW_ENERGY
 from jamlab.geometry.walls import wall_stress
@@ -411,7 +411,7 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
     carried(damping)
     if not (is_number(background) and 0 <= background <= FLOW_LIMITS.largest_background):
         raise InputError(
-            f"background_drag = {background!r}: must be 0 to {FLOW_LIMITS.largest_background:g}, over k tau_1"
+            f"{named('background_drag', background)}: must be 0 to {FLOW_LIMITS.largest_background:g}, over k tau_1"
         )
     if damping.at_contacts and damping.contrast > FLOW_LIMITS.largest_beta:
         raise InputError(
@@ -420,7 +420,8 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
         )
     if background and not damping.at_contacts:
         raise InputError(
-            f"background_drag = {background:g}: {damping.name} drag is a background drag already; leave it out, or use "
+            f"{named('background_drag', background, 'g')}: "
+            f"{damping.name} drag is a background drag already; leave it out, or use "
             "a larger tau"
         )
 

@@ -18,7 +18,7 @@ from jamlab.arguments.choices import Direction, HeldPressure
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.session import Session
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.flow.flow_run import SERIES, energy_gap
 from jamlab.flow.report import describe_balance
 from jamlab.flow.run import Run
@@ -400,13 +400,15 @@ def quasistatic_shear(
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
     largest = LIMITS.strain if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):
-        raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
+        raise InputError(f"{named('strain', strain)}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
     check_number("strain_step", strain_step, min(LIMITS.strain_step, whole), whole / MOST_STATES)
     if snapshot_every is not None:
         check_number("snapshot_every", snapshot_every, whole)
         if snapshot_every < strain_step:
-            raise InputError(f"snapshot_every = {snapshot_every:g}: closer than strain_step = {strain_step:g}")
+            raise InputError(
+                f"{named('snapshot_every', snapshot_every, 'g')}: closer than strain_step = {strain_step:g}"
+            )
     _check_pressure(packing, pressure)
     count = int(np.ceil(whole / strain_step - 1e-9))
     task: dict[str, Any] = {"strain_step": strain / count}

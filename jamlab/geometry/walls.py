@@ -6,7 +6,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
@@ -115,7 +115,9 @@ def _with_flat_walls(packing: Packing, thickness: float) -> Packing:
 def walled(packing: Packing, walls: bool | None) -> Packing:
     """The packing with its walls, or without (`walls` False); None: as it is."""
     if walls and not packing.frame.has_walls:
-        raise InputError("walls=True: the packing has no walls; use jamlab.with_walls(packing)")
+        raise InputError(
+            f"{typed('walls=True', '--walls')}: the packing has no walls; use jamlab.with_walls(packing) in Python"
+        )
     return packing.with_state(fixed=None, walls=False) if walls is False and packing.frame.has_walls else packing
 
 

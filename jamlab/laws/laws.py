@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from jamlab.arguments.choices import Law
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.registry import Registry
@@ -60,9 +60,10 @@ def parameters_of(law: Law | None) -> dict[str, Any]:
             )
         return {**NAMED[name], **given}
     if isinstance(name, str) and name not in LAWS.names():
+        as_parameters = typed("law={'exponent': 2.5}", "--law exponent=2.5")
         raise InputError(
             f"unknown force law {name!r}: known are {', '.join([*NAMED, *LAWS.names()])}; give parameters as "
-            "law={'exponent': 2.5}, and write another law as docs/how_to/own_force_law.md says"
+            f"{as_parameters}, and write another law as docs/how_to/own_force_law.md says"
         )
     return given
 

@@ -23,7 +23,7 @@ import numpy as np
 from jamlab.arguments.choices import Channel, Contrast
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import checked
-from jamlab.errors import InputError, typed
+from jamlab.errors import InputError, named, typed
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.illumination import remove_background
 from jamlab.micrographs.label_doubts import ODD, elongation
@@ -110,7 +110,9 @@ def _check_kind(no_picture: bool, no_labels: bool, contrast: Contrast, channel: 
     if no_picture and no_labels:
         raise InputError("give a picture, or labels, or both")
     if no_picture and channel != "grey":
-        raise InputError(f"channel = {channel!r}: labels alone have no colours; leave it out, or give the picture too")
+        raise InputError(
+            f"{named('channel', channel)}: labels alone have no colours; leave it out, or give the picture too"
+        )
     if not no_labels and contrast != "auto":
         raise InputError("`contrast` does not apply to labels: leave it out")
 

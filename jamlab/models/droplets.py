@@ -16,7 +16,7 @@ import numpy as np
 
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import check_positive, finite_array
-from jamlab.errors import EngineError, InputError, SelfCrossingError
+from jamlab.errors import EngineError, InputError, SelfCrossingError, typed
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.packing_fraction import cover_by_droplets
@@ -182,7 +182,9 @@ class Droplets(Model[Packing]):
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
         if not prestress:
             raise InputError(
-                "prestress = False: line tension holds droplets together and is a pre-stress; use prestress=True"
+                f"{typed('prestress = False', '--no-prestress')}: "
+                "line tension holds droplets together and is a pre-stress; "
+                "leave it out"
             )
         return [*_contacts(packing), *self.shape_terms(packing)]
 

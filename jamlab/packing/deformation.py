@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.packing.area_change import compression
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_direction
@@ -15,7 +15,7 @@ def at_phi(packing: Packing, phi: float) -> Packing:
     """The packing compressed to nominal packing fraction phi, see `compression`. Disks keep their diameters and
     polygons their shapes, so that droplets are pushed together, not squeezed."""
     if not 0 < phi <= 2:
-        raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
+        raise InputError(f"{named('phi', phi)}: a packing fraction must lie between 0 and 2")
     gradient = compression(packing).gradient(packing.phi / phi)
     moved = packing.positions + packing.centroids[packing.particle] @ (gradient - np.eye(2)).T
     frame = packing.frame

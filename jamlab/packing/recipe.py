@@ -18,7 +18,7 @@ import numpy as np
 from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Units
 from jamlab.arrays import Array
 from jamlab.checks import checked, checked_class
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.hints import Hinted
 from jamlab.laws.laws import parameters_of
 from jamlab.packing.derived import frozen
@@ -102,7 +102,8 @@ class Recipe(Hinted):
                 self._set(name, _USUAL[name])
         if self.protocol != "onset" and self.model != "sp":
             raise InputError(
-                f"model = {self.model!r}: a packing at a pressure or phi is made of disks, sp; compress one from onset"
+                f"{named('model', self.model)}: "
+                "a packing at a pressure or phi is made of disks, sp; compress one from onset"
             )
         self._set("law", frozen(_plain(parameters_of(self.law))))
         sizes = _plain(self.sizes)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import Any, Protocol, Self, TypeVar
 
-from jamlab.errors import EngineError, InputError
+from jamlab.errors import EngineError, InputError, named
 from jamlab.processes.children import Children
 from jamlab.processes.cores import available_cores
 from jamlab.processes.executor import OnExecutor
@@ -49,7 +49,7 @@ def crew(function: Callable[..., Any], where: int | Executor) -> Crew:
 def workers_there(workers: int | Executor | None) -> int | Executor:
     """What an argument `workers` stands for: so many processes, as many as this process has cores, or an executor."""
     if isinstance(workers, int) and workers < 1:
-        raise InputError(f"workers = {workers}: must be 1 or more")
+        raise InputError(f"{named('workers', workers)}: must be 1 or more")
     return available_cores() if workers is None else workers
 
 

@@ -16,7 +16,7 @@ from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import linear_response
 from jamlab.mechanics.predicted_motion import follow
@@ -177,7 +177,9 @@ def _states(
     if first_step is not None:
         check_number("first_step", first_step, step)
     if per_decade is not None and first_step is None:
-        raise InputError(f"per_decade = {per_decade}: it spaces the states after first_step; give first_step too")
+        raise InputError(
+            f"{named('per_decade', per_decade)}: it spaces the states after first_step; give first_step too"
+        )
     check_ranks(ranks, start.kind)
     targets = grid(fraction_by(start, by), to, step, first_step, per_decade)
     force = usual_force_tolerance(start.model) if force_tolerance is None else force_tolerance
@@ -192,7 +194,9 @@ def grid(start: float, to: float, step: float, nearest: float | None = None, per
     """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
     way = abs(to - start)
     if way > MOST_STATES * step:
-        raise InputError(f"step = {step:g}: {way / step:.1g} states up to {to:g}; use {way / MOST_STATES:.1g} or more")
+        raise InputError(
+            f"{named('step', step, 'g')}: {way / step:.1g} states up to {to:g}; use {way / MOST_STATES:.1g} or more"
+        )
     distances: Array = np.empty(0)
     if nearest is not None:
         growth = 10 ** (1 / (per_decade or int(defaults("sweep")["per_decade"])))

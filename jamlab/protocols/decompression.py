@@ -9,7 +9,7 @@ from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.geometry.contact_network import contacts
 from jamlab.laws.pair_law import HIGHEST_OVERLAP
 from jamlab.packing.box_strains import BoxStrains
@@ -159,7 +159,7 @@ def check_force(pressure: float, tolerance: float | None, model: str, unit: floa
     check_tolerance(force, LEAST_NOISE * HIGHEST_OVERLAP)
     if force * unit > LEAST_NOISE * pressure:
         raise InputError(
-            f"pressure = {pressure:g}: the force tolerance {force:g} is too large for this pressure: use a "
-            f"pressure of {force * unit / LEAST_NOISE:g} or more, or a smaller force_tolerance"
+            f"{named('pressure', pressure, 'g')}: the force tolerance {force:g} is too large for this pressure: use a "
+            f"pressure of {force * unit / LEAST_NOISE:g} or more, or a smaller force tolerance"
         )
     return force

@@ -18,7 +18,7 @@ from jamlab.arguments.choices import Registered, Units
 from jamlab.arrays import Array
 from jamlab.checks import check_number, is_number
 from jamlab.engine.deck_defaults import defaults, numbers
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
@@ -96,7 +96,7 @@ class Making(Minimising):
     def check_start(self, recipe: Recipe) -> None:
         """Refuse a `start` that these particles do not take."""
         if not self.starts and recipe.start not in (None, "from-disks"):
-            raise InputError(f"start = {recipe.start!r}: start applies to droplets only; leave it out")
+            raise InputError(f"{named('start', recipe.start)}: start applies to droplets only; leave it out")
 
     def start(self, recipe: Recipe) -> Packing:
         """A loose random packing, from which a search for onset starts."""

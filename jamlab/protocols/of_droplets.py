@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.laws.pair_law import PairLaw
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
@@ -82,7 +82,8 @@ class MakingOfDroplets(Making):
     def check_start(self, recipe: Recipe) -> None:
         if (ratio := recipe.size_ratio) is not None:
             raise InputError(
-                f"size_ratio = {ratio!r}: the size ratio of droplets follows from their vertices; give nv_small and "
+                f"{named('size_ratio', ratio)}: "
+                "the size ratio of droplets follows from their vertices; give nv_small and "
                 f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
             )
 

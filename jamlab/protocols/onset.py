@@ -14,7 +14,7 @@ from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Un
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
-from jamlab.errors import InputError, typed
+from jamlab.errors import InputError, named, typed
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import Recipe, made_by
@@ -124,7 +124,7 @@ def check_onset(recipe: Recipe) -> None:
     """Refuse a recipe of which no packing at onset can be made."""
     if recipe.search == "incremental" and recipe.ensemble != "fixed-box":
         raise InputError(
-            f"ensemble = {recipe.ensemble!r}: the incremental search has a fixed box, use "
+            f"{named('ensemble', recipe.ensemble)}: the incremental search has a fixed box, use "
             + typed("search='bisection'", "--search bisection")
         )
     law_given(recipe.law, recipe.model)
@@ -202,5 +202,5 @@ def first_step_of(recipe: Recipe) -> float:
     check_number("step", step, 0.5)
     least = max(protocol["increment_least"], 1 / MOST_STATES)
     if step < least:
-        raise InputError(f"step = {step:g}: needs up to {1 / step:.0g} states; use {least:g} or more")
+        raise InputError(f"{named('step', step, 'g')}: needs up to {1 / step:.0g} states; use {least:g} or more")
     return step

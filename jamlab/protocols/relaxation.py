@@ -9,7 +9,7 @@ from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.protocols.descent import USUAL, Effort, entangled
 from jamlab.protocols.minimising import minimising_of
 from jamlab.protocols.newton import descend_by_newton
@@ -42,7 +42,8 @@ def check_tolerance(force_tolerance: float | None, highest: float) -> None:
     check_number("force_tolerance", force_tolerance, highest)
     if force_tolerance < LEAST_TOLERANCE:
         raise InputError(
-            f"force_tolerance = {force_tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more"
+            f"{named('force_tolerance', force_tolerance, 'g')}: "
+            f"rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more"
         )
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_positive, check_seed, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.models.disks import DISKS
 from jamlab.packing.recipe import Recipe
 from jamlab.protocols.particle_numbers import check_bidisperse, check_count
@@ -82,7 +82,7 @@ class SizeDistribution:
         random = words[-1:] == ["random"]
         if name not in _LAWS:
             usage = ", ".join([*_WRITTEN.values(), f"{FROM_FILE}PATH"])
-            raise InputError(f"sizes = {text!r}: use one of {usage}")
+            raise InputError(f"{named('sizes', text)}: use one of {usage}")
         try:
             numbers = tuple(map(float, words[:-1] if random else words))
         except ValueError:
@@ -90,14 +90,14 @@ class SizeDistribution:
         limits = _LAWS[name]
         if len(numbers) != len(limits) or not all(map(is_number, numbers)):
             raise InputError(
-                f"sizes = {text!r}: write it as {_WRITTEN[name]}, with numbers; add ,random for a random draw"
+                f"{named('sizes', text)}: write it as {_WRITTEN[name]}, with numbers; add ,random for a random draw"
             )
         for number, (word, (low, high)) in zip(numbers, limits.items(), strict=True):
             if not low <= number <= high:
-                raise InputError(f"sizes = {text!r}: {word} is {number:g}, must be from {low:g} to {high:g}")
+                raise InputError(f"{named('sizes', text)}: {word} is {number:g}, must be from {low:g} to {high:g}")
         if name == "power-law" and not numbers[1] < numbers[2] <= SIZE_LIMITS.widest_ratio * numbers[1]:
             raise InputError(
-                f"sizes = {text!r}: LARGEST = {numbers[2]:g} must be above SMALLEST, at most "
+                f"{named('sizes', text)}: LARGEST = {numbers[2]:g} must be above SMALLEST, at most "
                 f"{SIZE_LIMITS.widest_ratio:g} times it"
             )
         return cls(name, numbers, random)
@@ -272,7 +272,7 @@ def _two_sizes(n: int, seed: int, ratio: float | None, large: float) -> Array:
         ratio = float(defaults(DISKS.name)["size_ratio"])
     elif not is_number(ratio) or not 1 <= ratio <= SIZE_LIMITS.largest_ratio:
         raise InputError(
-            f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to "
+            f"{named('size_ratio', ratio)}: large over small diameter must be a number from 1 to "
             f"{SIZE_LIMITS.largest_ratio:g}"
         )
     small, many = 2 / (1 + ratio), round(large * n)

@@ -12,7 +12,7 @@ from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.ranks import check_ranks
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.laws.pair_law import HIGHEST_OVERLAP, PairLaw
 from jamlab.models.disks import DISKS
 from jamlab.packing.box_strains import BoxStrains
@@ -224,7 +224,7 @@ def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
     if law.range:
         if not (is_number(pressure) and least <= pressure <= highest):
             raise InputError(
-                f"pressure = {pressure!r}: must be a number from {least:g} to {highest:.4g} for {law}; "
+                f"{named('pressure', pressure)}: must be a number from {least:g} to {highest:.4g} for {law}; "
                 "beyond, disks pass through each other"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
@@ -234,7 +234,8 @@ def check_pressure(recipe: Recipe) -> tuple[float, PairLaw]:
     force = check_force(pressure, tolerance, DISKS.name, unit)
     if pressure > highest:
         raise InputError(
-            f"pressure = {pressure:g}: must be at most {highest:.4g} for {law}: beyond, disks pass through each other"
+            f"{named('pressure', pressure, 'g')}: "
+            f"must be at most {highest:.4g} for {law}: beyond, disks pass through each other"
         )
     return force, law
 

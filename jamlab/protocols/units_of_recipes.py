@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from jamlab.arguments.choices import Units
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.packing.recipe import Recipe
 
 
@@ -21,5 +21,5 @@ def units_of(recipe: Recipe, usual: Units, known: Iterable[Any]) -> Units:
         return usual if usual in there else there[0]
     if recipe.units not in there:
         law = f"law {recipe.parameters['law']!r}" if "law" in recipe.parameters else f"model {recipe.model}"
-        raise InputError(f"units = {recipe.units!r}: {law} has units {' or '.join(there)} only; leave it out")
+        raise InputError(f"{named('units', recipe.units)}: {law} has units {' or '.join(there)} only; leave it out")
     return recipe.units

@@ -18,7 +18,7 @@ from scipy import sparse
 from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
-from jamlab.errors import InputError
+from jamlab.errors import InputError, typed
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.floppy_modes import PASSES
 from jamlab.packing.packing import Packing
@@ -45,7 +45,8 @@ class DragParameter:
         if self.choices:
             check_choice(name, value, self.choices)
         elif not (is_number(value) and self.least <= value <= self.largest and (value > 0 or not self.positive)):
-            raise InputError(f"{name} = {value!r}: must be {self.must or self._range()}")
+            given = typed(f"{name} = {value!r}", f"--damping {name}={value}")
+            raise InputError(f"{given}: must be {self.must or self._range()}")
 
     def _range(self) -> str:
         if self.positive:

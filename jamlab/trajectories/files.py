@@ -11,7 +11,7 @@ from typing import Any
 from jamlab.arguments.choices import AtomStyle, Law, ModelName, Units
 from jamlab.arrays import ArrayLike
 from jamlab.checks import checked
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError, StorageError, named
 from jamlab.packing.hdf5 import read_all_hdf5, read_hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.formats import FORMATS, begins_as
@@ -116,7 +116,8 @@ def _read(path: FilePath, frame: int | None, given: _Given, atom_style: AtomStyl
     kind = _kind(path)
     if atom_style is not None and kind != "data":
         raise InputError(
-            f"atom_style = {atom_style!r}: {path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
+            f"{named('atom_style', atom_style)}: "
+            f"{path} is no LAMMPS data file, whose atoms alone have a style; leave it out"
         )
     if kind == "hdf5":
         own = read_all_hdf5(path) if frame is None else [read_hdf5(path, frame)]

@@ -141,7 +141,7 @@ def test_compress_and_analyze_agree(packed, tmp_path):
 
 
 BAD = [  # one for each way in which words are wrong; values are tested where they are checked
-    (("jam", "--n", "7"), "n = 7"),
+    (("jam", "--n", "7"), "--n 7: half"),
     (("jam", "--n", "few"), "few"),
     (("jam", "--model", "foam"), "foam"),
     (("jam", "--n", "8", "--law", "gamma"), "gamma"),

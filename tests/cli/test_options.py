@@ -123,6 +123,12 @@ def test_a_number_out_of_range_is_refused_by_its_option(tmp_path, name):
         ("gstar p.h5 --omega-min 2 --omega-max 1", "--omega-min 2: must be below --omega-max 1"),
         ("shear p.h5 --rate 0", "--rate 0.0: use `jamlab quasistatic-shear`"),
         ("relax-stress p.h5 --strain 0 --duration 1", "--strain 0.0: use `jamlab stop-flow`"),
+        ("jam --n 7", "--n 7: half of the particles"),
+        ("jam --n 8 --sizes spam:2", "--sizes spam:2: use one of"),
+        ("estimate z --error 0.1", "give --rho"),
+        ("estimate z --rho 0.2 --error 0.1", "--rho 0.2: must lie between"),
+        ("gstar --n 8 --pressure 1e-2 --phi 0.9", "give --pressure or --phi, one of them"),
+        ("gstar --n 8 --phi 0.9 --damping beta=-1", "--damping beta=-1.0: must be"),
         ("creep p.h5 --stress 1 --duration 1 --damping spam", "spam"),
         (
             "creep p.h5 --stress 1 --duration 1 --damping stokes --damping contact",

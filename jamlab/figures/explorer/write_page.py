@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, named
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.hdf5 import check_one_sweep
 from jamlab.packing.packing import Packing
@@ -126,7 +126,7 @@ def explorer_fragment(
     """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once. Arguments and errors as in
     `write_page`."""
     if every < 1:
-        raise InputError(f"every = {every}: must be 1 or more; 2 shows every second state")
+        raise InputError(f"{named('every', every)}: must be 1 or more; 2 shows every second state")
     everything = list(packings)
     check_one_sweep(everything)
     if (n := everything[0].n) > PAGE_LIMITS.states:
