@@ -13,7 +13,7 @@ TENSIONS = (0.04, 0.4, 4.0)
 VERTICES = (12, 24, 48)
 RIGID, ROUND = 0.8, 0.3  # shares of whole droplets in slow and in fast modes
 _LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12}
-_DRAG = {"contact": {"law": "contact", "beta": 1.0, "eta_f": np.nan}, "stokes": {"law": "stokes", "eta_f": 1.0}}
+_DRAG = {"contact": {"damping": "contact", "beta": 1.0, "eta_f": np.nan}, "stokes": {"damping": "stokes", "eta_f": 1.0}}
 
 
 def _who(seed, **law):

@@ -161,7 +161,7 @@ def droplet_laws():
     law.columns = ["n", "seed", "gamma", "delta", "eps", "nv_small"]
     void = 3 + 0.1 * law["eps"]
     law = law.assign(rho_J=0.84, z_J=4.0, void_J=4.5, rho_star=0.98, void_090=3.0, void_098=void)
-    return law.assign(g=0.3 + 0.01 * law["seed"], shape=1.06, z_010=5.4)
+    return law.assign(g=0.3 + 0.01 * law["seed"], shape_factor=1.06, z_010=5.4)
 
 
 TABLES = {
