@@ -291,6 +291,7 @@ CONCEPTS = (
              "`jamlab.packing_fraction({p})`",
              "jamlab jam": "`jamlab compress`, from onset",
              "FlowRun": "`jamlab.packing_fraction(packing)`"}),
+    Concept("tolerance force_tol ftol", "force_tolerance tolerance", ""),
     Concept("jamming_point phi_j phi_c phi_J find_jamming onset jamming jamming_onset phi_jam rcp "
             "critical_density critical_packing_fraction jamming_density jamming_fraction "
             "random_close_packing", "phi_J rho_J",
