@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from jamlab.arguments.choices import QuantityName
 from jamlab.arrays import Array
 from jamlab.checks import as_plain, check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
@@ -49,14 +50,15 @@ TIMES = MeasureTimes()
 
 
 _Own = Callable[..., Any]  # of the user: takes a packing, returns a number
+_Named = QuantityName | _Own | Iterable[QuantityName | _Own]  # for type checkers; the call says what was meant
 
 
 @overload
-def measure(packing: Packing, quantities: str | _Own | Iterable[str | _Own] = COLUMNS) -> dict[str, float]: ...
+def measure(packing: Packing, quantities: _Named = ...) -> dict[str, float]: ...
 @overload
 def measure(
     packing: Sequence[Packing],
-    quantities: str | _Own | Iterable[str | _Own] = COLUMNS,
+    quantities: _Named = ...,
     *,
     workers: int | Executor | None = 1,
     progress: Progress | None = None,

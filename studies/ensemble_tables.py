@@ -293,7 +293,7 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
-def _by_strong(read: Callable[[str], pd.DataFrame], name: str) -> pd.DataFrame:
+def _by_strong(read: Callable[[Any], pd.DataFrame], name: str) -> pd.DataFrame:
     """Read a table with z and d_z of droplets, and z_J where it is known, by strong contacts; disks have no others."""
     if name not in ("states", "onset"):
         return read(name)
@@ -323,7 +323,7 @@ class EnsembleTables:
 
     def __init__(
         self,
-        read: Callable[[str], pd.DataFrame],
+        read: Callable[[Any], pd.DataFrame],
         facts: dict[str, str] | None = None,
         made: dict[str, str] | None = None,  # name of a table -> when it was measured, at which commits
     ) -> None:

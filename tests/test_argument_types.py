@@ -16,7 +16,14 @@ import jamlab
 from jamlab import arrays, checks
 from jamlab.arguments import choices
 from jamlab.arguments.table import ARGUMENTS
+from jamlab.campaign.observables import OBSERVABLES
 from jamlab.errors import named, naming_options
+from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES
+from jamlab.laws.laws import NAMED, UNNAMED
+from jamlab.laws.parameter import UNITS
+from jamlab.packing.quantities import QUANTITIES
+from jamlab.storage.table_file import TABLE_FORMATS
+from jamlab.trajectories.lammps_data import STYLES
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
@@ -133,6 +140,20 @@ def test_types_of_arrays_carry_their_check(hint, good, bad):
     for value in bad:
         with pytest.raises(jamlab.InputError, match=r"function: argument = |unknown argument "):
             call(value)
+
+
+def test_types_of_choices_hold_the_names_that_there_are():
+    for choice, names in (
+        (choices.QuantityName, QUANTITIES),
+        (choices.EnsembleQuantity, ENSEMBLE_QUANTITIES),
+        (choices.TableName, ("states", "onset", *OBSERVABLES)),
+        (choices.TableFormat, TABLE_FORMATS),
+        (choices.AtomStyle, STYLES),
+        (choices.Units, UNITS),
+    ):
+        assert typing.get_args(choice) == tuple(names)
+    names = [name for part in typing.get_args(choices.LawName) for name in typing.get_args(part)]
+    assert names == sorted([*NAMED, *UNNAMED])
 
 
 def test_a_wrong_name_is_answered_with_those_that_there_are():

@@ -18,7 +18,7 @@ damping = jamlab.ContactDamping(beta=1.0)
 
 packings: dict[float, list[jamlab.Packing]] = {}
 for pressure in pressures:
-    packings[pressure] = [jamlab.pack(64, pressure, seed, ensemble="shear-stabilized") for seed in range(1, 9)]
+    packings[pressure] = [jamlab.pack(128, pressure, seed) for seed in range(1, 9)]
 
 rows = []
 for pressure, alike in packings.items():
@@ -30,11 +30,11 @@ table = pd.DataFrame(rows)
 table.to_csv(folder / "moduli.csv", index=False)
 print(table.round(4).to_string(index=False))
 
-spectra = [[jamlab.complex_modulus(p, omega, damping) for p in packings[pressure]] for pressure in pressures]
-collapse = jamlab.scaling_collapse(pressures, spectra)
+means = [jamlab.mean_spectra(packings[pressure], omega, damping, prestress=False)[0] for pressure in pressures]
+collapse = jamlab.scaling_collapse(pressures, [mean.spectra for mean in means])
 print(collapse)
 
-curve = jamlab.flow_curve(packings[1e-2][0], np.geomspace(1e-3, 1e-1, 5).tolist(), damping, strain=3.0)
+curve = jamlab.flow_curve(packings[1e-2][0], np.geomspace(1e-3, 1e-1, 5), damping, strain=3.0)
 fit = curve.herschel_bulkley()
 print(fit)
 

@@ -28,6 +28,12 @@ Direction: TypeAlias = ShearName | float
 ModulusMethod: TypeAlias = Literal["linear-response", "finite-strain", "affine"]
 SpectrumMethod: TypeAlias = Literal["auto", "dense", "direct", "reduced"]
 FractionMethod: TypeAlias = Literal["exact", "pairs", "nominal"] | Registered
+QuantityName: TypeAlias = Literal[  # of `jamlab.measure`
+    "rho", "phi", "z", "z_all", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape_factor",
+    "shape_factor_rim", "area", "contact_length", "shortest_edge", "longest_edge", "voids", "void_sides", "void_area",
+    "void_shape_factor", "max_force", "psi_6", "psi_6_global",
+]  # fmt: skip
+EnsembleQuantity: TypeAlias = Literal["z", "g", "b", "rho_J", "d_shape_factor", "void_sides"]  # of `jamlab.estimate`
 LeverArms: TypeAlias = Literal["radius", "contact"]
 
 # flow
@@ -42,4 +48,8 @@ Channel: TypeAlias = Literal["grey", "red", "green", "blue"]
 AtomStyle: TypeAlias = Literal[
     "atomic", "bond", "angle", "molecular", "charge", "full", "sphere", "bpm/sphere", "dipole"
 ]
+TableName: TypeAlias = Literal[  # of a campaign
+    "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow", "quasistatic_shear",
+    "oscillation", "creep",
+]  # fmt: skip
 TableFormat: TypeAlias = Literal["csv", "tsv", "json", "h5", "parquet"]

@@ -17,6 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from jamlab.arguments.choices import TableFormat, TableName
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.driver import drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
@@ -328,7 +329,7 @@ class Campaign(Hinted):
         return self.folder.finished() | self.folder.failed()
 
     @checked
-    def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
+    def table(self, name: TableName = "states", sweep: str | None = None) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
         Args:
@@ -349,7 +350,7 @@ class Campaign(Hinted):
         values: Sequence[str],
         by: Sequence[str] = ("model", "n"),
         *,
-        table: str = "states",
+        table: TableName = "states",
         sweep: str | None = None,
         converged: bool = True,
         along: str | None = None,
@@ -395,10 +396,10 @@ class Campaign(Hinted):
     def export(
         self,
         out: str | os.PathLike[str],
-        tables: Iterable[str] = (),
+        tables: Iterable[TableName] = (),
         sweep: str | None = None,
         *,
-        format: str = "csv",
+        format: TableFormat = "csv",
         overwrite: bool = True,
     ) -> list[Path]:
         """Write tables for other programs, a file each.
@@ -420,7 +421,6 @@ class Campaign(Hinted):
             InputError: there is no such table, sweep or format, or its library is not installed.
             StorageError: a file cannot be written, or is there and may not be replaced.
         """
-        check_choice("format", format, TABLE_FORMATS)
         check_table_format(format)
         names, written = list(dict.fromkeys(tables)), list[Path]()
         for name in names:

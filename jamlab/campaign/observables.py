@@ -3,11 +3,12 @@
 A new observable is a class here, or in a file of its own, and a place in `OBSERVABLES`.
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import Field
 
+from jamlab.arguments.choices import TableName
 from jamlab.campaign.flow_observables import (
     CreepOfStates,
     OscillationOfStates,
@@ -170,4 +171,4 @@ OBSERVABLES: dict[str, type[Observable]] = {
         *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates),
     )
 }
-TABLES = ("states", "onset", *OBSERVABLES)
+TABLES: tuple[TableName, ...] = get_args(TableName)  # "states", "onset" and one of each observable

@@ -290,7 +290,8 @@ def export(
 
     expect_output(out)
     opened = open_campaign(campaign, folder)
-    written = [str(path) for path in opened.export(out, tables or (), sweep, format=format, overwrite=overwrite)]
+    how: dict[str, Any] = {"tables": tables or (), "format": format}
+    written = [str(path) for path in opened.export(out, sweep=sweep, overwrite=overwrite, **how)]
     if json:
         print_json({"written": written})
     else:
@@ -326,9 +327,9 @@ def aggregate(
     if csv is not None:
         check_target(csv, replace=overwrite)
         expect_output(csv)
+    how: dict[str, Any] = {"table": table, "along": along, "bins": bins, "confidence": confidence}
     opened = open_campaign(campaign, folder)
-    how: dict[str, Any] = {"along": along, "bins": bins, "confidence": confidence}
-    found = opened.aggregate(values, by, table=table, sweep=sweep, converged=converged, **how)
+    found = opened.aggregate(values, by, sweep=sweep, converged=converged, **how)
     if csv is not None:
         write_table(found, csv)
     if json:

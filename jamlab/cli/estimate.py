@@ -37,8 +37,9 @@ def estimate(
 
     if rho is None and quantity != ONSET:
         raise InputError(f"give --rho, the true packing fraction at which {quantity} is estimated")
+    asked: Any = quantity  # which the call refuses if it is none
     if dry_run:
-        choice = estimate_cost(quantity, rho, error, model=Registered(model))
+        choice = estimate_cost(asked, rho, error, model=Registered(model))
         if json:
             print_json(_plan(choice, quantity))
         else:
@@ -53,7 +54,7 @@ def estimate(
 
     describe_kept(lambda: f"so far {told}; nothing was written")
     with progress_bar("estimate") as progress:
-        found = run(quantity, rho, error, seed=seed, model=Registered(model), workers=workers, progress=tell)
+        found = run(asked, rho, error, seed=seed, model=Registered(model), workers=workers, progress=tell)
     numbers = {name: getattr(found, name) for name in ("value", "ci95", "met", "packings", "left_out", "seconds")}
     if json:
         rows = {"seeds": found.seeds.tolist(), "values": found.values.tolist()}

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
-from jamlab.arguments.choices import ModelOrAuto
+from jamlab.arguments.choices import EnsembleQuantity, ModelOrAuto
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError, named
@@ -238,7 +238,9 @@ class Estimate(Result):
 
 
 @checked
-def estimate_cost(quantity: str, rho: float | None, error: float, *, model: ModelOrAuto = "auto") -> Choice:
+def estimate_cost(
+    quantity: EnsembleQuantity, rho: float | None, error: float, *, model: ModelOrAuto = "auto"
+) -> Choice:
     """Return the plan and the expected cost of `estimate` without making packings.
 
     Args:
@@ -261,7 +263,7 @@ def estimate_cost(quantity: str, rho: float | None, error: float, *, model: Mode
 
 @checked
 def estimate(
-    quantity: str,
+    quantity: EnsembleQuantity,
     rho: float | None,
     error: float,
     *,

@@ -20,7 +20,7 @@ class Quantity(NamedTuple):
 
 _OF_POLYGONS = "of polygons, nan for disks"
 _CLOSED = "mean over voids that do not percolate, nan where outlines of polygons cross"
-MEASURED = {
+MEASURED: dict[str, Quantity] = {
     "rho": Quantity("ρ", NUMBER, "true packing fraction; DP: rims included", ".6g"),
     "phi": Quantity("φ", NUMBER, "nominal packing fraction", ".6g"),
     "z": Quantity("z", NUMBER, "contacts per particle without rattlers; nan without a backbone", ".4f"),

@@ -460,7 +460,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     ) -> None:
         self._frames = UniverseFrames(u, radii, units, law, box, relaxed, model)
         super().__init__(self._frames.trajectory, verbose=verbose)
-        self._quantities = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+        self._quantities: tuple[Any, ...] = (quantities,) if isinstance(quantities, str) else tuple(quantities)
         for name in self._quantities:
             check_choice("quantity", name, QUANTITIES)
             if name in ("g", "g_x", "b") and not relaxed:

@@ -26,12 +26,11 @@ for ensemble in ("fixed-box", "shear-stabilized"):
 
 angle = np.linspace(0, np.pi, 91)
 figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
-panels = iter(axes)
-for ensemble in ("fixed-box", "shear-stabilized"):
-    ax = next(panels)
-    for seed in range(1, 7):
-        p = jamlab.pack(n=32, pressure=1e-3, seed=seed, ensemble=ensemble)
+fixed = [jamlab.pack(n=32, pressure=1e-3, seed=seed) for seed in range(1, 7)]
+stable = [jamlab.pack(n=32, pressure=1e-3, seed=seed, ensemble="shear-stabilized") for seed in range(1, 7)]
+for ax, packings in zip(axes, (fixed, stable), strict=True):
+    for p in packings:
         ax.plot(np.degrees(angle), jamlab.shear_modulus(p, direction=angle), color="#0072B2", alpha=0.7)
     ax.axhline(0, color="black", linewidth=0.8)
-    ax.set(title=ensemble, xlabel="direction of shear, degrees from x")
+    ax.set(title=packings[0].ensemble, xlabel="direction of shear, degrees from x")
 axes[0].set_ylabel("G, k")
