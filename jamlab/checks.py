@@ -53,7 +53,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             kind = known.kinds.get(name, known.others or _ANYTHING)
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
-            if name in known.numbers and type(value) in (int, float):
+            if name in known.numbers and isinstance(value, int | float) and not isinstance(value, bool):
                 check_range(name, value, known.where)
         for value in args[len(known.places) :] if known.rest else ():
             if not known.further.holds(value):

@@ -149,7 +149,7 @@ ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 @checked
 def flow_curve(
     packing: Packing,
-    rates: Sequence[float],
+    rates: Sequence[float] | Array,
     damping: DragLaw | None = None,
     *,
     strain: float = 4.0,  # strain: 2 to 3 % of error at N = 256
@@ -294,7 +294,7 @@ TRIALS = Trials()
 @checked
 def flow_cost(
     packing: Packing,
-    rates: Sequence[float],
+    rates: Sequence[float] | Array,
     damping: DragLaw | None = None,
     *,
     strain: float = 1.0,

@@ -378,7 +378,7 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
     return every * round(strain / frames), every
 
 
-def check_rates(rates: Sequence[float]) -> list[float]:
+def check_rates(rates: Sequence[float] | Array) -> list[float]:
     """Rates from the fastest to the slowest, each once."""
     values = sorted({float(rate) for rate in rates}, reverse=True)
     if not values or not all(SHEAR_LIMITS.least_rate <= rate <= SHEAR_LIMITS.largest_rate for rate in values):

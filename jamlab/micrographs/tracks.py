@@ -18,10 +18,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 from scipy.spatial import KDTree
 
+from jamlab.arguments.choices import Channel, Contrast
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError, warn
-from jamlab.hints import unknown_argument
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import NoDropletsError
@@ -41,8 +41,6 @@ class Tracking:
 
 TRACKING = Tracking()
 
-_HOW = ("pixel", "film", "contrast", "channel")  # arguments of `micrograph` that are those of all frames
-
 
 @checked
 def track_droplets(
@@ -50,7 +48,10 @@ def track_droplets(
     *,
     memory: int = 0,
     labels: str | Path | Sequence[Any] | None = None,
-    **how: Any,
+    pixel: float | None = None,
+    film: float | None = None,
+    contrast: Contrast | None = None,
+    channel: Channel | None = None,
 ) -> pd.DataFrame:
     """Track droplets through a series of pictures or of labels.
 
@@ -61,7 +62,7 @@ def track_droplets(
             droplets), files, or `Micrograph` objects; an array (t, h, w); or one TIFF or NPY file of several pages.
         memory: number of successive pictures in which a droplet may be missing and keep its number.
         labels: labels of the frames, in the same forms; if they are given, `source` may be omitted.
-        how: further arguments of `jamlab.micrograph`, the same for all pictures.
+        pixel, film, contrast, channel: as in `jamlab.micrograph`, the same for all pictures.
 
     Returns:
         Table with a row per droplet and picture: the columns of `Micrograph.table`, frame and particle, as trackpy
@@ -82,7 +83,9 @@ def track_droplets(
         >>> jamlab.track_droplets(masks).groupby("particle")["y"].max().head(2).tolist()
         [17.0, 17.0]
     """
-    return link_frames(measure_frames(source, labels, how), memory)
+    how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
+    given = {name: value for name, value in how.items() if value is not None}
+    return link_frames(measure_frames(source, labels, given), memory)
 
 
 def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFrame:
@@ -95,9 +98,6 @@ def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFram
 
 def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Micrograph | None]:
     """What each frame of a series shows, None for one without droplets; arguments as of `track_droplets`."""
-    for name in how:
-        if name not in _HOW:
-            raise unknown_argument("track_droplets", name, ["source", "memory", "labels", *_HOW])
     found: list[Micrograph | None] = []
     empty: dict[int, str] = {}
     for number, frame in enumerate(read_series(source, labels, how)):

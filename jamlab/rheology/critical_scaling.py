@@ -108,7 +108,11 @@ def _with_error(value: float, error: float) -> str:
 
 @overload
 def scaling_collapse(
-    pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
+    pressures: Sequence[float] | Array,
+    spectra: Sequence[Sequence[ComplexModulus]],
+    *,
+    resamples: int = 200,
+    seed: int = 1,
 ) -> Collapse: ...
 @overload
 def scaling_collapse(
@@ -116,7 +120,7 @@ def scaling_collapse(
 ) -> Collapse: ...
 @checked
 def scaling_collapse(
-    pressures: Campaign | DataFrame | Sequence[float],
+    pressures: Campaign | DataFrame | Sequence[float] | Array,
     spectra: Sequence[Sequence[ComplexModulus]] | None = None,
     *,
     select: Select | None = None,

@@ -83,11 +83,11 @@ def _law(row: Any) -> DragLaw:
 
 def _spectrum(rows: pd.DataFrame, unit: str) -> ComplexModulus:
     """The spectrum of one packing from its rows, one for each frequency."""
-    curves = {name: rows[name].to_numpy(np.float64) for name in _CURVES}
+    curves: dict[str, Any] = {name: rows[name].to_numpy(np.float64) for name in _CURVES}
     if not np.all(np.diff(curves["omega"]) > 0):
         raise InputError(
             f"task {rows['task'].iloc[0]}, state {rows['state'].iloc[0]}: the table holds a frequency twice: "
             "leave out rows that are repeated"
         )
-    limits = {name: float(rows[name].iloc[0]) for name in _LIMITS}
+    limits: dict[str, Any] = {name: float(rows[name].iloc[0]) for name in _LIMITS}
     return ComplexModulus(**curves, **limits, method="campaign", unit=unit)
