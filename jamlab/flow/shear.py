@@ -380,10 +380,10 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
 
 def check_rates(rates: Sequence[float] | Array) -> list[float]:
     """Rates from the fastest to the slowest, each once."""
-    values = sorted({float(rate) for rate in rates}, reverse=True)
+    values = sorted({float(rate) for rate in np.ravel(rates)}, reverse=True)
     if not values or not all(SHEAR_LIMITS.least_rate <= rate <= SHEAR_LIMITS.largest_rate for rate in values):
         raise InputError(
-            f"rates = {list(rates)!r}: give one or more from {SHEAR_LIMITS.least_rate:g} to "
+            f"rates = {np.ravel(rates).tolist()!r}: give one or more from {SHEAR_LIMITS.least_rate:g} to "
             f"{SHEAR_LIMITS.largest_rate:g}, in 1/tau_1"
         )
     return values

@@ -50,8 +50,8 @@ def track_droplets(
     labels: str | Path | Sequence[Any] | None = None,
     pixel: float | None = None,
     film: float | None = None,
-    contrast: Contrast | None = None,
-    channel: Channel | None = None,
+    contrast: Contrast = "auto",
+    channel: Channel = "grey",
 ) -> pd.DataFrame:
     """Track droplets through a series of pictures or of labels.
 
@@ -84,7 +84,8 @@ def track_droplets(
         [17.0, 17.0]
     """
     how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
-    given = {name: value for name, value in how.items() if value is not None}
+    usual = {"contrast": "auto", "channel": "grey"}
+    given = {name: value for name, value in how.items() if value != usual.get(name)}
     return link_frames(measure_frames(source, labels, given), memory)
 
 

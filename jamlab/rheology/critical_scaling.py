@@ -164,7 +164,7 @@ def scaling_collapse(
         raise InputError("select: applies to a campaign, or its table; choose among spectra by hand")
     elif spectra is None:
         raise InputError("spectra are missing: give pressures and spectra, or a campaign")
-    p = np.asarray(pressures, dtype=np.float64)
+    p = np.ravel(np.asarray(pressures, dtype=np.float64))
     if len(p) != len(spectra) or not all(len(group) for group in spectra):
         raise InputError(f"got {len(p)} pressures and {len(spectra)} groups: a collapse needs spectra of each pressure")
     if len(p) < 3:
