@@ -44,6 +44,8 @@ OF_ONE_FUNCTION = (
             "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error",
         },
     ),
+    Concept("tolerance accuracy", of={"scene": "`error`"}),
+    Concept("alpha", of={"nonlinear_modulus": "`damping`, such as ContactDamping(alpha=0.5)"}),
     Concept("ring rings", of={"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
     Concept(
         "gamma line_tension",

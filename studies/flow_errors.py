@@ -84,7 +84,7 @@ def _oscillation(packing: Packing, wanted: FlowCondition) -> tuple[float, float]
     run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
     true = complex(run.storage, run.loss)
     small = complex_modulus(packing, [omega], law) if stokes else None
-    found = small or nonlinear_modulus(packing, [omega], damping=law, amplitude=amplitude)
+    found = small or nonlinear_modulus(packing, [omega], law, amplitude=amplitude)
     simple = complex(found.storage[0], found.loss[0])
     return abs(simple - true) / abs(true), run.cycles
 

@@ -86,7 +86,7 @@ CALLS = {
     "measure": jamlab.measure,
     "measure, one": lambda p: jamlab.measure(p, "g_x"),
     "complex_modulus": lambda p: jamlab.complex_modulus(p, [1.0]),
-    "nonlinear_modulus": lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-5),
+    "nonlinear_modulus": lambda p: jamlab.nonlinear_modulus(p, [1.0], jamlab.ContactDamping(alpha=0.5), stress=1e-5),
     "choose_flow": lambda p: jamlab.choose_flow(p, omega=1.0),
     "choose_flow, power law": lambda p: jamlab.choose_flow(
         p, jamlab.ContactDamping(alpha=0.5), omega=1.0, amplitude=1e-3

@@ -217,14 +217,14 @@ class OscillationOfStates(_Run):
         found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {
             "ambiguous_contacts": float(run.ambiguous_contacts)
         }
-        return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
+        return found | {"converged": run.finished} | self._equivalent(packing, law, row, stress)
 
-    def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
+    def _equivalent(self, packing: Packing, law: DragLaw, row: Row, stress: float) -> Row:
         """Linear answer at the stress that was seen, [T] eqs 23-29; nan for other than balanced contact damping."""
         if row["beta"] != 1:  # nan for other laws
             return {}
         try:
-            linear, _ = equivalent_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)
+            linear, _ = equivalent_modulus(packing, [row["omega"]], law, stress=stress)
         except ConvergenceError:  # not jammed, or unstable in a fixed box
             return {}
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))

@@ -118,7 +118,7 @@ def _for_oscillation(packing: Packing, law: DragLaw, omega: float, amplitude: fl
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
         if law.alpha < 1:
-            found, _ = equivalent_modulus(packing, [omega], damping=law, amplitude=amplitude)
+            found, _ = equivalent_modulus(packing, [omega], law, amplitude=amplitude)
             best = complex(found.storage[0], found.loss[0])
     values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain}
     off = {name: abs(value - best) / abs(best) for name, value in values.items()}

@@ -103,10 +103,9 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
 def nonlinear_modulus(
     packing: Packing,
     omega: ArrayLike,
-    alpha: float | None = None,
-    stress: float | None = None,
-    *,
     damping: DragLaw | None = None,
+    *,
+    stress: float | None = None,
     amplitude: float | None = None,
     prestress: bool = True,
     method: SpectrumMethod = "auto",
@@ -121,9 +120,8 @@ def nonlinear_modulus(
     Args:
         packing: SP or DP.
         omega: (m,) angular frequencies, 1/tau_1.
-        alpha: exponent of the drag law, balanced contact damping; 1 is linear. Give it or `damping`.
+        damping: `ContactDamping` (default, beta = 1, linear), whose alpha is the power, or a linear law.
         stress: stress amplitude, unit of stress of the packing. Give it or `amplitude`.
-        damping: drag law, with its own alpha, beta and tau.
         amplitude: strain amplitude.
         prestress: see `jamlab.dynamical_matrices`.
         method: solver, see `jamlab.complex_modulus`.
@@ -137,12 +135,12 @@ def nonlinear_modulus(
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], alpha=1.0, stress=1e-5)
+        >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], jamlab.ContactDamping(alpha=1.0), stress=1e-5)
         >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
         True
     """
-    given: Any = {"damping": damping, "amplitude": amplitude, "prestress": prestress, "method": method}
-    found, static = equivalent_modulus(packing, omega, alpha, stress, **given)
+    given: Any = {"stress": stress, "amplitude": amplitude, "prestress": prestress, "method": method}
+    found, static = equivalent_modulus(packing, omega, damping, **given)
     warn_of_negative(packing, {"G_xy, the static modulus,": static})
     return found
 
@@ -150,22 +148,18 @@ def nonlinear_modulus(
 def equivalent_modulus(
     packing: Packing,
     omega: ArrayLike,
-    alpha: float | None = None,
-    stress: float | None = None,
-    *,
     damping: DragLaw | None = None,
+    *,
+    stress: float | None = None,
     amplitude: float | None = None,
     prestress: bool = True,
     method: SpectrumMethod = "auto",
 ) -> tuple[NonlinearModulus, float]:
     """`nonlinear_modulus` without its warning, and the static modulus of which it would warn."""
-    if (alpha is None) == (damping is None) or (stress is None) == (amplitude is None):
-        raise InputError(
-            f"alpha = {alpha}, damping = {damping}, stress = {stress}, amplitude = {amplitude}: give alpha or "
-            "damping, and stress or amplitude"
-        )
+    if (stress is None) == (amplitude is None):
+        raise InputError(f"stress = {stress}, amplitude = {amplitude}: give one of them")
     frequencies, law, stiffness = check_frequencies(omega), damping or ContactDamping(), stiffness_scale(packing)
-    power = law.alpha if alpha is None else alpha
+    power = law.alpha
     if power != 1 and law.name != ContactDamping.name:
         raise InputError(
             f"{law}: the equivalent time of eqs 24 and 25 holds for contact damping alone; use jamlab.oscillate, or "

@@ -91,7 +91,7 @@ CURVES = {
     "elastic tensor": lambda: jamlab.elastic_tensor(state("disks")),
     "slow shear": lambda: jamlab.nonaffine_response(state("disks")),
     "modulus": modulus,
-    "nonlinear": lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
+    "nonlinear": lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, jamlab.ContactDamping(alpha=0.5), stress=1e-3),
     "elements": lambda: modulus().spectrum,
     "correlation": lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
     "contact lengths": lambda: jamlab.contact_lengths(state("droplets")),

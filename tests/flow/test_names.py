@@ -18,6 +18,7 @@ P = None  # in place of a packing: names are looked at before values
         ("n_rows", "rows", lambda **how: jamlab.shear(P, 1.0, **how)),
         ("step", "strain_step", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
         ("tolerance", "force_tolerance", lambda **how: jamlab.quasistatic_shear(P, 0.1, **how)),
+        ("alpha", "damping", lambda **how: jamlab.nonlinear_modulus(P, [1.0], **how)),
         ("strain", "amplitude", lambda **how: jamlab.nonlinear_modulus(P, [1.0], **how)),
         ("points", "points_per_cycle", lambda **how: jamlab.oscillate(P, 1.0, 1e-3, **how)),
         ("processes", "workers", lambda **how: jamlab.measure([P], **how)),

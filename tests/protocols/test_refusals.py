@@ -146,7 +146,7 @@ UNUSED = [  # what a way to call a function does not use
     ("strain_step", lambda p: jamlab.bulk_modulus(p, "affine", strain_step=1e-6)),
     ("per_decade", lambda p: jamlab.compress(p, 0.9, per_decade=3)),
     ("channel", lambda p: jamlab.micrograph(labels=np.eye(9, dtype=int), channel="red")),
-    ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], alpha=0.5, stress=1e-4, amplitude=1e-3)),
+    ("stress", lambda p: jamlab.nonlinear_modulus(p, [1.0], stress=1e-4, amplitude=1e-3)),
     ("walls", lambda p: jamlab.quasistatic_shear(p, 1e-3, walls=True)),
     ("strain", lambda p: jamlab.shear(p, [(0.1, 0.01)], strain=0.2)),
 ]

@@ -223,7 +223,7 @@ def test_direct_solver_refuses_what_rounding_has_taken(dp_dense):
     "call",
     [
         lambda p: jamlab.complex_modulus(p, [1.0]),
-        lambda p: jamlab.nonlinear_modulus(p, [1.0], 0.5, 1e-5),
+        lambda p: jamlab.nonlinear_modulus(p, [1.0], jamlab.ContactDamping(alpha=0.5), stress=1e-5),
         lambda p: jamlab.choose_flow(p, omega=1.0),
     ],
 )

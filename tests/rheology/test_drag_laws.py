@@ -30,27 +30,27 @@ def test_linear_laws_keep_all_but_the_exponent():
 def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
     packing = jamlab.pack(32, 1e-2, 1)
     film = jamlab.ContactDamping(beta=0.5, tau=2.0, alpha=0.5)
-    found = jamlab.nonlinear_modulus(packing, [0.3], damping=film, amplitude=1e-3)
+    found = jamlab.nonlinear_modulus(packing, [0.3], film, amplitude=1e-3)
     stress = 1e-3 * float(np.hypot(found.storage[0], found.loss[0]))
-    same = jamlab.nonlinear_modulus(packing, [0.3], damping=film, stress=stress)
+    same = jamlab.nonlinear_modulus(packing, [0.3], film, stress=stress)
     assert same.tau == pytest.approx(found.tau, rel=1e-3) and same.loss == pytest.approx(found.loss, rel=1e-3)
 
 
-@pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])
+@pytest.mark.parametrize("given", [{}, {"stress": 1e-5, "amplitude": 1e-3}, {"damping": LAWS[0]}])
 def test_two_amplitudes_or_none_are_refused(given):
     packing = jamlab.pack(8, 1e-2, 1)
     with pytest.raises(jamlab.InputError):
         jamlab.nonlinear_modulus(packing, [1.0], **given)
     for amplitude in (0.0, -1.0, np.nan):
         with pytest.raises(jamlab.InputError, match="amplitude"):
-            jamlab.nonlinear_modulus(packing, [1.0], 0.5, amplitude=amplitude)
+            jamlab.nonlinear_modulus(packing, [1.0], amplitude=amplitude)
 
 
 def test_time_of_a_film_is_measured_in_its_own_tau():
     packing = jamlab.pack(32, 1e-2, 1)
     slow, fast = (jamlab.ContactDamping(tau=tau, alpha=0.5) for tau in (2.0, 1.0))
-    found = jamlab.nonlinear_modulus(packing, [0.3], damping=slow, amplitude=1e-3)
-    same = jamlab.nonlinear_modulus(packing, [0.6], damping=fast, amplitude=1e-3)
+    found = jamlab.nonlinear_modulus(packing, [0.3], slow, amplitude=1e-3)
+    same = jamlab.nonlinear_modulus(packing, [0.6], fast, amplitude=1e-3)
     assert found.storage == pytest.approx(same.storage, rel=1e-6) and found.tau == pytest.approx(same.tau, rel=1e-6)
 
 

@@ -126,11 +126,11 @@ def test_equivalent_time_has_the_limits_of_eq_26():
 def test_nonlinear_modulus(packing):
     """alpha = 1 is linear; alpha < 1: G'' ~ omega^alpha when slow, and it falls with the stress (eq 27)."""
     linear = jamlab.complex_modulus(packing, OMEGA)
-    same = jamlab.nonlinear_modulus(packing, OMEGA, 1.0, 1e-6)
+    same = jamlab.nonlinear_modulus(packing, OMEGA, jamlab.ContactDamping(), stress=1e-6)
     assert same.storage == pytest.approx(linear.storage, rel=1e-9)
     assert same.loss == pytest.approx(linear.loss, rel=1e-9)
-    slow = [1e-18, 1e-17]
-    weak, strong = (jamlab.nonlinear_modulus(packing, slow, 0.5, stress) for stress in (1e-6, 1e-4))
+    slow, film = [1e-18, 1e-17], jamlab.ContactDamping(alpha=0.5)
+    weak, strong = (jamlab.nonlinear_modulus(packing, slow, film, stress=stress) for stress in (1e-6, 1e-4))
     assert np.log10(weak.loss[1] / weak.loss[0]) == pytest.approx(0.5, abs=1e-2)
     assert strong.loss[0] / weak.loss[0] == pytest.approx(0.1, rel=1e-2)
 

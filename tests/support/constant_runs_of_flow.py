@@ -54,8 +54,8 @@ def spectra_of_sticky_contacts(folder):
 def nonlinear(folder):
     p = read(folder, "sp16")
     return [
-        jamlab.nonlinear_modulus(p, [0.01, 1.0], alpha=0.5, stress=1e-4),
-        jamlab.nonlinear_modulus(p, [1.0], alpha=0.7, amplitude=1e-3),
+        jamlab.nonlinear_modulus(p, [0.01, 1.0], jamlab.ContactDamping(alpha=0.5), stress=1e-4),
+        jamlab.nonlinear_modulus(p, [1.0], jamlab.ContactDamping(alpha=0.7), amplitude=1e-3),
         jamlab.effective_relaxation_time([0.1, 1.0], 1e-3, 0.5),
     ]
 

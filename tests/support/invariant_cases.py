@@ -380,7 +380,9 @@ CASES = {
     "mode_character": Case(_motion, models=("dp",)),
     "nonlinear_modulus": Case(
         lambda v: _fields(
-            lambda p: jamlab.nonlinear_modulus(p, [1e-2, 1.0], 0.5, 1e-2 * v.k), storage=STRESS, loss=STRESS
+            lambda p: jamlab.nonlinear_modulus(p, [1e-2, 1.0], jamlab.ContactDamping(alpha=0.5), stress=1e-2 * v.k),
+            storage=STRESS,
+            loss=STRESS,
         )(v)
     ),
     "hexatic_order": Case(_order),

@@ -37,7 +37,7 @@ def objects():
         *(jamlab.evaluate(p), jamlab.contacts(p), jamlab.contacts(p).forces, jamlab.contact_lengths(droplets)),
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.density_of_states([p, jamlab.pack(16, 1e-2, seed=2)]), jamlab.slab(walled)),
-        *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], alpha=1.0, stress=1e-5)),
+        *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], stress=1e-5)),
         *(means, means[0]),
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
         jamlab.scaling_collapse([0.03, 0.02, 0.01], spectra, resamples=0),

@@ -15,4 +15,5 @@ p = jamlab.pack(n=128, pressure=1e-3, seed=1, ensemble="shear-stabilized")
 omega = np.logspace(-6, 2, 41)
 figure, ax = plt.subplots(figsize=(6, 4.4), layout="constrained")
 for alpha, color in ((1.0, "#0072B2"), (0.5, "#D55E00")):
-    jamlab.nonlinear_modulus(p, omega, alpha, stress=1e-5).plot(ax, color=color, label=f"α = {alpha:g}")
+    film = jamlab.ContactDamping(alpha=alpha)
+    jamlab.nonlinear_modulus(p, omega, film, stress=1e-5).plot(ax, color=color, label=f"α = {alpha:g}")
