@@ -28,7 +28,15 @@ FLOW = (
         limits_otherwise={"shear": (-1000.0, 1000.0)},
         text_otherwise={"jamlab shear": "Shear rate."},
     ),
-    Argument("rates", "Shear rates.", "array", unit="1/tau_1", least=1e-12, highest=1000.0, each="rate"),
+    Argument(
+        "rates",
+        "Shear rates.",
+        "array",
+        unit="1/tau_1",
+        least=1e-12,
+        highest=1000.0,
+        each="rate",
+    ),
     Argument(
         "strain",
         "Strain at the end of a run; of a mean the strain over which it is taken.",
@@ -43,7 +51,6 @@ FLOW = (
             **dict.fromkeys(("BoxStrains.deformation", "BoxStrains.move"), REQUIRED),
             "jamlab shear": 1.0,
             **dict.fromkeys(("in.sp.startup", "in.dp.startup"), 1.0),
-            **dict.fromkeys(("in.sp.shear", "in.dp.shear"), 0.0),
             **dict.fromkeys(("in.sp.shear", "in.dp.shear"), 0),
         },
         limits_otherwise={

@@ -9,13 +9,13 @@ from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 
+from jamlab.arguments.table import argument
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked, is_number
+from jamlab.checks import check_number, checked
 from jamlab.errors import InputError, named
 from jamlab.flow.flow_run import SERIES, FlowRun
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
-    FLOW_LIMITS,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
     End,
@@ -123,12 +123,9 @@ class CreepRun(FlowRun):
 
 @dataclass(frozen=True)
 class Ramp:
-    """Ramp and longest runs of creep and stress relaxation."""
+    """Ramp of stress relaxation."""
 
     steps: int = 20  # at least, of the ramp
-    # in natural units, as in the papers
-    largest_stress: float = 1e3
-    longest: float = 1e12
 
 
 RAMP = Ramp()
@@ -177,8 +174,11 @@ def creep(
         raise InputError(
             f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
         )
-    scale = natural_scales(packing).stress
-    check_number("stress", stress, RAMP.largest_stress * scale, FLOW_LIMITS.least_strain * scale)
+    line, unit = argument("stress"), natural_scales(packing).stress
+    if not line.admits(stress / unit):
+        raise InputError(
+            f"stress = {stress:g}: must be {line.allowed()} in units of {unit:g} {packing.unit_names.stress}"
+        )
     check_flow_tolerance(tolerance, trajectory_error)
     accuracy, end = (tolerance, background_drag), _end(duration, largest_strain)
     with TimedRun(CreepRun, packing, law, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
@@ -320,10 +320,8 @@ def relax_stress(
     Raises:
         InputError, ConvergenceError, StorageError: see `oscillate`.
     """
-    if not (is_number(strain) and FLOW_LIMITS.least_strain <= abs(strain) <= 1.0):
-        raise InputError(
-            f"{named('strain', strain)}: must be {FLOW_LIMITS.least_strain:g} to 1 in magnitude; or use stop_flow"
-        )
+    if abs(strain) < (least := argument("strain").least or 0.0):
+        raise InputError(f"{named('strain', strain)}: must be {least:g} to 1 in magnitude; or use stop_flow")
     check_flow_tolerance(tolerance, trajectory_error)
     check_number("step_time", step_time, duration)
     if not step_time < duration:

@@ -129,21 +129,6 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
 OSCILLATION_DEFINITION = 2  # version, see jamlab.campaign.tasks
 
 
-@dataclass(frozen=True)
-class OscillationLimits:
-    """Limits of oscillations."""
-
-    most_cycles: int = 10_000
-    most_points: int = 100_000
-    largest_amplitude: float = 2.0  # beyond, every half cycle is steady flow
-    # 1/tau_1
-    slowest: float = 1e-8
-    fastest: float = 1e3
-
-
-OSCILLATION_LIMITS = OscillationLimits()
-
-
 @checked
 def oscillate(
     packing: Packing,

@@ -14,8 +14,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from jamlab.arguments.table import argument
 from jamlab.arrays import Array
-from jamlab.checks import check_number, is_number
+from jamlab.checks import check_range
 from jamlab.engine.agreement import Carried, Comparison, key
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -37,15 +38,8 @@ from jamlab.rheology.drag_law import DragLaw, refuse_slip
 class FlowLimits:
     """Limits of flows in time."""
 
-    # relative error of velocities in a step
-    least_tolerance: float = 1e-9
-    largest_tolerance: float = 0.1
-    largest_background: float = 1e3  # k tau_1; beyond, contacts count for nothing beside it
     # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
     largest_beta: float = 1e5
-    # below, what moves is lost in the rounding of positions, 1e-16
-    least_strain: float = 1e-12
-    least_time: float = 1e-9
 
 
 FLOW_LIMITS = FlowLimits()
@@ -366,12 +360,12 @@ def _between_walls(packing: Packing) -> Array:
 
 def check_flow_tolerance(tolerance: float, trajectory_error: bool = False) -> None:
     """Refuse tolerances out of range; with `trajectory_error` a run at a finer one follows."""
-    check_number(
-        "tolerance",
-        tolerance,
-        FLOW_LIMITS.largest_tolerance,
-        FLOW_LIMITS.least_tolerance / (FLOW_ENERGY.finer if trajectory_error else 1.0),
-    )
+    check_range("tolerance", tolerance)
+    line = argument("tolerance")
+    if trajectory_error and not line.admits(FLOW_ENERGY.finer * tolerance):
+        raise InputError(
+            f"tolerance = {tolerance:g}: the run beside it, at a tenth of it, needs {line.allowed()}; use a larger one"
+        )
 
 
 # what a drag law says to the plugin
@@ -409,10 +403,7 @@ def check_flowing(damping: DragLaw, tolerance: float, background: float) -> None
     """Refuse what cannot flow in time."""
     check_flow_tolerance(tolerance)
     carried(damping)
-    if not (is_number(background) and 0 <= background <= FLOW_LIMITS.largest_background):
-        raise InputError(
-            f"{named('background_drag', background)}: must be 0 to {FLOW_LIMITS.largest_background:g}, over k tau_1"
-        )
+    check_range("background_drag", background)
     if damping.at_contacts and damping.contrast > FLOW_LIMITS.largest_beta:
         raise InputError(
             f"beta = {damping.contrast:g}: too large for flow in time (at most {FLOW_LIMITS.largest_beta:g}), since "

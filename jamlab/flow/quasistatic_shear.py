@@ -340,16 +340,7 @@ def _drop(before: Minimum, after: Minimum) -> float:
     return float(np.sign(after.strain) * (before.stress - after.stress))
 
 
-@dataclass(frozen=True)
-class QuasistaticLimits:
-    """Largest arguments."""
-
-    strain: float = 1e3
-    strain_step: float = 0.1
-    pressure: float = 1.0  # that may be held, stiffness of a contact
-
-
-LIMITS = QuasistaticLimits()
+_HIGHEST_PRESSURE = 1.0  # that may be held, stiffness of a contact
 
 
 @checked
@@ -398,11 +389,12 @@ def quasistatic_shear(
     """
     packing = walled(packing, walls)
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
-    largest = LIMITS.strain if shearing.along_x else 1.0
-    if not (is_number(strain) and 0 < abs(strain) <= largest):
-        raise InputError(f"{named('strain', strain)}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
-    check_number("strain_step", strain_step, min(LIMITS.strain_step, whole), whole / MOST_STATES)
+    if whole == 0:
+        raise InputError(f"{named('strain', strain)}: must be other than 0")
+    if whole > 1 and not shearing.along_x:
+        raise InputError(f"{named('strain', strain)}: must be at most 1 in magnitude for direction {direction!r}")
+    check_number("strain_step", strain_step, whole, whole / MOST_STATES)
     if snapshot_every is not None:
         check_number("snapshot_every", snapshot_every, whole)
         if snapshot_every < strain_step:
@@ -434,7 +426,7 @@ def _check_pressure(packing: Packing, pressure: HeldPressure | None) -> None:
     """Refuse what is no pressure that the packing can be held at."""
     if pressure is None or pressure == "constant":
         return
-    largest = LIMITS.pressure * natural_scales(packing).stress  # beyond, particles pass through each other
+    largest = _HIGHEST_PRESSURE * natural_scales(packing).stress  # beyond, particles pass through each other
     known = not isinstance(pressure, str) and is_number(pressure) and abs(pressure) <= largest
     if not known or (pressure <= 0 and not packing.law.range):
         raise InputError(

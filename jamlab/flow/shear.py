@@ -233,20 +233,6 @@ TOLERANCE = 1e-2  # relative error of velocities in a step: the stress of steady
 ROWS = 200
 
 
-@dataclass(frozen=True)
-class ShearLimits:
-    """Limits of steady shear."""
-
-    most_rows: int = 1_000_000  # of a result, which is kept in memory
-    largest_strain: float = 1e4  # of a part of a run
-    # 1/tau_1; disks pass through each other long before
-    least_rate: float = 1e-12
-    largest_rate: float = 1e3
-
-
-SHEAR_LIMITS = ShearLimits()
-
-
 @checked
 def shear(
     packing: Packing,
@@ -381,9 +367,9 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
 def check_rates(rates: Sequence[float] | Array) -> list[float]:
     """Rates from the fastest to the slowest, each once."""
     values = sorted({float(rate) for rate in np.ravel(rates)}, reverse=True)
-    if not values or not all(SHEAR_LIMITS.least_rate <= rate <= SHEAR_LIMITS.largest_rate for rate in values):
+    line = argument("rates")
+    if not values or not all(map(line.admits, values)):
         raise InputError(
-            f"rates = {np.ravel(rates).tolist()!r}: give one or more from {SHEAR_LIMITS.least_rate:g} to "
-            f"{SHEAR_LIMITS.largest_rate:g}, in 1/tau_1"
+            f"rates = {np.ravel(rates).tolist()!r}: must be one or more, each {line.allowed()}, in {line.unit}"
         )
     return values

@@ -4,10 +4,11 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from jamlab.arguments.table import argument
 from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
-from jamlab.flow.overdamped_session import FLOW_LIMITS, SMALL_STRAIN_TOLERANCE
+from jamlab.flow.overdamped_session import SMALL_STRAIN_TOLERANCE
 from jamlab.flow.quasistatic_shear import QUASISTATIC
 from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
@@ -25,6 +26,7 @@ _ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
 _NOT_LINEAR = 0.05  # of G*
+FINEST, COARSEST = (limit or 0.0 for limit in argument("tolerance").limits_at())
 
 
 _packed = partial(packed, _N, _PRESSURE)  # function of a seed
@@ -53,7 +55,7 @@ def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
     trial = try_shear(packing, rate, tolerance)
     if trial.verdict != "converged":
         return trial
-    run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, FLOW_LIMITS.least_tolerance))
+    run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, FINEST))
     change = abs(run.stress[-1] - finest.stress[-1]) / np.abs(finest.stress).max()
     return _as("another basin" if change > _PARTED else "converged", trial, f"{change:.1g} from the finest steps")
 
@@ -121,7 +123,7 @@ MAPS = (
     Map(
         "flow-tolerance",
         lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
-        lambda *_: FLOW_LIMITS.largest_tolerance,
+        lambda *_: COARSEST,
         (TOLERANCE, None),
     ),
     Map(

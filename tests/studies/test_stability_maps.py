@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.flow.overdamped_session import FLOW_LIMITS
 from studies.ensemble_tables import EnsembleTables
 from studies.reference_data import open_tables
 from studies.registry import MAPS
@@ -94,12 +93,10 @@ def test_flow_without_balance_of_energy_is_not_called_converged(run, monkeypatch
 @pytest.mark.parametrize(("off", "verdict"), [(0.005, "converged"), (0.02, "another basin")])
 def test_another_path_is_seen(run, monkeypatch, off, verdict):
     """1 % of the largest stress, from steps finer than any in the map."""
-    assert min(MAPS["flow-tolerance"].x.values) > FLOW_LIMITS.least_tolerance
+    assert min(MAPS["flow-tolerance"].x.values) > flow.FINEST
     assert min(MAPS["sweep-step"].x.values) > packings._FINEST
     moved = replace(run, stress=run.stress + off * np.abs(run.stress).max() * (run.strain == run.strain[-1]))
-    monkeypatch.setattr(
-        flow, "shear", lambda *given, tolerance, **how: run if tolerance == FLOW_LIMITS.least_tolerance else moved
-    )
+    monkeypatch.setattr(flow, "shear", lambda *given, tolerance, **how: run if tolerance == flow.FINEST else moved)
     assert flow.try_tolerance(run.frames[0], 0.1, 1e-4).verdict == verdict
 
 
