@@ -97,8 +97,8 @@ class FlowResult(Result):
         has, and its drag law as a dict; of complex numbers the real and the imaginary part. Packings are left out."""
         known = {each.name for each in fields(self)} - {"frames"} | {*self.columns, *self.numbers, *self._columns()}
         found = {name: getattr(self, name) for name in sorted(known)} | {"damping": None}
-        if self.damping is not None:
-            found["damping"] = self.damping.record()
+        if (law := self.damping) is not None:
+            found["damping"] = {"name": law.name, **{name: getattr(law, name) for name in law.parameters()}}
         return {name: _plain(value) for name, value in found.items()}
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.rheology.drag_law import make_law
 
 P = None  # in place of a packing: names are looked at before values
 
@@ -66,7 +67,7 @@ def test_columns_and_json_have_the_names_of_attributes(disks, name):
     for each, value in content.items():
         there = getattr(run, each)
         if each == "damping":
-            assert value == (there and there.record())
+            assert value is there is None or make_law(value.pop("name"), value) == there
         elif np.iscomplexobj(there):
             assert np.array_equal(np.array(value) @ [1, 1j], there)
         else:
