@@ -5,7 +5,7 @@ All share the options of files, those with a rate also drag and accuracy, and ho
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -93,11 +93,7 @@ class Job:
         if self.csv is not None:
             write_table(table, self.csv)
         if self.json:
-            content: dict[str, Any] = {str(name): values.tolist() for name, values in table.items()}
-            content["energy_error"] = getattr(found.energy_error, "tolist", lambda: found.energy_error)()
-            plain = {f.name: getattr(found, f.name) for f in fields(found)}
-            content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
-            print_json(content | {"conclusion": found.conclusion, "out": str(self.out), "drag": describe(found)})
+            print_json(found.to_dict() | {"out": str(self.out)})
             return
         names = [name for name in columns if name in table]
         most = 15  # lines on the screen

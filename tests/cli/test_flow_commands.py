@@ -45,6 +45,7 @@ def test_command(folder, words):
     printed = json.loads(again.stdout)
     assert printed["stress"] == pytest.approx(found.stress.tolist()) and printed["conclusion"] == found.conclusion
     assert np.max(printed["energy_error"]) == np.max(found.energy_error) < 0.02
+    assert printed.keys() - {"out"} == found.to_dict().keys()
     table = pd.read_csv(folder / f"{name}.csv")
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 
