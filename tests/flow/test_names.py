@@ -1,5 +1,6 @@
 """Arguments of flow and estimates by their one name: another word for one is refused with it."""
 
+import inspect
 import json
 from dataclasses import fields
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.arguments.table import argument
 from jamlab.errors import InputError
 from jamlab.rheology.drag_law import make_law
 
@@ -87,3 +89,20 @@ def test_columns_and_json_have_the_names_of_attributes(disks, name):
 def test_another_word_for_an_attribute_is_refused_with_the_name(disks, kind, word, name):
     with pytest.raises(AttributeError, match=rf"'{word}'.*`{name}`"):
         getattr(RUNS[kind](disks), word)
+
+
+FLOWS = ("shear", "flow_curve", "flow_cost", "oscillate", "creep", "relax_stress", "stop_flow", "quasistatic_shear")
+
+
+@pytest.mark.parametrize("name", FLOWS)
+def test_arguments_of_flows_stand_in_one_order_with_the_defaults_of_the_table(name):
+    """The object, what drives it, the drag law; then how, the accuracy, and at the end path and progress."""
+    parameters = inspect.signature(getattr(jamlab, name)).parameters
+    places = {each: place for place, each in enumerate(parameters)}
+    order = ["damping", "tolerance", "background_drag", "workers", "trajectory_error", "path", "progress"]
+    shared = [each for each in order if each in places]
+    assert [places[each] for each in shared] == sorted(places[each] for each in shared)
+    assert ({"path", "progress"} <= {*shared} and [*parameters][-2:] == ["path", "progress"]) or name == "flow_cost"
+    for each in ("tolerance", "background_drag", "workers", "trajectory_error", "progress"):
+        if each in parameters:
+            assert parameters[each].default == argument(each).default_at(name), each
