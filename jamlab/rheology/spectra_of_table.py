@@ -89,5 +89,6 @@ def _spectrum(rows: pd.DataFrame, unit: str) -> ComplexModulus:
             f"task {rows['task'].iloc[0]}, state {rows['state'].iloc[0]}: the table holds a frequency twice: "
             "leave out rows that are repeated"
         )
-    limits: dict[str, Any] = {name: float(rows[name].iloc[0]) for name in _LIMITS}
-    return ComplexModulus(**curves, **limits, method="campaign", unit=unit)
+    g0, eta0, eta_inf = (float(rows[name].iloc[0]) for name in _LIMITS)
+    storage, loss, error_bound = (curves[name] for name in _CURVES[1:])
+    return ComplexModulus(curves["omega"], storage, loss, g0, eta0, eta_inf, "campaign", error_bound, unit=unit)
