@@ -22,6 +22,7 @@ from jamlab.statistics.rows_of_one_kind import (
     Campaign,
     DataFrame,
     Select,
+    check_packings_once,
     groups_of_numbers,
     rows_of_one_kind,
     stress_unit,
@@ -30,10 +31,17 @@ from jamlab.statistics.rows_of_one_kind import (
 _MEANS = ("stress", "elastic_stress", "pressure", "normal_stress_difference", "z_all")  # attributes of `FlowCurve`
 _IN_TABLE = {name: name for name in _MEANS} | {"pressure": "flow_pressure"}  # columns of the table "flow"
 _ENDS = ("", "_stderr", "_low", "_high")
-_NEEDED = ("task", "state", "rate", *(f"{name}{end}" for name in _IN_TABLE.values() for end in _ENDS[:2]), "converged")
+_NEEDED = (
+    "task",
+    "seed",
+    "state",
+    "rate",
+    *(f"{name}{end}" for name in _IN_TABLE.values() for end in _ENDS[:2]),
+    "converged",
+)
 _MEASURED = (  # may differ from packing to packing
     *(name for name in _NEEDED if name != "state"),  # of a task: one at each pressure or packing fraction
-    *("seed", "rho", "pressure", "dissipation", "plastic_events", "peak_stress", "peak_strain", "ambiguous_contacts"),
+    *("rho", "pressure", "dissipation", "plastic_events", "peak_stress", "peak_strain", "ambiguous_contacts"),
 )
 RESAMPLES = 1000  # the ends of a 95 % interval to a tenth of its width
 
@@ -213,6 +221,7 @@ def _of_table(source: Any, select: Select | None) -> tuple[list[_Point], list[fl
     by_fraction = "phi" in rows and rows.groupby("state")["phi"].nunique().max() <= 1  # which then tells states apart
     frame = rows_of_one_kind(rows, "flow", select, _MEASURED if by_fraction else (*_MEASURED, "phi"), _NEEDED)
     steady = frame["converged"].astype(bool)
+    check_packings_once(frame, "flows")
     if (again := frame.duplicated(["task", "rate"])).any():
         row = frame[again].iloc[0]
         raise InputError(f"task {row['task']} has rate {row['rate']:g} twice: leave out rows that are repeated")

@@ -22,7 +22,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
-from jamlab.statistics.rows_of_one_kind import Campaign, Select, packings_of
+from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, packings_of
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def density_of_states(
         ((20,), 3, True)
     """
     if isinstance(packings, Campaign):
-        each = packings_of(packings, select)
+        each, rows = packings_of(packings, select)
     elif select is not None:
         raise InputError("select: applies to a campaign; choose among packings by hand")
     else:
@@ -235,6 +235,8 @@ def density_of_states(
     if len(kinds := group_by_kind(each)) > 1:
         remedy = "choose by select=" if isinstance(packings, Campaign) else "give those of one"
         raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
+    if isinstance(packings, Campaign):
+        check_packings_once(rows, "states")
     kept = each if rattlers else [remove_rattlers(packing) for packing in each]
     return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
 

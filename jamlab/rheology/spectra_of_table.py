@@ -9,13 +9,19 @@ import numpy as np
 from jamlab.errors import InputError, warn
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.rheology.drag_law import DRAGS, DragLaw, make_law
-from jamlab.statistics.rows_of_one_kind import Select, groups_of_numbers, rows_of_one_kind, stress_unit
+from jamlab.statistics.rows_of_one_kind import (
+    Select,
+    check_packings_once,
+    groups_of_numbers,
+    rows_of_one_kind,
+    stress_unit,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _CURVES, _LIMITS = ("omega", "storage", "loss", "error_bound"), ("g0", "eta0", "eta_inf")
-_NEEDED = ("task", "model", "damping", "state", "target_pressure", *_CURVES, *_LIMITS, "converged")
+_NEEDED = ("task", "model", "seed", "damping", "state", "target_pressure", *_CURVES, *_LIMITS, "converged")
 _MEASURED = (
     *(name for name in _NEEDED if name not in ("model", "damping")),
     "seed",
@@ -55,6 +61,7 @@ def spectra_of_table(source: Any, select: Select | None = None) -> SpectraOfTabl
     unit = stress_unit(frame)
     pressures = groups_of_numbers(frame["target_pressure"])
     for pressure, alike in frame.groupby(pressures, sort=True):
+        check_packings_once(alike, f"target_pressure = {pressure:g}")
         own = found.setdefault(float(alike["target_pressure"].iloc[0]), [])
         for _, rows in alike.groupby(["task", "state"], sort=False):
             if rows["converged"].astype(bool).all():

@@ -86,9 +86,21 @@ def selected(frame: pd.DataFrame, select: Select | None) -> pd.DataFrame:
     return frame
 
 
-def packings_of(campaign: Campaign, select: Select | None) -> list[Packing]:
-    """The packings of a campaign whose rows in its table "states" have the selected values. States that did not
-    converge are left out, with a warning that counts them.
+def check_packings_once(frame: pd.DataFrame, where: str) -> None:
+    """Refuse rows of one kind in which a seed has two tasks: sweeps that measure different things of the same packings,
+    each of which would count twice."""
+    tasks = frame.groupby("seed")["task"].nunique()
+    if (tasks > 1).any():
+        seed = tasks.index[tasks > 1][0]
+        raise InputError(
+            f"{where}: seed {seed} has {tasks[seed]} tasks, of several sweeps with the same packings: give those of "
+            "one sweep, campaign.table(name, sweep)"
+        )
+
+
+def packings_of(campaign: Campaign, select: Select | None) -> tuple[list[Packing], pd.DataFrame]:
+    """The packings of a campaign whose rows in its table "states" have the selected values, and these rows. States
+    that did not converge are left out, with a warning that counts them.
 
     Raises:
         InputError: no such column, or no state has the values, or none that converged.
@@ -103,7 +115,7 @@ def packings_of(campaign: Campaign, select: Select | None) -> list[Packing]:
     for task, rows in kept.groupby("task", sort=False):
         every = campaign.packings(str(task))
         found += [every[state] for state in rows["state"]]
-    return found
+    return found, kept
 
 
 def _has(frame: pd.DataFrame, name: str, value: Any) -> Any:

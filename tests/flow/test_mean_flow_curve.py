@@ -98,7 +98,7 @@ def test_flows_that_are_not_steady_are_left_out(curves, rows):
 )
 def test_kinds_of_flows_are_chosen_by_name(rows, change, chosen):
     both = pd.concat([rows, rows.assign(task="other" if "n" in change else rows.task, **change)])
-    with pytest.raises(jamlab.InputError, match="several kinds: .*select="):
+    with pytest.raises(jamlab.InputError, match=r"several kinds: .*select="):
         jamlab.mean_flow_curve(both)
     assert jamlab.mean_flow_curve(both, select=chosen).packings.tolist() == [4] * len(RATES)
 
@@ -109,7 +109,12 @@ def test_impossible_means_are_refused(curves, rows):
     for wrong, named in (([], "one or more"), ([curves[0], other], "damping"), ([curves[0], dense], "2 kinds")):
         with pytest.raises(jamlab.InputError, match=named):
             jamlab.mean_flow_curve(wrong)
-    for table, named in ((pd.concat([rows, rows]), "twice"), (rows.drop(columns="z_all"), "no column 'z_all'")):
+    again = pd.concat([rows, rows.assign(task="of another sweep")])
+    for table, named in (
+        (again, "seed 0 has 2 tasks"),
+        (pd.concat([rows, rows]), "twice"),
+        (rows.drop(columns="z_all"), "no column 'z_all'"),
+    ):
         with pytest.raises(jamlab.InputError, match=named):
             jamlab.mean_flow_curve(table)
     with pytest.raises(jamlab.InputError, match="select"):

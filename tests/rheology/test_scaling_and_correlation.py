@@ -251,6 +251,7 @@ def test_packings_of_a_table_that_did_not_converge_are_left_out(rows, spectra):
         (lambda rows: rows.assign(target_pressure=np.nan), "no target pressure"),
         (lambda rows: rows.assign(storage=rows.storage * np.where(rows.seed == 2, -1, 1)), "1 of 3 packings"),
         (lambda rows: pd.concat([rows, rows]), "a frequency twice"),
+        (lambda rows: pd.concat([rows, rows.assign(task="of another sweep")]), "seed 0 has 2 tasks"),
         (lambda rows: rows[rows.omega < rows.seed + 0.5], "same frequencies"),
         (lambda rows: rows.drop(columns="loss"), "no column 'loss'"),
         (lambda rows: rows[:0], "no rows"),
