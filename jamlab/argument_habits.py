@@ -5,6 +5,7 @@ from jamlab.habits import LIMITS, Concept
 
 # asked before the words of the table
 OF_ONE_FUNCTION = (
+    Concept("tolerance accuracy", of={"scene": "`error`"}),
     Concept(
         "vertices n_vertices nv num_vertices",
         of={

@@ -192,6 +192,7 @@ def test_a_number_out_of_the_range_in_the_table_is_refused_with_the_range(name, 
         | {"model": "sp", "box": p.box, "params": p.params, "positions": p.positions}
     )
     needed = {key: needed[key] for key, each in parameters.items() if each.default is each.empty and key in needed}
+    needed |= {"error": {"z": 0.1}} if name in ("choose", "scene") else {}
     for key in parameters:
         kind = checks._arguments(inspect.unwrap(function if name in FUNCTIONS else function.__init__)).kinds.get(key)
         for value in beyond(key, name):

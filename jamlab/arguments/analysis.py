@@ -15,7 +15,11 @@ ANALYSIS = (
         unit="1/tau_1",
         least=0,
         default=REQUIRED,
-        otherwise={**dict.fromkeys(("choose_flow", "sweep"), None), "sweep.oscillation": REQUIRED, "deck": 0.1},
+        otherwise={
+            **dict.fromkeys(("choose_flow", "sweep", "mean_spectra"), None),
+            "sweep.oscillation": REQUIRED,
+            "deck": 0.1,
+        },
         unset="no observable needs it",
         limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
         habits="omega_min omega_max f omegas frequency frequencies freq w",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -101,6 +102,11 @@ class Argument:
         """Least and highest value at the first of the places that differs, or else the usual ones."""
         usual = (self.least, self.highest)
         return next((self.limits_otherwise[place] for place in places if place in self.limits_otherwise), usual)
+
+    def ends(self, *places: str) -> tuple[float, float]:
+        """The limits as numbers, infinite where there is none."""
+        least, highest = self.limits_at(*places)
+        return -math.inf if least is None else least, math.inf if highest is None else highest
 
     def allowed(self, *places: str) -> str:
         """What a value may be, in words."""

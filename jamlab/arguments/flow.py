@@ -21,7 +21,7 @@ FLOW = (
         "γ̇",
         unit="1/tau_1",
         least=1e-12,
-        highest=1000.0,
+        highest=1000.0,  # disks pass through each other long before
         otherwise={"choose_flow": None, "deck": 0.001},
         unset="not a shear",
         habits="edot gamma_dot shear_rate strain_rate",
@@ -42,7 +42,7 @@ FLOW = (
         "Strain at the end of a run; of a mean the strain over which it is taken.",
         "number",
         "γ",
-        least=1e-12,
+        least=1e-12,  # below, what moves is lost in the rounding of positions, 1e-16
         highest=10000.0,
         otherwise={
             "flow_cost": 1.0,
@@ -96,7 +96,7 @@ FLOW = (
         "number",
         "γ₀",
         least=1e-12,
-        highest=2,
+        highest=2,  # beyond, every half cycle is steady flow
         otherwise={"nonlinear_modulus": None, "choose_flow": None, "deck": 0.0001},
         limits_otherwise={"nonlinear_modulus": (0, None)},
         unset="another argument says what drives it",
@@ -165,7 +165,7 @@ FLOW = (
         "points_per_cycle",
         "Rows of each cycle.",
         "integer",
-        least=16,
+        least=16,  # 2 HARMONICS + 2
         highest=100000,
         default=32,
         habits="points n_points rows_per_cycle",
@@ -204,7 +204,7 @@ FLOW = (
         "Stokes drag beside contact damping, over the drag coefficient of contacts.",
         "number",
         least=0,
-        highest=1000.0,
+        highest=1000.0,  # beyond, contacts count for nothing beside it
         default=0.0,
         unset="disks 1e-4, droplets 1e-2",
         otherwise={**dict.fromkeys(_AT_RATE, None), "in.sp.startup": 0.0001, "in.dp.startup": 0.01},

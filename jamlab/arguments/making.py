@@ -12,7 +12,7 @@ MAKING = (
         "integer",
         "N",
         least=2,
-        highest=1000000.0,
+        highest=1000000.0,  # made on one core: half a year until onset
         default=64,
         short="n",
         otherwise={
@@ -129,8 +129,8 @@ MAKING = (
         "Largest residual force at a minimum.",
         "number",
         unit="natural units",
-        least=1e-15,
-        highest=0.001,
+        least=1e-15,  # forces of order 1 hold no smaller differences
+        highest=0.001,  # contact forces of disks are 2e-2 eps over length at rho = 0.89, and less below
         default=None,
         unset="disks 1e-12, droplets 1e-10",
         limits_otherwise={

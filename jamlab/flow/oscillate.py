@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import check_choice, checked
+from jamlab.checks import checked
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_BACKGROUND,
@@ -102,7 +102,6 @@ class Oscillation(FlowRun):
 
         `against` is "strain" (the area is what is lost) or "rate".
         """
-        check_choice("against", against, ("strain", "rate"))
         rows = slice(len(self.time) - 1 - self.points_per_cycle, None)  # of the last cycle, both its ends included
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]

@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.arguments.table import argument
 from jamlab.checks import check_number, check_seed, is_number
 from jamlab.errors import InputError, named
 
-MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
+MOST_PARTICLES = int(argument("n").ends()[1])
 
 
 def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
