@@ -46,6 +46,7 @@ OF_ONE_FUNCTION = (
         },
     ),
     Concept("tolerance accuracy", of={"scene": "`error`"}),
+    Concept("model", of={"pack": "`jamlab.jam(n, 'dp')` for droplets, then `jamlab.compress`: pack makes disks"}),
     Concept("alpha", of={"nonlinear_modulus": "`damping`, such as ContactDamping(alpha=0.5)"}),
     Concept("ring rings", of={"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
     Concept(

@@ -241,6 +241,7 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         "jam(8, max_iter=3)": "jam has no argument 'max_iter'",
         "jam(8, 'dp', law='hertz')": "law['exponent'] = 2.5: exponent is a parameter of model sp",
         "jam(8, phi=0.9)": "use `jamlab.compress(onset, to=0.9)`",
+        "pack(8, 1e-2, model='dp')": "use `jamlab.jam(n, 'dp')` for droplets",
         "droplets_from_disks(p, step=1)": "droplets_from_disks has no argument 'step'",
         "scene(0.9, friction=1)": "limits.md",
     }.items():
