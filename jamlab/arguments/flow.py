@@ -188,7 +188,7 @@ FLOW = (
         above=True,
         default=None,
         unset="none is stored",
-        habits="save_every n_frames frames_every every dump_every output_every every_n",
+        habits="frames save_every n_frames frames_every every dump_every output_every every_n",
     ),
     Argument(
         "damping",

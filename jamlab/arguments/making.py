@@ -64,7 +64,7 @@ MAKING = (
             **dict.fromkeys(("in.dp.jam", "in.dp.shear", "in.dp.startup", "Micrograph.packing"), "dp"),
         },
         unset="as the file says",
-        habits="dp sp droplets disks deformable kind type system particle particle_type style",
+        habits="dp sp droplets disks deformable kind type system particle particle_type",
     ),
     Argument(
         "law",

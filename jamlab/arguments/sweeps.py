@@ -68,7 +68,7 @@ SWEEPS = (
         above=True,
         default=None,
         unset="steps as they are",
-        habits="step_error",
+        habits="step_error error",
     ),
     Argument(
         "confluence",

@@ -189,6 +189,9 @@ class OwnCommand(Once):
             if opt.startswith("-")
         }
         word = name.lstrip("-").replace("-", "_")
+        several = {str(each.name): each.opts[0] for each in self.params if getattr(each, "multiple", False)}
+        if word in several:  # its name in Python, where all values are given at once
+            return f"use {several[word]}"
         if use := _of_a_law(word, options.values()):
             return f"use {use}"
         use = meant(word, [f"jamlab {self.name}", SHELL], options, argument=True)

@@ -264,7 +264,7 @@ SHELL = {
     "pack -n 8 --pressure 1e-3 --potential hertz": "--law",
     "pack --polydispersity 0.2": "--sizes",
     "analyze p.h5 --pixel-size 0.5": "--pixel",
-    "analyze p.h5 --quantities z": "it takes",
+    "analyze p.h5 --quantities z": "--quantity",
     "shear p.h5 --gamma-dot 1e-2": "--rate",
     "shear p.h5 --dt 0.1": "--tolerance",
     "shear p.h5 --output o.h5": "--out",
