@@ -24,5 +24,4 @@ LEFT_OUT = {  # function and argument -> reason
     ),
     **dict.fromkeys(("write_page.observables", "write.observables"), "those that the file holds"),
     "mean_spectra.select": "rows of a campaign, which are chosen in Python; the command reads packings",
-    "track_droplets.how": "options of their own: the arguments of micrograph",
 }
