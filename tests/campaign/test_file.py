@@ -95,6 +95,8 @@ def droplets(**law):
         ({"compress": {"to": 0.9, "step_error": 0.1}}, "step_error: unknown key, did you mean pressure_tolerance?"),
         (pressed(0.01, pressure_tolerance=0.1), "pressure_tolerance: unknown key, it is a key of compress"),
         (pressed(0.01, search="incremental"), "search = 'incremental': the protocol 'pressure' has none"),
+        ({"search": "incremental", "ensemble": "shear-stabilized"}, "incremental"),
+        ({"model": "dp", "units": "k"}, "units = 'k'"),
         ({"model": "dp", "size_ratio": 1.4}, "size_ratio = 1.4"),
         ({"start": "direct"}, "start = 'direct'"),
         ({"size_ratio": 1.4, "sizes": "lognormal:0.2"}, "give one of them"),
