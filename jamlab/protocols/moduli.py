@@ -7,13 +7,13 @@ not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import overload
+from typing import cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arguments.choices import Direction, ModulusMethod
-from jamlab.arrays import Array
+from jamlab.arguments.choices import Direction, ModulusMethod, ShearName
+from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
@@ -59,7 +59,7 @@ def shear_modulus(
     packing: Packing,
     method: ModulusMethod = "linear-response",
     *,
-    direction: Direction | Sequence[float] | Array | None = None,
+    direction: ShearName | ArrayLike | None = None,
     strain_step: float | None = None,
 ) -> float | Array:
     """Shear modulus G of a packing at an energy minimum, in its units of stress: the mean over all directions of shear.
@@ -113,13 +113,13 @@ def shear_modulus(
     return found
 
 
-def _directions(packing: Packing, direction: Direction | Sequence[float] | Array | None) -> list[ShearDirection]:
+def _directions(packing: Packing, direction: ShearName | ArrayLike | None) -> list[ShearDirection]:
     """Directions of shear that are asked for; the mean of those of None is the mean over all."""
     if direction is None:
         packing.frame.check_admitted(np.eye(4), "the mean over directions, which `direction=None` asks for,")
         return [shear_direction(packing, angle) for angle in AVERAGING_ANGLES.tolist()]
     if isinstance(direction, str):
-        return [shear_direction(packing, direction)]
+        return [shear_direction(packing, cast(ShearName, direction))]
     angles = np.asarray(direction, dtype=np.float64)
     if angles.ndim > 1 or not angles.size or not np.isfinite(angles).all():
         given = " ".join(repr(direction).split())
