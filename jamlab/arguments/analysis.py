@@ -16,7 +16,7 @@ ANALYSIS = (
         least=0,
         default=REQUIRED,
         otherwise={
-            **dict.fromkeys(("choose_flow", "sweep", "mean_spectra"), None),
+            **dict.fromkeys(("choose_flow", "mean_spectra", "sweep", "mean_spectra"), None),
             "sweep.oscillation": REQUIRED,
             "deck": 0.1,
         },
