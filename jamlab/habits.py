@@ -41,11 +41,8 @@ INSTEAD = {
     ("Packing", "str"): "jamlab.read(path)",
     ("Packing", "PosixPath"): "jamlab.read(path)",
     ("Packing", "ndarray"): "jamlab.Packing(model, box, positions, params)",
-    **dict.fromkeys(
-        [("scaling_collapse", kind) for kind in ("Campaign", "DataFrame", "dict")],
-        "pressures, and for each of them the spectra jamlab.complex_modulus(packing, omega) of packings, such as those "
-        "of campaign.packings(task)",
-    ),
+    ("scaling_collapse", "dict"): "pressures, and for each of them the spectra jamlab.complex_modulus(packing, omega) "
+    "of packings",
     **dict.fromkeys(
         [("ContactDamping", kind) for kind in ("str", "float", "int")],
         "jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
@@ -130,8 +127,9 @@ CONCEPTS = (
     Concept("beta exponent_of_pressure", "mu", "", {"Collapse": "`mu` of G_0 ~ p^mu"}),
     Concept("nu z_exponent", "lambda_", "", {"Collapse": "`lambda_` of tau* ~ p^-lambda", "ElasticTensor":
             "`to_dataframe()['nu']`"}),
-    Concept("collapse scaling critical_exponents critical_scaling scaling_exponents data_collapse master_curve", "",
-            "`jamlab.scaling_collapse(pressures, spectra)`"),
+    Concept("collapse scaling critical_exponents critical_scaling scaling_exponents data_collapse master_curve "
+            "scaling_collapse", "", "`jamlab.scaling_collapse(pressures, spectra)`",
+            {"Campaign": "`jamlab.scaling_collapse(campaign)`"}),
     Concept("correlation_length xi", "length", "`jamlab.displacement_correlation({p}, omega).length`"),
     # flow
     Concept("tau_xy shear_stress sigma_xy sxy s_xy xy_stress", "stress", "`jamlab.evaluate({p}).stress`"),
@@ -157,11 +155,12 @@ CONCEPTS = (
     Concept("packings snapshots trajectory configurations configs", "frames packings", "",
             {"FlowRun": "`frames`, or `packing` for the last one"}),
     Concept("states", "", "", {"Campaign": "`table('states')`"}),
+    Concept("spectra mean_spectra", "", "", {"Campaign": "`table('spectra')`, or `jamlab.mean_spectra(campaign)`"}),
     Concept("final last final_state last_packing end_state", "packing"),
     Concept("mean_stress average average_stress steady_state_stress steady_stress mean", "steady value mean_local", "",
             {"Campaign": "`aggregate(values)`"}),
-    Concept("steady_state steady_shear flow_sweep flowcurve flow flow_curves constitutive", "steady",
-            "`jamlab.flow_curve({p}, rates)`"),
+    Concept("steady_state steady_shear flow_sweep flowcurve flow flow_curves constitutive flow_curve mean_flow_curve",
+            "steady", "`jamlab.flow_curve({p}, rates)`", {"Campaign": "`jamlab.mean_flow_curve(campaign)`"}),
     Concept("overshoot stress_overshoot maximum max max_stress peak_stress", "peak"),
     Concept("plateau plateau_stress flow_stress", "steady g0"),
     Concept("movie animate animation video write_movie", "", "`jamlab.write_movie(path, run)`",
@@ -174,7 +173,8 @@ CONCEPTS = (
             {"ShearRun": "`peak`"}),
     Concept("herschel_bulkley hb HB herschel_bulkley_fit fit_herschel_bulkley yield_stress_fit "
             "fit_hb hb_fit bingham casson fit_flow_curve", "herschel_bulkley",
-            "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
+            "`jamlab.flow_curve({p}, rates).herschel_bulkley()`",
+            {"Campaign": "`jamlab.mean_flow_curve(campaign).herschel_bulkley()`"}),
     Concept("n index flow_index power exponent", "exponent", "", {"FlowCurve": "`herschel_bulkley().exponent`"}),
     Concept("k K consistency consistency_index", "consistency", "", {"FlowCurve": "`herschel_bulkley().consistency`"}),
     Concept("startup startup_shear start_up simulate simple_shear lees_edwards stress_growth steady_shearing "
@@ -220,7 +220,7 @@ CONCEPTS = (
             "vibrational_modes density D D_omega boson_peak omega_star w_star diagonalize eigh eig eigsh soft_modes "
             "soft_spots quasilocalized quasilocalised low_frequency_modes",
             "frequencies eigenvalues", "`jamlab.density_of_states({p})`, or `jamlab.lowest_modes({p}, None)`",
-            {"Modes": "`density()`, or `frequencies`"}),
+            {"Modes": "`density()`, or `frequencies`", "Campaign": "`jamlab.density_of_states(campaign)`"}),
     Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
     Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
             "mode_shapes",

@@ -50,7 +50,8 @@ def names_at_hand(things):
     made |= {"track_droplets": None, "micrograph": things["Micrograph"], "universe": None, "write": None}
     made |= {"read": packing, "read_all": [packing], "open_campaign": things["Campaign"], "write_movie": None}
     made |= {"displacement_correlation": things["DisplacementCorrelation"], "synthetic_micrograph": None}
-    made |= {"stop_flow": things["StoppedFlow"], "relax": packing}
+    made |= {"stop_flow": things["StoppedFlow"], "relax": packing, "mean_flow_curve": things["MeanFlowCurve"]}
+    made |= {"density_of_states": things["DensityOfStates"], "mean_spectra": things["MeanSpectra"]}
     own = {name: bound(getattr(jamlab, name), found) for name, found in made.items()}
     spared = types.SimpleNamespace(**{name: getattr(jamlab, name) for name in PUBLIC} | own)
     names = {"jamlab": spared, "np": np, "packing": packing, "omega": np.ones(1), "rates": [0.1], "strain": 0.1}
@@ -62,7 +63,15 @@ def names_at_hand(things):
         "rate": 0.1,
     }
     names |= {"n": 4, "pressure": 1e-2, "path": "p.h5", "packings": [packing], "duration": 1.0, "stress": 1e-3}
-    names |= {"model": "dp", "onset": packing, "amplitude": 1e-3, "flow": run, "run": run, "values": ["z"]}
+    names |= {
+        "campaign": things["Campaign"],
+        "model": "dp",
+        "onset": packing,
+        "amplitude": 1e-3,
+        "flow": run,
+        "run": run,
+        "values": ["z"],
+    }
     names |= {
         "pressures": [1.0],
         "spectra": [[]],
@@ -207,7 +216,8 @@ def test_names_that_look_alike_are_no_hint(things):
 
 @pytest.mark.parametrize(
     ("thing", "name", "use"),
-    [("Modes", "D", "use `density()`, or `frequencies`"), ("Contacts", "anisotropy", "use `r`"), ("Micrograph", "mean_z", "use `z`"),
+    [("Modes", "D", "use `density()`, or `frequencies`"),
+     ("Contacts", "anisotropy", "use `r`"), ("Micrograph", "mean_z", "use `z`"),
      ("FlowCurve", "normal_stress", "`pressure` and `normal_stress_difference`"), ("Micrograph", "sizes", "`areas`"),
      ("Micrograph", "threshold", "`picture`"), ("Micrograph", "intensity", "`labels`"), ("Packing", "creep", "creep"),
      ("Micrograph", "quality_flags", "for 'quality' use `quality`"), ("Packing", "centers_of_mass", "`positions`"),

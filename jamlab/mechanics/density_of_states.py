@@ -129,8 +129,8 @@ def _edges(spectra: Sequence[Spectrum], bins: int | ArrayLike) -> Array:
     """Edges of the bins; those that are given may not reach beyond the highest mode, unless all modes are there."""
     partly = [each for each in spectra if len(each.frequencies) < each.degrees_of_freedom]
     known = min((float(each.frequencies[-1]) for each in partly), default=np.inf)
-    if isinstance(bins, int):
-        if not 1 <= bins <= HISTOGRAM.most:
+    if isinstance(bins, int | float):
+        if not isinstance(bins, int) or not 1 <= bins <= HISTOGRAM.most:
             raise InputError(f"bins = {bins}: must be a number of bins from 1 to {HISTOGRAM.most}, or edges, ascending")
         highest = min(known, max(float(each.frequencies[-1]) for each in spectra))
         if not highest > 0 or all(each.zero.all() for each in spectra):

@@ -112,7 +112,13 @@ def test_unstable_modes_are_counted_apart(random_disks):
 def test_impossible_densities_are_refused(packings):
     few = jamlab.lowest_modes(packings[0], 20)
     assert few.density(5).edges[-1] == pytest.approx(few.frequencies[-1])
-    for bins, named in (([0.0, 3.0], "take all"), ([1.0], "edges"), ([2.0, 1.0], "edges"), (0, "bins = 0")):
+    for bins, named in (
+        ([0.0, 3.0], "take all"),
+        ([1.0], "edges"),
+        ([2.0, 1.0], "edges"),
+        (0, "bins = 0"),
+        (3.5, "bins = 3.5"),
+    ):
         with pytest.raises(jamlab.InputError, match=named):
             few.density(bins)
     with pytest.raises(jamlab.InputError, match="2 kinds"):
