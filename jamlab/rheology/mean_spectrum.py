@@ -255,7 +255,11 @@ def mean_spectra(
         rows = {"packing": list(own), "g": g, "converged": [p.converged for p in own.values()]}
         first = packings[members[0]]
         means.append(MeanSpectrum._of(kind, spectra, rows, first.units, first.unit_names.stress))
-    along = "G_xy" if direction == "simple" else f"G along {direction}"
+    along = (
+        "G_xy"
+        if direction == "simple"
+        else f"G along {direction if isinstance(direction, str) else f'{np.degrees(direction):.4g} degrees'}"
+    )
     moduli = {title: np.concatenate([m.packings[name] for m in means]) for title, name in ((along, "g0"), ("G", "g"))}
     warn_of_negative_rows(moduli, "packings")
     return MeanSpectra(tuple(means), law)
