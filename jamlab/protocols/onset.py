@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Units
+from jamlab.arguments.table import argument
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
@@ -30,7 +31,8 @@ from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, lasting, sizes_record
 from jamlab.storage.verified_file import versions
 
-LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
+# contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
+LARGEST_TOLERANCE = argument("force_tolerance").ends("jam")[1]
 
 
 @checked

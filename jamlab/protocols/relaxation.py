@@ -5,6 +5,7 @@ The making of a model states the first-order steps, see `jamlab.protocols.descen
 
 from dataclasses import dataclass
 
+from jamlab.arguments.table import argument
 from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.evaluation import Evaluation
@@ -16,7 +17,7 @@ from jamlab.protocols.newton import descend_by_newton
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 
-LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
+LEAST_TOLERANCE = argument("force_tolerance").ends()[0]  # forces of order 1 hold no smaller differences
 
 
 @dataclass(frozen=True)
