@@ -78,11 +78,12 @@ def deck(
     known = settings(path.parent, path.name)
     if "--help" in context.args:
         typer.echo(path.read_text().partition("\n\n")[0] + "\n")
-        for setting in _own(known):
-            text = "of others" if "$(" in known[setting] else known[setting].replace("${", "").replace("}", "")
-            typer.echo(f"--{setting:16s} {text:12s} {_rules(path)[setting][0]}")
+        for line in _lines_of_help(path, known):
+            typer.echo(line)
         return
     given = dict(_options(context.args))
+    if given.get("damping") == "stokes" and (idle := sorted(given.keys() & {"alpha", "beta"})):
+        raise InputError(f"--{idle[0]}: only contact damping has it; leave it out, or --damping stokes")
     check_ranks(ranks)
     for setting, text in given.items():
         check_setting(path, setting, text)
@@ -99,6 +100,21 @@ def deck(
         raise EngineError(f"LAMMPS stopped at its own error, see {_LOG}: {errors[-1]}")
     if code:
         raise typer.Exit(code)
+
+
+def _lines_of_help(path: Path, known: Mapping[str, str]) -> Iterator[str]:
+    """Variables of a deck as options, each with its default, its range and what the deck says of it."""
+    from jamlab.engine.deck_defaults import LIMITS, NOTES, settings
+
+    rules, limits, notes = _rules(path), *(settings(path.parent, path.name, what=what) for what in (LIMITS, NOTES))
+    for name in offered(known):
+        text = "of others" if "$(" in known[name] else known[name].replace("${", "").replace("}", "")
+        note = notes.get(name, "").removeprefix(limits.get(name, "")).strip(": ")
+        yield f"{_option(name):18s} {text:12s} {rules[name][0]}{'; ' if note else ''}{note}"
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 _LOG = Path("log.lammps")
@@ -161,7 +177,7 @@ def _options(words: list[str]) -> Iterator[tuple[str, str]]:
         if not word.startswith("--") or value is None:
             raise InputError(f"{word}: give a variable of the deck as --NAME VALUE")
         if (variable := name.replace("-", "_")) in seen:
-            raise InputError(f"--{name} is given twice: give one value")
+            raise InputError(f"{_option(name)} is given twice: give one value")
         seen.add(variable)
         yield variable, value
 
@@ -221,11 +237,11 @@ def _data_of_lammps(path: str) -> "Packing":
 
 
 def check_setting(path: Path, name: str, text: str) -> None:
-    """Refuse a variable that a deck does not have, and a value that the deck says it cannot have."""
+    """Refuse a variable that a deck does not use, and a value that the deck says it cannot have."""
     from jamlab.engine.deck_defaults import settings
 
-    if name not in (own := _own(settings(path.parent, path.name))):
-        raise InputError(f"--{name}: {path.name} has no such variable; {_variable_meant(path.name, name, own)}")
+    if name not in (own := offered(settings(path.parent, path.name))):
+        raise InputError(f"{_option(name)}: {path.name} has no such variable; {_variable_meant(path.name, name, own)}")
     words, good = _rules(path)[name]
     if not good(text):
         raise InputError(f"{name} = {text}: must be {words}")
@@ -237,12 +253,16 @@ def _variable_meant(deck: str, name: str, own: list[str]) -> str:
     from jamlab.hints import meant
 
     use = meant(name, [deck, "jamlab deck"], own, argument=True).strip("`")
-    return f"use --{use.replace('_', '-')}" if use in own else name_meant(name.lower(), own, f"it has {', '.join(own)}")
+    return f"use {_option(use)}" if use in own else name_meant(name.lower(), own, f"it has {', '.join(own)}")
 
 
-def _own(known: Mapping[str, str]) -> list[str]:
-    """Variables that `jamlab deck` does not set itself."""
-    return sorted(known.keys() - {"dir", "model", "quote", "table", "section", "strict"})
+def offered(known: Mapping[str, str]) -> list[str]:
+    """Variables that a deck uses, and that `jamlab deck` does not set itself."""
+    from jamlab.engine.deck_defaults import defaults
+
+    unused = set(defaults("onset")) if "data" in known else set()  # a packing that is read has no search for onset
+    unused |= {"lever_arms", "even"} if known.get("model") == "dp" else {"short_edge"}
+    return sorted(known.keys() - unused - {"dir", "model", "quote", "table", "section", "strict"})
 
 
 def _rules(path: Path) -> dict[str, tuple[str, Callable[[str], bool]]]:

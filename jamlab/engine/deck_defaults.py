@@ -19,6 +19,7 @@ _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 LIMITS = re.compile(
     r"^variable\s+(\w+)\s+index\s+\S+\s+# ([\[(]\S+, \S+\](?: even| whole)?|[\w/]+(?: \| [\w/]+)+)", re.MULTILINE
 )
+NOTES = re.compile(r"^variable\s+(\w+)\s+index\s+\S+\s+# (.+)", re.MULTILINE)  # all that stands behind a default
 _INCLUDED = re.compile(r"include \"\$\{dir\}/([\w./${}]+)\"")
 
 

@@ -52,6 +52,40 @@ def test_what_is_missing_is_said(folder, monkeypatch):
     assert "log.lammps: the folder" in call(folder, "deck", "in.sp.jam").stderr
 
 
+@pytest.mark.parametrize(
+    ("line", "use"),
+    [
+        ("in.sp.compress --force 1e-9", "use --force-tolerance"),
+        ("in.sp.compress --nearest 1e-4", "use --first-step"),
+        ("in.sp.compress --above 0.1", "use --step"),
+        ("in.sp.compress --ratio 1.2", "use --size-ratio"),
+        ("in.sp.shear --phi-target 0.9", "use --to"),
+        ("in.sp.jam --N 8", "use --n"),
+        ("in.sp.startup --accuracy 1e-3", "use --tolerance"),
+        ("in.sp.startup --background 1", "use --background-drag"),
+        ("in.sp.startup --arms radius", "use --lever-arms"),
+        ("in.dp.startup --viscous stokes", "use --damping"),
+    ],
+)
+def test_words_from_habit_lead_to_variables(folder, line, use):
+    done = call(folder, "deck", *line.split())
+    assert done.exit_code == 1 and use in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("in.sp.compress --data p.data --search-step 0.1", "search-step"),
+        ("in.sp.startup --data p.data --short-edge 0.1", "short-edge"),
+        ("in.dp.startup --even 0.1", "even"),
+        ("in.dp.startup --damping stokes --beta 0.1", "beta"),
+    ],
+)
+def test_what_a_deck_would_ignore_is_refused(folder, line, name):
+    done = call(folder, "deck", *line.split())
+    assert done.exit_code == 1 and name in done.stderr
+
+
 def test_lammps_that_a_signal_ended_is_said(folder, monkeypatch):
     monkeypatch.setattr(decks, "_run", lambda _: -9)
     assert "signal 9 ended LAMMPS" in call(folder, "deck", "in.sp.jam").stderr
