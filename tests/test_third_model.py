@@ -72,6 +72,14 @@ def test_jam_makes_what_is_asked_for(onset):
         jamlab.compress(onset, to=0.95, ranks=2)
 
 
+def test_it_comes_down_to_a_pressure(dense):
+    pressure = 0.5 * jamlab.evaluate(dense).pressure
+    found = jamlab.decompress(dense, pressure)
+    state = jamlab.evaluate(found)
+    assert state.pressure == pytest.approx(pressure, rel=1e-6) and state.max_force <= 1e-12 and found.converged
+    assert found.area > dense.area and np.array_equal(found.diameters, dense.diameters)
+
+
 def test_a_compressed_packing_has_the_moduli_that_it_shows(dense):
     assert dense.converged and jamlab.packing_fraction(dense) == pytest.approx(0.93, abs=1e-6)
     linear, strained = (jamlab.shear_modulus(dense, method) for method in ("linear-response", "finite-strain"))

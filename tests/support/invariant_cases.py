@@ -345,7 +345,7 @@ CASES = {
         LONG,
         but=ONE_WAY,
     ),
-    "decompress": Case(_decompress, MINIMUM, ("sp", "eps")),
+    "decompress": Case(_decompress, MINIMUM, ("sp", *LONG)),
     "displacement_correlation": Case(
         _fields(lambda p: jamlab.displacement_correlation(p, 1e-2), delta=LENGTH, correlation=NUMBER),
         but=ORIGIN | FARTHER,
