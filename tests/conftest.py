@@ -116,7 +116,7 @@ def _polygons(tilt=0.0, contact="outline", seed=0, sizes=(12, 7, 9, 17, 12, 5), 
     box = side * np.array([[1.0, 0.0], [tilt, 1.0]])
     holders = jamlab.Packing("sp", box, rng.random((len(sizes), 2)) @ box, {"eps": 1.0}, diameters=2 * radii)
     with jamlab.Session(holders) as session:
-        session.minimize(1e-9, style="fire", steps=5000)
+        session.minimize(1e-9, minimizer="fire", steps=5000)
         centres = session.positions()
     rings = []
     for centre, nv, radius in zip(centres, sizes, radii, strict=True):

@@ -1,9 +1,6 @@
 """Variables of decks that no function has: names of files, and numbers of method."""
 
-from typing import get_args
-
 from jamlab.arguments.argument import Argument
-from jamlab.arguments.choices import MinimizerStyle
 
 DECKS = (
     Argument("data", "Data file of the packing.", "path"),
@@ -25,7 +22,6 @@ DECKS = (
     Argument("u_jammed", "Contact energy per particle or vertex above which a state is jammed.", "number"),
     Argument("u_contact", "Contact energy per particle or vertex above which there are contacts.", "number"),
     Argument("increment_least", "Increment of packing fraction below which a search gives up.", "number"),
-    Argument("minimizer", "Minimiser of LAMMPS.", "choice", choices=get_args(MinimizerStyle)),
     Argument("skin", "Skin of neighbour lists; sets speed only.", "number"),
     Argument("longest_edge", "Length that no edge of a droplet outgrows.", "number"),
     Argument("timestep", "Time step of FIRE.", "number"),

@@ -136,7 +136,7 @@ MAKING = (
         limits_otherwise={
             **dict.fromkeys(("jam", "scene", "sweep"), (1e-15, 1e-09)),
             "sweep.quasistatic_shear": (1e-15, 0.001),
-            "Packing": (0, None),
+            **dict.fromkeys(("Packing", "Session.minimize"), (0, None)),
         },
         otherwise={
             "deck": 1e-12,

@@ -1,6 +1,9 @@
 """Arguments of `Session` and `BoxStrains`, which take commands of LAMMPS."""
 
+from typing import get_args
+
 from jamlab.arguments.argument import Argument
+from jamlab.arguments.choices import MinimizerStyle
 
 SESSIONS = (
     Argument("line", "A command of LAMMPS.", "text"),
@@ -32,5 +35,12 @@ SESSIONS = (
     Argument("size", "Length of a vector.", "integer", least=1),
     Argument("displacement", "Displacements, (n, 2).", "array"),
     Argument("area", "Area of the box.", "number"),
-    Argument("style", "Minimiser of LAMMPS.", "choice"),
+    Argument(
+        "minimizer",
+        "Minimiser: cg (line search on the force) or fire.",
+        "choice",
+        choices=get_args(MinimizerStyle),
+        otherwise={"deck": "cg", **dict.fromkeys(("in.dp.jam", "in.dp.shear", "in.dp.startup"), "fire")},
+        habits="style min_style algorithm",
+    ),
 )

@@ -78,7 +78,7 @@ class Session(Hinted):
         >>> with jamlab.Session(p) as session:
         ...     session.set_positions(p.positions + 1e-3 * np.sin(p.positions))
         ...     print(session.evaluate().max_force > 1e-5)
-        ...     found = session.minimize(1e-10, style="fire", steps=20000)
+        ...     found = session.minimize(1e-10, minimizer="fire", steps=20000)
         ...     print(found.max_force < 1e-10)
         ...     q = session.packing()
         True
@@ -197,13 +197,13 @@ class Session(Hinted):
             self._run(f'variable {name} index "{text(value)}"')
 
     @checked
-    def use_minimizer(self, style: MinimizerStyle, *, pace: float = 1.0) -> None:
+    def use_minimizer(self, minimizer: MinimizerStyle, *, pace: float = 1.0) -> None:
         """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks; `pace`: factor of
         its time steps."""
         numbers = defaults("minimizers")
         self._run(f"timestep {text(float(numbers['timestep']) * pace)}")
-        self._run(f"min_style {style}")
-        own = f"tmax {numbers['tmax']}" if style == "fire" else "line forcezero"
+        self._run(f"min_style {minimizer}")
+        own = f"tmax {numbers['tmax']}" if minimizer == "fire" else "line forcezero"
         self._run(f"min_modify {own} norm max dmax {numbers['dmax']}")
 
     def evaluate(self) -> Evaluation:
@@ -215,19 +215,19 @@ class Session(Hinted):
     @checked
     def minimize(
         self,
-        force: float,
+        force_tolerance: float,
         *,
-        style: MinimizerStyle,
+        minimizer: MinimizerStyle,
         steps: int,
         stretch: int | None = None,
         box_strains: BoxStrains | None = None,
         fire: Array | None = None,
     ) -> Evaluation:
-        """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.
+        """LAMMPS `minimize` down to a largest force; FIRE over disks by the same steps in a kernel.
 
         Args:
-            force: tolerance on the largest norm of a force; the energy tolerance is 0.
-            style: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
+            force_tolerance: on the largest norm of a force; the energy tolerance is 0.
+            minimizer: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
             steps: iterations at most; force evaluations at most ten times as many.
             stretch: iterations after which the minimiser restarts, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
@@ -239,19 +239,19 @@ class Session(Hinted):
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
 
         Raises:
-            InputError: `box_strains` or `fire` where they would not be used: another style, or a law or a box that the
+            InputError: `box_strains` or `fire` where they would not be used: by "cg", or with a law or a box that the
                 kernel does not take.
         """
-        by_kernel = style == "fire" and self.has_kernel and self._kernel_serves()
+        by_kernel = minimizer == "fire" and self.has_kernel and self._kernel_serves()
         if (box_strains is not None or fire is not None) and not by_kernel:
             raise InputError(
-                f"box_strains, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
-                "them out, or use style='fire' with repulsive disks, none of them fixed"
+                f"box_strains, fire: minimizer = {minimizer!r} does not use them for these {self.kind.particles}; "
+                "leave them out, or use minimizer='fire' with repulsive disks, none of them fixed"
             )
         stretch = min(stretch or steps, steps)
-        component = LIMITS.component * force
+        component = LIMITS.component * force_tolerance
         if by_kernel:
-            found = fire_disks(self._state(), force, steps, self._ranks, box_strains, fire, stretch)
+            found = fire_disks(self._state(), force_tolerance, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
                 packing, taken, _ = found
                 self._compiled_steps += taken
@@ -265,7 +265,7 @@ class Session(Hinted):
                 raise InputError(
                     f"box_strains= and fire= need a box three diameters wide, not {self._packing.box.tolist()}"
                 )
-        self.use_minimizer(style, pace=self._pace())
+        self.use_minimizer(minimizer, pace=self._pace())
         self._run("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
             self._run(f"minimize 0.0 {text(component)} {stretch} {10 * stretch}")

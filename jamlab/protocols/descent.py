@@ -86,7 +86,7 @@ class DescentOfDisks:
         if self.name(session) == "fire":
             noise = QUENCH.newton_noise * 0.1**round_
             return quench(session, noise, floor=tolerance / noise)
-        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=QUENCH.cg_steps)
+        return session.minimize(tolerance, minimizer="cg" if round_ % 2 == 0 else "fire", steps=QUENCH.cg_steps)
 
     def end(self, session: Session, tolerance: float, effort: Effort) -> Evaluation:
         return descend_by_newton(session, tolerance, QUENCH.near_steps)
@@ -101,7 +101,7 @@ class DescentOfBonds(DescentOfDisks):
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
         if round_ % 2 == 0:
             return descend_by_lbfgs(session, tolerance, effort.far)
-        return session.minimize(tolerance, style="cg", steps=QUENCH.cg_steps)
+        return session.minimize(tolerance, minimizer="cg", steps=QUENCH.cg_steps)
 
 
 def load(held: Packing | Session, state: Evaluation) -> float:
@@ -143,7 +143,7 @@ def quench(
             target /= QUENCH.close
         # in the time of contacts that are soft, as those of disks are that stiffen with their overlap
         slower = max(1.0, max(session.law.stiffness_at(state.pressure), QUENCH.softest) ** -0.5)
-        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": QUENCH.fire_stretch}
+        how: dict[str, Any] = {"minimizer": "fire", "steps": steps, "stretch": QUENCH.fire_stretch}
         try:
             state = session.minimize(
                 target, **how, box_strains=box_strains, fire=fire_numbers(lively=lively, slower=slower)

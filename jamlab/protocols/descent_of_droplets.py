@@ -60,7 +60,7 @@ def descend_by_fire(session: Session, tolerance: float) -> None:
     """FIRE over droplets; back to the start if one folded over itself or flew apart, where LAMMPS stops."""
     before = session.packing()
     try:
-        session.minimize(tolerance, style="fire", steps=DROPLET_STEPS.fire)
+        session.minimize(tolerance, minimizer="fire", steps=DROPLET_STEPS.fire)
     except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
         session.load(before, anew=True)
     undo_if_folded(session, before.positions)

@@ -44,7 +44,7 @@ def push_apart(packing: Packing) -> Packing:
         return packing
     springs = packing.with_state(params={packing.units: packing.params[packing.units]})
     with Session(natural_scales(springs).to_natural(springs)) as session:
-        session.minimize(APART.force, style="fire", steps=APART.steps)
+        session.minimize(APART.force, minimizer="fire", steps=APART.steps)
         moved = natural_scales(springs).from_natural(session.packing())
     return packing.with_state(positions=moved.positions)
 

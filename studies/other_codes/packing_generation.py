@@ -48,7 +48,7 @@ def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the ti
                 if style == "jamlab":
                     found = relax_session(a).evaluation
                 else:
-                    found = a.minimize(1e-10, style="cg" if style == "cg" else "fire", steps=5_000)
+                    found = a.minimize(1e-10, minimizer="cg" if style == "cg" else "fire", steps=5_000)
             print(f"minimum, dp, N = 64, {style}: {time.process_time() - began:.2g} s, force {found.max_force:.0e}")
         for model, sizes in RUNS.items():
             for n, seeds in sizes.items():

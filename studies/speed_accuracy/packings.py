@@ -52,7 +52,9 @@ def _descend_droplets(session: Session, start: Packing, style: str, tolerance: f
     if style == _STYLES[-1]:
         left = relax_session(session, tolerance).evaluation.max_force
     else:
-        left = session.minimize(tolerance, style="fire" if style == "fire" else "cg", steps=_DROPLET_STEPS).max_force
+        left = session.minimize(
+            tolerance, minimizer="fire" if style == "fire" else "cg", steps=_DROPLET_STEPS
+        ).max_force
     if left > tolerance:
         raise ConvergenceError(f"ends at a largest force of {left:.1g}")
     return left
@@ -113,9 +115,9 @@ def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
     """The pressure where the enthalpy is minimised by FIRE alone, from the start on."""
     phi = float(defaults("pressure")["phi_jammed"]) + 2 * pressure
     with Session(random_disks(_DISKS, seed, phi=phi, units="k")) as session:
-        session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
+        session.minimize(1e-2 * pressure, minimizer="fire", steps=_FIRE_STEPS)  # the box would blow up at once
         box_strains = BoxStrains(COMPRESSION, pressure)
-        found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, box_strains=box_strains)
+        found = session.minimize(force * pressure, minimizer="fire", steps=_FIRE_STEPS, box_strains=box_strains)
     if found.max_force > force * pressure:
         raise ConvergenceError("force tolerance not met")
     return found.pressure

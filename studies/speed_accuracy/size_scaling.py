@@ -64,7 +64,7 @@ def large(model: str, n: int, kick: float = 0.0) -> Packing:
 
 def _fire(packing: Packing) -> None:
     with Session(packing) as session:
-        session.minimize(0.0, style="fire", steps=200)
+        session.minimize(0.0, minimizer="fire", steps=200)
 
 
 def _relax(packing: Packing) -> None:

@@ -137,12 +137,12 @@ def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, mod
     with jamlab.Session(sp_jammed if model == "sp" else dp_onset) as session:
         for name, value in (("box_strains", BoxStrains(SHEARS)), ("fire", fire_numbers())):
             with pytest.raises(jamlab.InputError, match=name):
-                session.minimize(1e-9, style=style, steps=10, **{name: value})
+                session.minimize(1e-9, minimizer=style, steps=10, **{name: value})
 
 
 def test_lammps_descends_where_a_box_is_too_small_for_the_kernel(random_disks):
     with jamlab.Session(random_disks(n=8)) as session:
-        assert session.minimize(1e-9, style="fire", steps=20_000, stretch=3000).max_force < 1.1e-9
+        assert session.minimize(1e-9, minimizer="fire", steps=20_000, stretch=3000).max_force < 1.1e-9
         assert fire_disks(session.packing(), 1e-9, 10) is None
 
 

@@ -76,7 +76,7 @@ def test_a_packing_driven_to_collapse_is_found(random_polygons):
     p = random_polygons(0.0, "outline", 1)
     for shrink in (1.0, 0.85, 0.7):
         with jamlab.Session(p.with_state(positions=p.positions * shrink, box=p.box * shrink)) as session:
-            session.minimize(1e-6, style="fire", steps=1000)
+            session.minimize(1e-6, minimizer="fire", steps=1000)
             found = session.self_crossings()
             session.command("compute shape all polygon")
             session.command("run 0")

@@ -128,7 +128,7 @@ def test_a_pair_style_of_ones_own_is_minimised_by_lammps():
     p = jamlab.pack(n=32, pressure=1e-2, seed=1)
     with jamlab.Session(p) as session:
         hertz(session, np.unique(p.diameters))
-        found = session.minimize(1e-9, style="fire", steps=20_000)
+        found = session.minimize(1e-9, minimizer="fire", steps=20_000)
         q = session.packing()
         assert found.max_force <= 1e-9 and session.evaluate().max_force <= 1e-9
         with pytest.raises(jamlab.InputError, match="without your commands that change forces"):
@@ -146,7 +146,7 @@ def test_a_pair_style_that_is_the_law_keeps_the_compiled_loop():
         for (i, a), (j, b) in product(enumerate(np.unique(p.diameters), 1), repeat=2):
             if i <= j:
                 session.command(f"pair_coeff {i} {j} 0.5 {(a + b) / 2:.17g}")
-        session.minimize(1e-8, style="fire", steps=20_000)
+        session.minimize(1e-8, minimizer="fire", steps=20_000)
         assert session._compiled_steps > 0
 
 
@@ -252,7 +252,7 @@ def run(name, packing):
         jamlab.evaluate(packing)
         return
     with jamlab.Session(packing) as session:
-        session.minimize(1e-6, style="fire", steps=200)
+        session.minimize(1e-6, minimizer="fire", steps=200)
 
 
 @pytest.mark.parametrize("name", MUTANTS)

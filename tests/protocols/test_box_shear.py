@@ -70,7 +70,7 @@ def test_minimum_is_one_against_finite_shears_of_the_box(sheared_once):
     def cost(size, axes):
         moved, _ = deformed(p, np.cosh(size) * np.eye(2) + np.sinh(size) * axes)
         with jamlab.Session(moved) as session:
-            return session.minimize(5e-13, style="cg", steps=20_000).energy - state.energy
+            return session.minimize(5e-13, minimizer="cg", steps=20_000).energy - state.energy
 
     for angle in np.linspace(0, np.pi, 5, endpoint=False):
         axes = np.array([[np.cos(2 * angle), np.sin(2 * angle)], [np.sin(2 * angle), -np.cos(2 * angle)]])
