@@ -78,8 +78,7 @@ def deck(
     known = settings(path.parent, path.name)
     if "--help" in context.args:
         typer.echo(path.read_text().partition("\n\n")[0] + "\n")
-        for line in _lines_of_help(path, known):
-            typer.echo(line)
+        typer.echo("\n".join(_lines_of_help(path, known)))
         return
     given = dict(_options(context.args))
     if given.get("damping") == "stokes" and (idle := sorted(given.keys() & {"alpha", "beta"})):
