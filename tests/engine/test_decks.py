@@ -2,7 +2,6 @@
 
 import re
 import subprocess
-from dataclasses import fields
 
 import deck_runs
 import numpy as np
@@ -11,15 +10,12 @@ from commands import call
 from deck_runs import number, run, table
 
 import jamlab
-from jamlab.arguments.argument import FromDeck
-from jamlab.arguments.table import SUBJECTS, argument
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import LIMITS, defaults, settings
+from jamlab.engine.deck_defaults import LIMITS, settings
 from jamlab.engine.deck_files import copy_decks, summaries
 from jamlab.flow import overdamped_session
 from jamlab.installed_files import installed
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.kinds import MODELS
 from jamlab.packing.lammps_files import described
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks
 from jamlab.rheology.damping import DRAG_LIMITS
@@ -54,30 +50,6 @@ def interval(deck, name):
     """Ends of the interval that a deck says behind the default of a variable; empty where it says none."""
     said = settings(installed("lammps_inputs"), deck, what=LIMITS).get(name, "")
     return [float(end) for end in re.findall(r"[\d.e-]*\d", said)]
-
-
-@pytest.mark.parametrize("deck", DECKS)
-def test_defaults_and_limits_of_decks_are_those_of_the_table(deck):
-    """Variables with the name of an argument mean it; method and force law are the deck's and the law's own."""
-    own = {each.name for each in SUBJECTS["Decks"]} | law_parameters()
-    for name, default in settings(installed("lammps_inputs"), deck).items():
-        if name in FREE or name in own:
-            continue
-        line, places = argument(name), (deck, "deck")
-        usual = line.default_at(*places)
-        if not isinstance(usual, FromDeck):
-            assert str(default) == str(usual) or float(default) == usual, name
-        if limits := interval(deck, name):
-            assert limits == list(line.limits_at(*places)), name
-
-
-def law_parameters():
-    declared = {name for model in ("sp", "dp") for name in MODELS.get(model).parameters(None, {})}
-    return {*declared, *defaults("dp"), *declared_by_drag()}
-
-
-def declared_by_drag():
-    return {field.name for law in (jamlab.ContactDamping, jamlab.StokesDrag) for field in fields(law)}
 
 
 def test_drag_in_decks_has_the_limits_of_python():
