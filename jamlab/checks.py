@@ -54,7 +54,9 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
             if name in known.numbers and isinstance(value, int | float) and not isinstance(value, bool):
-                check_range(name, value, known.where)
+                least, highest = known.numbers[name]
+                if not least < value < highest:
+                    check_range(name, value, known.where)
         for value in args[len(known.places) :] if known.rest else ():
             if not known.further.holds(value):
                 raise _refusal(function, str(known.rest), known.further, value)
@@ -120,7 +122,7 @@ class _Arguments(NamedTuple):
     further: _Kind  # what those must be
     others: _Kind | None  # of all further ones by name
     needed: frozenset[str]  # names of those without a default
-    numbers: frozenset[str]  # names of those with a range
+    numbers: dict[str, tuple[float, float]]  # ends of the range of those that have one in the table
     where: str  # the function, as the table of arguments names it
 
 
@@ -134,9 +136,11 @@ def _arguments(function: Callable[..., Any]) -> _Arguments:
     further = kinds.pop(forms.get(inspect.Parameter.VAR_POSITIONAL, ""), _ANYTHING)
     places = tuple(name for name, each in parameters.items() if each.kind in by_place)
     needed = frozenset(name for name in kinds if parameters[name].default is inspect.Parameter.empty)
-    numbers = frozenset(name for name in kinds if name in ARGUMENTS and ARGUMENTS[name].kind in ("integer", "number"))
+    lines = {name: ARGUMENTS[name] for name in kinds if name in ARGUMENTS}
+    where = _name(function)
+    numbers = {name: line.ends(where) for name, line in lines.items() if line.kind in ("integer", "number")}
     rest = forms.get(inspect.Parameter.VAR_POSITIONAL)
-    return _Arguments(kinds, places, rest, further, others, needed, numbers, _name(function))
+    return _Arguments(kinds, places, rest, further, others, needed, numbers, where)
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
