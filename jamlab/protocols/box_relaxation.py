@@ -143,8 +143,8 @@ def _shear_box(
     effort: Effort,
     fallen: float = 0.0,
 ) -> Relaxed:
-    """Newton steps in strains of the box around droplets, see `Ensemble`. `fallen`: factor of the unbalanced stress that
-    is good enough by itself, where enthalpies have no digits left."""
+    """Newton steps in strains of the box around droplets, see `Ensemble`. `fallen`: factor of the unbalanced stress
+    that is good enough by itself, where enthalpies have no digits left."""
     size = mean_size(session.packing())
     solver, part = PositiveSolver(session.tally, "Newton steps of the box"), 1.0
     found = relax_session(session, tolerance, near=near, effort=effort)

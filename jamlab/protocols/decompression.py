@@ -43,8 +43,8 @@ def decompress(
 
     The enthalpy U + p A is minimised over positions and the area of the box at every pressure, and over its shear in
     the shear-stabilized ensemble. Between walls only the height of the box changes, and p is the normal stress on
-    the walls. Use it for large packings of disks near onset, where random starts may not converge, and for droplets at a
-    pressure. The result depends on the initial pressure.
+    the walls. Use it for large packings of disks near onset, where random starts may not converge, and for droplets at
+    a pressure. The result depends on the initial pressure.
 
     Args:
         packing: SP or DP, without attraction; jammed and relaxed, at a higher pressure.
@@ -72,8 +72,8 @@ def decompress(
     check_ranks(ranks, packing.kind)
     if packing.law.range:
         raise InputError(
-            f"{packing.law} attract, so their pressure does not say how far they are from onset; use compress(packing, to) "
-            "with a lower rho or phi"
+            f"{packing.law} attract, so their pressure does not say how far they are from onset; use "
+            "compress(packing, to) with a lower rho or phi"
         )
     check_number("pressure", pressure, np.inf)
     force = check_force(pressure, force_tolerance, packing.model, natural_scales(packing).stress)

@@ -30,13 +30,16 @@ def objects():
     voids = jamlab.voids(p)
     spectra = [[jamlab.complex_modulus(jamlab.pack(8, q, seed=1), omega, prestress=False)] for q in (0.03, 0.02, 0.01)]
     campaign = jamlab.open_campaign(written(folder / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))
-    means = jamlab.mean_spectra([p, jamlab.pack(16, 1e-2, seed=2)], omega, prestress=False)
+    q = jamlab.pack(16, 1e-2, seed=2)
+    means = jamlab.mean_spectra([p, q], omega, prestress=False)
+    numbers = [each.name for each in fields(jamlab.results.SteadyState) if each.type == "float"]
     choice = jamlab.estimate_cost("z", rho=0.9, error=0.1)
     found = [
         *(p, run, steady, steady.events, run.velocity_profile, voids, jamlab.void_statistics(voids), campaign, choice),
         *(jamlab.evaluate(p), jamlab.contacts(p), jamlab.contacts(p).forces, jamlab.contact_lengths(droplets)),
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
-        *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.density_of_states([p, jamlab.pack(16, 1e-2, seed=2)]), jamlab.slab(walled)),
+        *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
+        jamlab.density_of_states([p, q]),
         *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], stress=1e-5)),
         *(means, means[0]),
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
@@ -49,7 +52,7 @@ def objects():
         flow_curve(p, run),
         flow_curve(p, run).herschel_bulkley(),
         jamlab.mean_flow_curve([flow_curve(p, run, stress) for stress in (0.01, 0.011)]),
-        jamlab.results.SteadyState(**{each.name: 0.1 for each in fields(jamlab.results.SteadyState) if each.type == "float"}),
+        jamlab.results.SteadyState(**dict.fromkeys(numbers, 0.1)),
         jamlab.results.Estimate(5.0, 0.1, True, 3, 0, 1.0, choice, np.array([4.9, 5.0, 5.1]), np.arange(3)),
     ]  # fmt: skip
     micrograph = next(each for each in found if type(each).__name__ == "Micrograph")
