@@ -42,27 +42,40 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        known = _arguments(function)
         if kwargs.get("progress") is True:
             kwargs["progress"] = ProgressLine()
-        if not kwargs.keys() <= known.kinds.keys():
-            _refuse_unknown(function, known, args, kwargs)
-        args = tuple(map(as_plain, args))  # type: ignore[assignment]  # P names none
-        kwargs = {name: as_plain(value) for name, value in kwargs.items()}  # type: ignore[assignment]  # as above
-        for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:
-            kind = known.kinds.get(name, known.others or _ANYTHING)
-            if not kind.holds(value):
-                raise _refusal(function, name, kind, value)
-            if name in known.numbers and isinstance(value, int | float) and not isinstance(value, bool):
-                least, highest = known.numbers[name]
-                if not least < value < highest:
-                    check_range(name, value, known.where)
-        for value in args[len(known.places) :] if known.rest else ():
-            if not known.further.holds(value):
-                raise _refusal(function, str(known.rest), known.further, value)
+        args, kwargs = _plain_arguments(function, args, kwargs)  # type: ignore[assignment]  # P names none
         return function(*args, **kwargs)  # which refuses too few and too many
 
     return call
+
+
+def check_arguments(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    """Refuse arguments of a public function, by name, that it would refuse by their types and ranges."""
+    _plain_arguments(inspect.unwrap(function), (), arguments)
+
+
+def _plain_arguments(
+    function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """Arguments with plain numbers, all of them what the function takes."""
+    known = _arguments(function)
+    if not kwargs.keys() <= known.kinds.keys():
+        _refuse_unknown(function, known, args, kwargs)
+    args = tuple(map(as_plain, args))
+    kwargs = {name: as_plain(value) for name, value in kwargs.items()}
+    for name, value in [*zip(known.places, args, strict=False), *kwargs.items()]:
+        kind = known.kinds.get(name, known.others or _ANYTHING)
+        if not kind.holds(value):
+            raise _refusal(function, name, kind, value)
+        if name in known.numbers and isinstance(value, int | float) and not isinstance(value, bool):
+            least, highest = known.numbers[name]
+            if not least < value < highest:
+                check_range(name, value, known.where)
+    for value in args[len(known.places) :] if known.rest else ():
+        if not known.further.holds(value):
+            raise _refusal(function, str(known.rest), known.further, value)
+    return args, kwargs
 
 
 def _refuse_unknown(function: Callable[..., Any], known: "_Arguments", args: Any, kwargs: Mapping[str, Any]) -> None:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from inspect import signature
 from typing import Any
 
-from jamlab.checks import checked
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.checks import check_arguments, checked
+from jamlab.errors import ConvergenceError, InputError, named
 from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.geometry.walls import with_walls
 from jamlab.packing.packing import Packing
@@ -67,15 +67,24 @@ def _check(name: str, arguments: Mapping[str, Any]) -> None:
     """Refuse a change that cannot be repeated."""
     if name not in CHANGES:
         raise InputError(f"changes: {name!r} cannot be repeated: known are {', '.join(CHANGES)}")
-    own = {key: value for key, value in arguments.items() if name != "compress" or key not in _OF_SWEEP}
+    own = dict(arguments)
+    if name == "compress":
+        state, repeatable = own.pop("state", -1), own.pop("repeatable", False)
+        if not isinstance(state, int) or isinstance(state, bool) or not (state == -1 or state > 0):
+            raise InputError(f"changes: compress: {named('state', state)}: must be a whole number above 0, or -1")
+        if not isinstance(repeatable, bool):
+            raise InputError(f"changes: compress: {named('repeatable', repeatable)}: must be True or False")
+    if "progress" in own:
+        raise InputError(f"changes: {name}: progress is no part of a recipe; give it to `jamlab.make`")
     try:
         signature(CHANGES[name]).bind(None, **own)
     except TypeError as error:
         raise InputError(f"changes: {name}: {error}; give the arguments of `jamlab.{name}`") from None
+    check_arguments(CHANGES[name], own)
 
 
 def _state_of_sweep(packing: Packing, *, state: int = -1, repeatable: bool = False, **how: Any) -> Packing:
-    """One state of `compress`, by its number from 1; -1: the last."""
+    """One state of `compress`, by its number from 1; -1: the last. `repeatable`: see `go_on`."""
     reached = packing
     count = 0
     for reached in go_on(packing, packing, 0, **{"step": _STEP, **how}, repeatable=repeatable):
@@ -88,7 +97,6 @@ def _state_of_sweep(packing: Packing, *, state: int = -1, repeatable: bool = Fal
 
 
 _STEP = signature(compress).parameters["step"].default
-_OF_SWEEP = ("state", "repeatable")  # which state of a sweep, and whether particles were built anew for each
 CHANGES: Mapping[str, Callable[..., Any]] = {
     "compress": compress,
     "decompress": decompress,

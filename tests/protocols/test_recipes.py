@@ -216,6 +216,14 @@ RECIPE = {"protocol": "onset", "n": 8}
         ({"changes": [("compress", {})]}, "'to'"),
         ({"changes": [("relax", {"to": 1.0})]}, "'to'"),
         ({"changes": [("compress", {"to": 0.86, "step": 0.02, "state": 9})]}, "state 9"),
+        ({"changes": [("compress", {"to": 0.86, "state": 0})]}, "state = 0: must be a whole number above 0"),
+        ({"changes": [("compress", {"to": 0.86, "state": True})]}, "state = True"),
+        ({"changes": [("compress", {"to": 0.86, "repeatable": "x"})]}, "repeatable = 'x'"),
+        ({"changes": [("compress", {"to": 0.86, "step": 0})]}, "step = 0"),
+        ({"changes": [("compress", {"to": 0.86, "by": "z"})]}, "unknown by 'z'"),
+        ({"changes": [("compress", {"to": 0.86, "pressure_tolerance": -1.0})]}, "pressure_tolerance = -1"),
+        ({"changes": [("compress", {"to": 0.86, "progress": True})]}, "progress is no part of a recipe"),
+        ({"changes": [("relax", {"force_tolerance": "x"})]}, "force_tolerance = 'x'"),
     ],
 )
 def test_a_recipe_that_makes_nothing_is_refused(changed, said):
