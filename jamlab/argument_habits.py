@@ -5,7 +5,13 @@ from jamlab.habits import LIMITS, Concept
 
 # asked before the words of the table
 OF_ONE_FUNCTION = (
-    Concept("tolerance accuracy", of={"scene": "`error`"}),
+    Concept("accuracy", of={"jamlab deck": "`tolerance`"}),
+    Concept("force", of={"jamlab deck": "`force_tolerance`"}),
+    Concept("above", of={"jamlab deck": "`step`"}),
+    Concept("fluid viscosity", of={"jamlab deck": "`eta_f`"}),
+    Concept("arms", of={"jamlab deck": "`lever_arms`"}),
+    Concept("viscous", of={"jamlab deck": "`damping`"}),
+    Concept("steps_shear", of={"jamlab deck": "`strain`"}),
     Concept(
         "vertices n_vertices nv num_vertices",
         of={

@@ -61,15 +61,14 @@ def test_a_file_holds_one_idea():
 
 
 def test_a_name_means_one_thing():
-    """Classes and functions of the library. Commands have the names of functions that they call, and parts of a model
-    those of what they answer."""
+    """Classes and functions of the library. Commands have the names of functions that they call, parts of a model those
+    of what they answer, and protocols that of the class above which they stand for."""
     found = {}
     for path in CODE:
         if path.suffix == ".py" and (where := path.relative_to(ROOT)).parts[0] == "jamlab" and "cli" not in where.parts:
             for node in parsed(path).body:
-                part = isinstance(node, ast.ClassDef) and "Part" in (
-                    ast.unparse(base).partition("[")[0] for base in node.bases
-                )
+                bases = node.bases if isinstance(node, ast.ClassDef) else ()
+                part = {"Part", "Protocol"} & {ast.unparse(base).partition("[")[0] for base in bases}
                 if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_") and not part:
                     found.setdefault(node.name, set()).add(str(where))
     assert len(found) > 700 and {name: files for name, files in found.items() if len(files) > 1} == {}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
+from jamlab.arguments.choices import Against
 from jamlab.arrays import Array, Complex
-from jamlab.checks import checked
+from jamlab.checks import check_choice, checked
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_BACKGROUND,
@@ -97,11 +98,12 @@ class Oscillation(FlowRun):
         return first | change
 
     @drawn("Line2D", raises="`against` is neither strain nor rate, ")
-    def plot(self, axes: Any, /, *, against: str = "strain", label: str = "", **style: Any) -> None:
+    def plot(self, axes: Any, /, *, against: Against = "strain", label: str = "", **style: Any) -> None:
         """Draw the Lissajous figure: stress less its mean over strain, or over its rate, in the last cycle.
 
         `against` is "strain" (the area is what is lost) or "rate".
         """
+        check_choice("against", against, get_args(Against))
         rows = slice(len(self.time) - 1 - self.points_per_cycle, None)  # of the last cycle, both its ends included
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]

@@ -69,8 +69,8 @@ class MakingOfDroplets(Making):
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
         if (left := PLACING.rounding * law.get("ka", 0.0) / law["eps"]) > tolerance:
             raise InputError(
-                f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance "
-                f"{tolerance:g}: use ka up to {tolerance / PLACING.rounding:.1g} eps"
+                f"ka = {law['ka'] / law['eps']:g} eps: rounding of area forces is {left:.1g}, above the force "
+                f"tolerance {tolerance:g}: use ka up to {tolerance / PLACING.rounding:.1g} eps"
             )
 
     def check(self, recipe: Recipe) -> None:

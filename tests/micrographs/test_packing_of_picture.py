@@ -42,7 +42,7 @@ def test_mirror_image_has_the_same_energy(disks_seen, dp_dense):
 def test_what_no_picture_can_be(seen):
     y, x = np.mgrid[:60, :60]
     few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
-    for call in (lambda: seen.packing("foam"), lambda: seen.packing("sp", gamma=0.2), few.packing):
+    for call in (lambda: seen.packing("foam"), lambda: seen.packing("sp", law={"gamma": 0.2}), few.packing):
         with pytest.raises(jamlab.InputError):
             call()
 

@@ -115,7 +115,7 @@ def test_pointing_at_a_particle_gives_its_shape_contacts_and_area(browser, page,
         point_at(browser, *place)
         text = tip(browser)
         assert text.startswith(f"droplet {k}, ")
-        assert quantity(text, "A") == pytest.approx(jamlab.shape_factors(packing)[k], rel=5e-4)
+        assert quantity(text, "𝒜") == pytest.approx(jamlab.shape_factors(packing)[k], rel=5e-4)
         assert quantity(text, "area") == pytest.approx(jamlab.particle_areas(packing)[k], rel=5e-4)
         assert quantity(text, "z") == np.sum(network.pairs[network.bearing] == k)
 

@@ -445,11 +445,9 @@ CASES = {
     "remove_rattlers": Case(_one(lambda p: jamlab.remove_rattlers(p).n, (NUMBER, ALL))),
     "count_zero_modes": Case(_one(jamlab.count_zero_modes), but=PER_CELL),
 }
-NOT_COMPARED = {  # functions that take a packing and give no numbers of it
-    **dict.fromkeys(
-        ("write", "write_page", "write_contacts", "write_movie"),
-        "files hold what the packing holds",
-    ),
+NOT_COMPARED = {  # functions that take a packing and give no numbers of it, or those of another function
+    **dict.fromkeys(("write", "write_page", "write_contacts", "write_movie"), "files hold what the packing holds"),
+    "density_of_states": "counts of the modes that lowest_modes gives",
     "universe": "coordinates as they are",
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
