@@ -82,7 +82,8 @@ def _refuse_unknown(function: Callable[..., Any], known: "_Arguments", args: Any
     """Refuse the first argument without a place; a function that takes any name checks those itself, once it has what
     it needs."""
     if known.others is None or not known.needed <= {*known.places[: len(args)], *kwargs}:
-        raise unknown_argument(_name(function), next(name for name in kwargs if name not in known.kinds), known.kinds)
+        unknown = next(name for name in kwargs if name not in known.kinds)
+        raise unknown_argument(_name(function), unknown, [name for name in known.kinds if name != "self"])
 
 
 def as_plain(value: Any) -> Any:

@@ -134,7 +134,8 @@ MAKING = (
         default=None,
         unset="disks 1e-12, droplets 1e-10",
         limits_otherwise={
-            **dict.fromkeys(("jam", "scene", "sweep"), (1e-15, 1e-09)),
+            **dict.fromkeys(("jam", "scene"), (1e-15, 1e-09)),
+            **dict.fromkeys(("pack", "sweep"), (1e-15, 3e-05)),  # of a sweep from onset as of jam
             "sweep.quasistatic_shear": (1e-15, 0.001),
             **dict.fromkeys(("Packing", "Session.minimize"), (0, None)),
         },

@@ -159,7 +159,7 @@ class Sweep(FileTable):
     size_ratio: Annotated[float, within("size_ratio")] | None = usual("size_ratio")
     fraction_large: Annotated[float, within("fraction_large")] = usual("fraction_large")
     sizes: str | list[float] | None = usual("sizes")  # see `jamlab.protocols.size_distributions`
-    force_tolerance: Annotated[float, within("force_tolerance", "jam")] | None = usual("force_tolerance")
+    force_tolerance: Annotated[float, within("force_tolerance", "sweep")] | None = usual("force_tolerance")
     ranks: Annotated[int, within("ranks")] = usual("ranks")  # threads of each task; a worker or job holds so many cores
     chunk: Annotated[int, within("chunk")] | None = usual("chunk")  # seeds of a call and of a file; see `chunks.py`
 

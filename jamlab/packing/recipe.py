@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
@@ -19,7 +19,7 @@ from jamlab.arguments.choices import Ensemble, Law, ModelName, Search, Start, Un
 from jamlab.arrays import Array
 from jamlab.checks import checked, checked_class
 from jamlab.errors import InputError, named
-from jamlab.hints import Hinted
+from jamlab.hints import Hinted, unknown_argument
 from jamlab.laws.laws import parameters_of
 from jamlab.packing.derived import frozen
 
@@ -114,7 +114,7 @@ class Recipe(Hinted):
         object.__setattr__(self, name, value)
 
     def __hash__(self) -> int:
-        return hash(self.to_json())
+        return hash((self.protocol, self.model, self.n, self.seed))  # 1 and 1.0 are one size
 
     def __repr__(self) -> str:
         said = (f"{name}={value!r}" for name, value in self._given().items())
@@ -158,10 +158,15 @@ class Recipe(Hinted):
         """
         try:
             entry = json.loads(text)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{text[:60]!r} is no recipe: {error}") from None
         if not isinstance(entry, dict):
             raise InputError(f"{text[:60]!r} is no recipe: give a JSON object of its arguments")
+        known = {each.name: each.default is MISSING for each in fields(cls)}
+        if lacking := [name for name, needed in known.items() if needed and name not in entry]:
+            raise InputError(f"{text[:60]!r} is no recipe: it lacks {' and '.join(lacking)}")
+        if unknown := [name for name in entry if name not in known]:
+            raise unknown_argument(cls.__name__, unknown[0], known)
         return cls(**entry)
 
     def then(self, name: str, /, **arguments: Any) -> Recipe:

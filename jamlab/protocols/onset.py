@@ -142,6 +142,7 @@ def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
     check_onset(recipe)
     making, first_step, by_paper = making_of(recipe.model), first_step_of(recipe), recipe.search == "incremental"
     began = time.perf_counter()
+    recipe, sizes = lasting(recipe), recipe.sizes
     placed = making.start(recipe)
     if placed.law.range:
         raise InputError(f"{placed.law}: what attracts has no onset at zero contact energy; use pack, or compress")
@@ -153,12 +154,12 @@ def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
         "seed": recipe.seed,
         "step": first_step,
     }
-    entries |= sizes_record(recipe.sizes, placed.kind.sizes(placed))
+    entries |= sizes_record(sizes, placed.kind.sizes(placed))
     how = (by_paper, recipe.ensemble, recipe.force_tolerance, recipe.ranks, OnsetWork(making.way, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     found = found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
-    return made_by(found, lasting(recipe))
+    return made_by(found, recipe)
 
 
 @in_natural_units(units=unit_scales)

@@ -140,9 +140,10 @@ def check_packed(recipe: Recipe) -> None:
 def packed_by(recipe: Recipe, progress: Progress | None = None) -> Packing:
     """The packing at a pressure or a packing fraction that a recipe makes; errors as of `pack`."""
     check_packed(recipe)
+    recipe, sizes = lasting(recipe), recipe.sizes
     diameters = diameters_of(recipe)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": recipe.seed}
-    entries |= sizes_record(recipe.sizes, diameters)
+    entries |= sizes_record(sizes, diameters)
 
     def start(fraction: float) -> Packing:
         return disks_of(recipe, fraction, diameters, "k").with_state(ensemble=recipe.ensemble)
@@ -152,7 +153,7 @@ def packed_by(recipe: Recipe, progress: Progress | None = None) -> Packing:
         found = _quenched(start(recipe.phi), recipe.force_tolerance, recipe.ranks, entries)
     else:
         found = _at_pressure(recipe, start, entries, progress)
-    return made_by(found, lasting(recipe))
+    return made_by(found, recipe)
 
 
 def _at_pressure(

@@ -147,6 +147,21 @@ def test_names_of_laws_and_of_files_are_kept_as_their_numbers(tmp_path, monkeypa
     assert jamlab.make(replace(p.recipe, law={"exponent": 3.0})).params["exponent"] == 3.0
 
 
+def test_a_file_of_sizes_may_change_while_a_packing_is_made(tmp_path):
+    file = tmp_path / "sizes.txt"
+    file.write_text(" ".join(map(str, SIZES)))
+
+    def change(share, text):
+        file.write_text(" ".join(["1.0"] * 8))
+
+    for p in (
+        jamlab.pack(8, 1e-2, sizes=f"from-file:{file}", progress=change),
+        jamlab.jam(8, sizes=f"from-file:{file}", progress=change),
+    ):
+        assert jamlab.make(p.recipe) == p
+        file.write_text(" ".join(map(str, SIZES)))
+
+
 def test_a_packing_that_its_recipe_does_not_make_has_none(packed, tmp_path):
     with jamlab.Session(packed) as session:
         session.set_positions(packed.positions + 1e-9)
@@ -190,6 +205,25 @@ def test_a_recipe_is_a_value():
     assert jamlab.Recipe.from_json(one.to_json()) == one
     with pytest.raises(jamlab.InputError, match="read-only"):
         one.law["exponent"] = 3.0
+    whole, real = (jamlab.Recipe(protocol="onset", n=8, sizes=sizes) for sizes in ([1] * 8, [1.0] * 8))
+    assert whole == real and hash(whole) == hash(real)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "is no recipe"),
+        ("[" * 100_000, "is no recipe"),
+        ("[]", "give a JSON object"),
+        ("{}", "it lacks protocol and n"),
+        ('{"protocol": "onset", "n": 8, "self": 1}', "no argument 'self'; it takes protocol, n, model"),
+        ('{"protocol": "onset", "n": 8, "tolerance": 1}', "use `force_tolerance`"),
+    ],
+)
+def test_text_that_is_no_recipe_is_refused(text, said):
+    with pytest.raises(jamlab.InputError) as refused:
+        jamlab.Recipe.from_json(text)
+    assert said in str(refused.value)
 
 
 RECIPE = {"protocol": "onset", "n": 8}
