@@ -1,8 +1,54 @@
 """Words of arguments and options that one function or command answers in its own way; what they mean everywhere stands
-in `habits` of the table of arguments."""
+in `habits` of the table of arguments. And objects that arguments are given, with what to give instead."""
 
-from jamlab.habits import LIMITS, Concept
+from jamlab.habits import LIMITS, PACKING, Concept
 
+# what is asked for, or the function; class given -> what to give instead
+INSTEAD = {
+    **{("Packing", kind): f"{way}, a packing" for kind, way in PACKING.items()},
+    **dict.fromkeys(
+        [("Packing", kind) for kind in ("FlowRun", "Contacts", "HexaticOrder", "Tessellation", "Voids")],
+        "its attribute packing",
+    ),
+    ("Packing", "FlowCurve"): "one of its packings",
+    **{(name, "Packing"): "the path first" for name in ("write", "write_contacts", "write_page")},
+    **{("write_movie", kind): "the path first: write_movie(path, run)" for kind in ("FlowRun", "list", "tuple")},
+    ("Packing", "Campaign"): "campaign.packings(task), where task is one of campaign.finished()",
+    ("Packing", "DataFrame"): "packings, such as campaign.packings(task) of each task of a campaign",
+    ("Packing", "list"): "one packing at a time",
+    ("Packing", "tuple"): "one packing at a time",
+    ("Packing", "str"): "jamlab.read(path)",
+    ("Packing", "PosixPath"): "jamlab.read(path)",
+    ("Packing", "ndarray"): "jamlab.Packing(model, box, positions, params)",
+    ("scaling_collapse", "dict"): "pressures, and for each of them the spectra jamlab.complex_modulus(packing, omega) "
+    "of packings",
+    **dict.fromkeys(
+        [("scaling_collapse", kind) for kind in ("list", "tuple")],
+        "pressures, and for each of them a list of its spectra: scaling_collapse([1e-2, 1e-3], [[s1, s2], [s3, s4]])",
+    ),
+    ("Campaign.aggregate", "str"): "a list of columns, such as ['z']",
+    ("Recipe", "Packing"): "its recipe: jamlab.make(packing.recipe)",
+    **dict.fromkeys(
+        [("Recipe", kind) for kind in ("str", "PosixPath")],
+        "jamlab.read(path).recipe of a file, or jamlab.Recipe.from_json(text)",
+    ),
+    **dict.fromkeys(
+        [("DragLaw", kind) for kind in ("str", "float", "int", "dict")],
+        "an object, such as jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
+    ),
+    **dict.fromkeys(
+        [("ContactDamping", kind) for kind in ("str", "float", "int")],
+        "jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
+    ),
+    ("Executor", "Client"): "client.get_executor(pure=False) of Dask",
+    ("Executor", "Cluster"): "distributed.Client(cluster).get_executor(pure=False)",
+    ("Executor", "Pool"): "concurrent.futures.ProcessPoolExecutor()",
+}
+
+_DAMPED = (
+    *("complex_modulus", "displacement_response", "displacement_correlation", "dynamical_matrices", "mean_spectra"),
+    *("shear", "flow_curve", "oscillate", "creep", "relax_stress", "stop_flow"),
+)
 # asked before the words of the table
 OF_ONE_FUNCTION = (
     Concept("accuracy", of={"jamlab deck": "`tolerance`"}),
@@ -22,7 +68,7 @@ OF_ONE_FUNCTION = (
     Concept(
         "exponent stickiness weight ka delta contact nv_small nv_large vertices",
         of=dict.fromkeys(
-            ("jam", "pack", "scene", "droplets_from_disks", "droplets_from_outlines"),
+            ("jam", "pack", "scene", "Recipe", "droplets_from_disks", "droplets_from_outlines"),
             (
                 "`law`, which takes parameters of the force law by name, such as law={'gamma': 0.3} or "
                 "law={'exponent': 2.5}"
@@ -51,7 +97,6 @@ OF_ONE_FUNCTION = (
             "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error",
         },
     ),
-    Concept("tolerance accuracy", of={"scene": "`error`"}),
     Concept("model", of={"pack": "`jamlab.jam(n, 'dp')` for droplets, then `jamlab.compress`: pack makes disks"}),
     Concept("alpha", of={"nonlinear_modulus": "`damping`, such as ContactDamping(alpha=0.5)"}),
     Concept("ring rings", of={"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),
@@ -60,7 +105,7 @@ OF_ONE_FUNCTION = (
         of={
             "jamlab jam": "`--law gamma=0.2`",
             **dict.fromkeys(
-                ("jam", "pack", "scene", "droplets_from_disks", "droplets_from_outlines"),
+                ("jam", "pack", "scene", "Recipe", "droplets_from_disks", "droplets_from_outlines"),
                 "`law`, such as law={'gamma': 0.3}",
             ),
         },
@@ -91,7 +136,8 @@ OF_ONE_FUNCTION = (
     Concept(
         "potential alpha hertz force_law pair_style interaction parameters params",
         of=dict.fromkeys(
-            ("pack", "jam", "scene"), "`law`, such as law='hertz' or law={'exponent': 2.5}, or the name of another law"
+            ("pack", "jam", "scene", "Recipe"),
+            "`law`, such as law='hertz' or law={'exponent': 2.5}, or the name of another law",
         ),
     ),
     Concept(
@@ -105,6 +151,18 @@ OF_ONE_FUNCTION = (
     Concept(
         "phi rho packing_fraction density",
         of={"jamlab jam": "`jamlab pack --phi`, or `jamlab compress --to` from onset"},
+    ),
+    Concept("to phi rho", of={"decompress": "`pressure`", "jamlab decompress": "`--pressure`"}),
+    Concept(
+        "pressure target_pressure",
+        of={
+            "compress": "`jamlab.pack(n, pressure)`: compress goes to a packing fraction",
+            "jamlab compress": "`jamlab pack --pressure`: compress goes to a packing fraction, --to",
+        },
+    ),
+    Concept(
+        "beta tau eta_f stokes",
+        of=dict.fromkeys(_DAMPED, "`damping`, such as jamlab.ContactDamping(beta=0.5) or jamlab.StokesDrag(eta_f=1.0)"),
     ),
     Concept(
         "amplitude",

@@ -283,7 +283,8 @@ FIELD = (
              "`jamlab.write(path, {p})` for a file",
              "Campaign": "`table()`, a table of pandas", "Micrograph": "`table()`"}),
     Concept("copy deepcopy clone replace", "", "the object itself: results never change",
-            {MODULE: "the packing itself: packings never change"}),
+            {MODULE: "the packing itself: packings never change",
+             "Recipe": "`dataclasses.replace(recipe, seed=2)`, then `jamlab.make`"}),
     Concept("config options settings rc rcparams rcParams set_option set_options configure defaults get_config "
             "configuration_file environment", "", "arguments of each function: there are no settings",
             {"Packing": "`provenance`", "Campaign": "`text`, the file"}),

@@ -24,33 +24,6 @@ class Concept(NamedTuple):
 
 # class -> how its packing is written in a hint
 PACKING = {"Micrograph": "m.packing('dp')", "Session": "session.packing()"}
-# what is asked for, or the function; class given -> what to give instead
-INSTEAD = {
-    **{("Packing", kind): f"{way}, a packing" for kind, way in PACKING.items()},
-    **dict.fromkeys(
-        [("Packing", kind) for kind in ("FlowRun", "Contacts", "HexaticOrder", "Tessellation", "Voids")],
-        "its attribute packing",
-    ),
-    ("Packing", "FlowCurve"): "one of its packings",
-    **{(name, "Packing"): "the path first" for name in ("write", "write_contacts", "write_page")},
-    **{("write_movie", kind): "the path first: write_movie(path, run)" for kind in ("FlowRun", "list", "tuple")},
-    ("Packing", "Campaign"): "campaign.packings(task), where task is one of campaign.finished()",
-    ("Packing", "DataFrame"): "packings, such as campaign.packings(task) of each task of a campaign",
-    ("Packing", "list"): "one packing at a time",
-    ("Packing", "tuple"): "one packing at a time",
-    ("Packing", "str"): "jamlab.read(path)",
-    ("Packing", "PosixPath"): "jamlab.read(path)",
-    ("Packing", "ndarray"): "jamlab.Packing(model, box, positions, params)",
-    ("scaling_collapse", "dict"): "pressures, and for each of them the spectra jamlab.complex_modulus(packing, omega) "
-    "of packings",
-    **dict.fromkeys(
-        [("ContactDamping", kind) for kind in ("str", "float", "int")],
-        "jamlab.ContactDamping(beta=1.0) or jamlab.StokesDrag()",
-    ),
-    ("Executor", "Client"): "client.get_executor(pure=False) of Dask",
-    ("Executor", "Cluster"): "distributed.Client(cluster).get_executor(pure=False)",
-    ("Executor", "Pool"): "concurrent.futures.ProcessPoolExecutor()",
-}
 
 # file formats and programs in names such as read_data or to_numpy
 _FORMATS = ("data dump lammps xyz extxyz hdf5 h5 npz npy json vtk gsd pdb ase ovito file trajectory snapshot "
@@ -274,6 +247,7 @@ CONCEPTS = (
     Concept("psi6 psi_6 hexatic bond_order boo steinhardt bond_angles bond_orientational_order hexatic_order "
             "orientational_order", "local psi_6",
             "`jamlab.hexatic_order({p})`"),
+    Concept("overall psi_6_overall psi6_global psi_global", "global_order psi_6_global"),
     Concept("circularity shape_factor shape_index asphericity deformation anisotropy shape", "shape_factor",
             "`jamlab.shape_factors({p})`",
             {"Contacts": "`r`: the fabric is the mean of its directions", "Packing": "`jamlab.shape_factors({p})`, "
@@ -411,7 +385,7 @@ CONCEPTS = (
             "`jamlab.pack(n, pressure)`, or `jamlab.BoxStrains` in a Session"),
     Concept("random_packing generate create make_packing make random initialize sample initial_configuration "
             "make_packings new_packing", "",
-            "`jamlab.pack(n, pressure)`, or `jamlab.jam(n)` at onset"),
+            "`jamlab.pack(n, pressure)`, or `jamlab.jam(n)` at onset", {"Recipe": "`jamlab.make(recipe)`"}),
     Concept("emulsion foam soft_disks jammed_packing particles_of_foam", "", "`jamlab.jam(n, model)`, or "
             "`jamlab.pack(n, pressure)`"),
     Concept("ensemble campaign Campaign job_array run_campaign submit slurm sbatch qsub queue workflow", "",

@@ -15,11 +15,11 @@ from functools import cache, lru_cache
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from jamlab.argument_habits import OF_ONE_FUNCTION
+from jamlab.argument_habits import INSTEAD, OF_ONE_FUNCTION
 from jamlab.arguments.table import ARGUMENTS
 from jamlab.errors import ArgumentError
 from jamlab.field_habits import FIELD
-from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, PACKING, Concept
+from jamlab.habits import CONCEPTS, LIMITS, MODULE, PACKING, Concept
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ import typer
 from one_of_each import STATES, objects
 
 import jamlab
+from jamlab.argument_habits import INSTEAD
 from jamlab.cli.command_habits import COMMANDS
 from jamlab.cli.main import app
 from jamlab.field_habits import FIELD
-from jamlab.habits import CONCEPTS, INSTEAD, LIMITS, MODULE, SHELL
+from jamlab.habits import CONCEPTS, LIMITS, MODULE, SHELL
 from jamlab.hints import HABITS, argument_hint, attributes, hint, meant, misspelt
 from jamlab.laws.laws import LAWS
 from jamlab.laws.parameter import Parameter
@@ -238,7 +239,18 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         "flow_curve(p, [1.0], trajectory_error=True)": "another `tolerance`",
         "BoxStrains([[0.0, 1.0], [0.0, 0.0]])": "shape (any, 2, 2)",
         "pack(32, 1e-3, potential='hertz')": "use `law`, such as law='hertz' or law={'exponent': 2.5}",
-        "pack(32, 1e-3, law='hertzian')": "unknown force law 'hertzian': known are harmonic, hertz, power, sticky",
+        "pack(32, 1e-3, law='Hertzian')": "unknown force law 'Hertzian': use 'hertz'; give",
+        "pack(32, 1e-3, law='hertz-mindlin')": "'hertz-mindlin': known are harmonic, hertz, power, sticky",
+        "complex_modulus(p, [1.0], beta=0.5)": "use `damping`, such as jamlab.ContactDamping(beta=0.5)",
+        "shear(p, 0.1, damping='stokes')": "give an object, such as jamlab.ContactDamping(beta=1.0)",
+        "compress(p, pressure=0.1)": "use `jamlab.pack(n, pressure)`",
+        "decompress(p, to=1e-3)": "use `pressure`",
+        "measure(p, ['psi_6_overall'])": "use `psi_6_global`",
+        "make(p)": "give its recipe: jamlab.make(packing.recipe)",
+        "make('p.h5')": "jamlab.read(path).recipe",
+        "Recipe(protocol='phi', n=8, phi=0.8, exponent=2.5)": "use `law`",
+        "Recipe(protocol='phi', n=8, phi=0.8, unheard=1)": "it takes protocol, n",
+        "scaling_collapse([1e-2], [jamlab.complex_modulus(p, [1.0])])": "a list of its spectra",
         "pack(32, 1e-3, k=2.0)": "are always 1",
         "pack(32, 1e-3, law={'k': 2.0})": "are always 1",
         "pack(32, 1e-3, law={'gamma': 0.1})": "of model dp",
@@ -258,6 +270,10 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         with pytest.raises(jamlab.InputError) as refused:
             eval(f"jamlab.{call}", {"jamlab": jamlab, "p": jamlab.pack(8, 1e-2, seed=1)})
         assert told in str(refused.value)
+    recipe = jamlab.pack(8, 1e-2, seed=1).recipe
+    for word, told in {"replace": "`dataclasses.replace(recipe, seed=2)`", "make": "`jamlab.make(recipe)`"}.items():
+        with pytest.raises(AttributeError, match=re.escape(told)):
+            getattr(recipe, word)
     for law in ("hertz", {"exponent": 2.5}, {"law": "hertz"}):
         assert jamlab.pack(8, 1e-2, law=law).params["exponent"] == 2.5
 

@@ -74,11 +74,22 @@ STATES = "states"  # the observable of every task: what `jamlab.measure` says of
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 
 
+_DENSITY = ("dos", "vdos", "density_of_states")  # observables typed from habit, and the functions of Python
+_MEANT = {
+    **dict.fromkeys(("gstar", "complex_modulus", "spectrum", "moduli"), "spectra"),
+    **{"flow_curve": "flow", "shear": "flow", "oscillate": "oscillation", "measure": STATES, "hexatic_order": "order"},
+}
+
+
 def _check_observable(value: str) -> str:
     declared = DECLARED.names()
     function = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
     if value not in (STATES, *OBSERVABLES, *declared) and not function.fullmatch(value):
         known = ", ".join(map(repr, (STATES, *OBSERVABLES, *declared)))
+        if value in _DENSITY:
+            raise ValueError("use jamlab.density_of_states(campaign) of the packings: it needs no observable")
+        if value in _MEANT:
+            raise ValueError(f"use {_MEANT[value]!r}, or another of {known}")
         raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
     return value
 

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 # key -> what it is called elsewhere, beside the habits of the argument of its name; said only in tables with the key
+# arguments of `Campaign.run`
+_OF_A_RUN = ("workers", "processes", "n_jobs", "cores", "cpus")
 _ALSO_CALLED = {
     "name": "campaign title label id",
     "sweep": "task run batch",
@@ -96,15 +98,28 @@ def _explain_unknown(key: str, keys: list[str], everywhere: Mapping[str, list[st
     """The key that was meant by an unknown one, or the table that has it, and all keys that there are."""
     holders = [holder for holder, known in everywhere.items() if holder and key in known]
     where = f"it is a key of {' and '.join(holders)}." if holders else "leave it out."
+    if key in _OF_A_RUN:
+        return f"unknown key: give it to the run, as jamlab campaign run --workers 2. Keys here: {', '.join(keys)}"
+    if not holders and (elsewhere := _meant_elsewhere(key, everywhere)):
+        where = elsewhere
     meant = [known for known in keys if key.lower() == known or key in _words(known)]
     said = f"did you mean {meant[0]}?" if meant else name_meant(key, keys, otherwise=where)
     return f"unknown key, {said} Keys here: {', '.join(keys)}"
 
 
+def _meant_elsewhere(key: str, everywhere: Mapping[str, list[str]]) -> str:
+    """The key of another table that is called so; "" if there is none."""
+    found = [
+        (known, holder) for holder, keys in everywhere.items() for known in keys if key in _words(known) and holder
+    ]
+    holders = [holder for known, holder in found if known == found[0][0]]
+    return f"did you mean {found[0][0]}, a key of {' and '.join(dict.fromkeys(holders))}?" if found else ""
+
+
 def _words(key: str) -> list[str]:
     """What else a key is called, the argument of its name included."""
     habits = ARGUMENTS[key].habits if key in ARGUMENTS else ""
-    return f"{_ALSO_CALLED.get(key, '')} {habits}".split()
+    return [word for word in f"{_ALSO_CALLED.get(key, '')} {habits}".split() if word not in _OF_A_RUN]
 
 
 def _show(value: Any) -> str:

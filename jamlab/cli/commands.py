@@ -32,7 +32,8 @@ class Hinting(TyperGroup):
             return super().resolve_command(ctx, args)
         except TyperException as error:
             known, group = self.list_commands(ctx), f"{ctx.info_name} " * (ctx.parent is not None)
-            near, use = misspelt(args[0], known), HABITS.get(args[0], "")
+            near = misspelt(args[0].replace("-", "_"), [each.replace("-", "_") for each in known]).replace("_", "-")
+            use = HABITS.get(args[0], "")
             use = f"{group}{near}" if near else use if use.startswith(group) else ""
             in_python = "" if use or group else _in_python(args[0])
             said = f"use `jamlab {use}`" if use else in_python or f"use one of {', '.join(known)}"

@@ -61,9 +61,12 @@ def parameters_of(law: Law | None) -> dict[str, Any]:
         return {**NAMED[name], **given}
     if isinstance(name, str) and name not in LAWS.names():
         as_parameters = typed("law={'exponent': 2.5}", "--law exponent=2.5")
+        known = [*NAMED, *LAWS.names()]
+        near = [each for each in known if name.lower() in (each, f"{each}ian")]
+        there = f"use {near[0]!r}" if near else f"known are {', '.join(known)}"
         raise InputError(
-            f"unknown force law {name!r}: known are {', '.join([*NAMED, *LAWS.names()])}; give parameters as "
-            f"{as_parameters}, and write another law as docs/how_to/own_force_law.md says"
+            f"unknown force law {name!r}: {there}; give parameters as {as_parameters}, and "
+            "write another law as docs/how_to/own_force_law.md says"
         )
     return given
 

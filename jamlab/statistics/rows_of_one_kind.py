@@ -120,6 +120,11 @@ def packings_of(campaign: Campaign, select: Select | None) -> tuple[list[Packing
 
 def _has(frame: pd.DataFrame, name: str, value: Any) -> Any:
     """Which rows have a value in a column; refuses a column that is not there, and a value that no row has."""
+    if name == "sweep" and name not in frame.columns:
+        raise InputError(
+            "select: sweep is no column: choose by columns in which sweeps differ, such as n, ensemble or exponent "
+            "(nan: the default), or give the table of one sweep: campaign.table(name, sweep=...)"
+        )
     if name not in frame.columns:
         raise InputError(f"select: the table has no column {name!r}: use one of {', '.join(frame.columns)}")
     column = frame[name]
