@@ -171,9 +171,13 @@ class ShearRun(FlowRun):
         """(m,) rows beyond a strain of start-up, the first of which only begins the average."""
         rows = np.flatnonzero(self.path >= (self._last_part + discard) * (1 - 1e-9))
         if len(rows) <= 2 * AVERAGES.blocks:
+            last = float(self.path[-1])
+            remedy = "shear further, or ask for more rows"
+            if last <= (needed := self._last_part + discard):
+                remedy = f"shear to more than {needed:g}, or discard less than {last - self._last_part:g}"
             raise InputError(
                 f"only {len(rows)} rows lie beyond strain {discard:g}, but {2 * AVERAGES.blocks + 1} are "
-                f"needed: shear to more than {self.path[-1]:g}, or ask for more rows"
+                f"needed: {remedy}"
             )
         return rows
 

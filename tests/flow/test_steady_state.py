@@ -81,3 +81,5 @@ def test_shear_the_other_way_has_the_same_means_but_for_the_sign(run):
 def test_too_few_rows_are_refused(run):
     with pytest.raises(jamlab.InputError, match=r"only 1[0-9] rows lie beyond strain 0\.25"):
         run.steady(discard=0.25)
+    with pytest.raises(jamlab.InputError, match=r"only 0 rows.*: shear to more than 5, or discard less than 0\.3$"):
+        run.steady(discard=5.0)
