@@ -94,6 +94,10 @@ class Campaign(Hinted):
     content: CampaignTable
     folder: CampaignFolder
 
+    def __repr__(self) -> str:
+        sweeps = ", ".join(sweep.name for sweep in self.content.sweep)
+        return f"Campaign({str(self.file)!r}, folder={str(self.folder.path)!r}, sweeps: {sweeps})"
+
     @property
     def name(self) -> str:
         """Name of the campaign."""

@@ -234,6 +234,7 @@ def test_a_campaign_collapses_as_the_spectra_of_its_packings(tmp_path):
     keys = {"n": 16, "seeds": 2, "compress": None, "pressures": [1e-2, 3e-2, 2e-2], "observables": ["spectra"]}
     keys |= {"omega": np.geomspace(1e-5, 1, 6).tolist(), "prestress": [True, False]}
     run_here(campaign := jamlab.open_campaign(written(tmp_path / "c.toml", **keys)))
+    assert repr(campaign).startswith("Campaign('") and repr(campaign).endswith(", sweeps: disks)")
     with pytest.raises(jamlab.InputError, match="sweep is no column: choose by columns in which sweeps differ"):
         jamlab.scaling_collapse(campaign, select={"sweep": "disks"})
     found = jamlab.scaling_collapse(campaign, select={"prestress": False}, resamples=3)
