@@ -20,7 +20,7 @@ ANALYSIS = (
             "sweep.oscillation": REQUIRED,
             "deck": 0.1,
         },
-        unset="no observable needs it",
+        unset="none",
         limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
         habits="omega_min omega_max f omegas frequency frequencies freq w",
         highest=1e100,
@@ -142,7 +142,7 @@ ANALYSIS = (
         unit="natural units",
         each="pressure",
         otherwise={"sweep": None},
-        unset="another protocol is given",
+        unset="none, another protocol",
     ),
     Argument(
         "spectra", "Spectra of the packings of each pressure.", default=None, unset="those of the campaign or table"

@@ -28,7 +28,7 @@ CAMPAIGNS = (
     Argument("last", "Last seed of a range.", "integer", least=0),
     Argument("compress", "A sweep from onset, with the arguments of jamlab.compress.", default=None, unset="none"),
     Argument("decompress", "Go down through the pressures, each from the one before.", "flag", default=False),
-    Argument("onset", "Stop at onset.", "flag", default=None, unset="another protocol is given"),
+    Argument("onset", "Stop at onset.", "flag", default=None, unset="none, another protocol"),
     Argument(
         "chunk",
         "Seeds of a task that are made together and kept in one file.",
@@ -46,7 +46,7 @@ CAMPAIGNS = (
         "array",
         unit="1/tau_1",
         default=None,
-        unset="no observable needs it",
+        unset="none",
         least=0,
         highest=1e100,
     ),

@@ -59,7 +59,7 @@ FILES = (
         "File of packings: of jamlab, LAMMPS, GSD, extended xyz, or a table of disks.",
         "path",
         otherwise={"jamlab analyze": None},
-        unset="labels are given",
+        unset="none, give it or labels",
         text_otherwise={
             "jamlab droplets": "File of outlines: GeoJSON, or a table with columns droplet, x, y.",
             "jamlab analyze": "File of packings, of jamlab or another program, or of a picture.",
@@ -75,7 +75,7 @@ FILES = (
         "files",
         "Files of packings; those of one kind give a mean.",
         otherwise={"jamlab gstar": None},
-        unset="packings are made",
+        unset="none, packings are made",
     ),
     Argument("target", "File to write.", "path"),
     Argument(

@@ -23,7 +23,7 @@ FLOW = (
         least=1e-12,
         highest=1000.0,  # disks pass through each other long before
         otherwise={"choose_flow": None, "deck": 0.001},
-        unset="not a shear",
+        unset="none, no shear",
         habits="edot gamma_dot shear_rate strain_rate",
         limits_otherwise={"shear": (-1000.0, 1000.0)},
         text_otherwise={"jamlab shear": "Shear rate."},
@@ -99,7 +99,7 @@ FLOW = (
         highest=2,  # beyond, every half cycle is steady flow
         otherwise={"nonlinear_modulus": None, "choose_flow": None, "deck": 0.0001},
         limits_otherwise={"nonlinear_modulus": (0, None)},
-        unset="another argument says what drives it",
+        unset="none, another argument drives it",
         habits="strain strain_amplitude gamma_0 gamma0",
     ),
     Argument("amplitudes", "Amplitudes of an oscillating strain.", "array", least=1e-12, highest=2, each="amplitude"),
@@ -113,7 +113,7 @@ FLOW = (
         highest=1000.0,
         otherwise={"nonlinear_modulus": None, "deck": 0.001},
         limits_otherwise=dict.fromkeys(("creep", "nonlinear_modulus"), (0, None)),
-        unset="the amplitude is given",
+        unset="none, give amplitude or stress",
         habits="sigma_0 sigma0 load weight applied_stress stress_applied",
     ),
     Argument(
@@ -192,7 +192,7 @@ FLOW = (
     ),
     Argument(
         "damping",
-        "Drag law: one by name, or its parameters; in Python also an object.",
+        "Drag law: in Python an object such as ContactDamping(beta=1.0); elsewhere its name, or its parameters.",
         default=None,
         unset="contact damping with beta = 1",
         metavar="NAME|PARAMETER=VALUE",

@@ -178,7 +178,7 @@ MAKING = (
         "p",
         unit="natural units",
         default=None,
-        unset="phi is given",
+        unset="none, give pressure or phi",
         unset_otherwise=dict.fromkeys(("quasistatic_shear", "jamlab quasistatic-shear"), "the area is held"),
         otherwise={"decompress": REQUIRED, "in.sp.pressure": 0.001},
         limits_otherwise={"deck": (0, 30)},
@@ -197,7 +197,7 @@ MAKING = (
         highest=2,
         above=True,
         default=None,
-        unset="pressure is given",
+        unset="none, give pressure or phi",
         habits="phi_target target_phi phi_max volume_fraction area_fraction packing_fraction density rho",
     ),
     Argument(

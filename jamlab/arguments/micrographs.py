@@ -10,7 +10,7 @@ MICROGRAPHS = (
         "picture",
         "A picture: a file, or an array.",
         default=None,
-        unset="labels are given",
+        unset="none, give it or labels",
         habits="image pic array img",
     ),
     Argument(

@@ -17,7 +17,7 @@ READING = (
         "source",
         "Packings, or a file of them; of pictures their files.",
         otherwise={"track_droplets": None},
-        unset="labels are given",
+        unset="none, give it or labels",
     ),
     Argument("u", "Universe of MDAnalysis, or atoms of it."),
     Argument(
