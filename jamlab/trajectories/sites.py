@@ -329,7 +329,7 @@ class Sites:
         box = None if given is None else plane_box("box", given)
         if box is None and self.box is None:
             raise InputError(
-                "the source has no periodic box (xyz: no Lattice): give "
+                "the source has no periodic box (of an xyz file: no Lattice): give "
                 + typed("box= as two sides or two lattice vectors", "--box LX,LY")
             )
         if box is not None and self.box is not None and not np.array_equal(box, self.box):
