@@ -278,7 +278,8 @@ MAKING = (
         "Vertices of a small droplet; a parameter of `law`.",
         "integer",
         least=3,
-        highest=1000,
+        highest=10000,
+        limits_otherwise={"deck": (3, 1000)},
         default=FromDeck("dp", "nv_small"),
     ),
     Argument(
@@ -286,7 +287,8 @@ MAKING = (
         "Vertices of a large droplet; a parameter of `law`.",
         "integer",
         least=3,
-        highest=1000,
+        highest=10000,
+        limits_otherwise={"deck": (3, 1000)},
         default=FromDeck("dp", "nv_large"),
     ),
 )

@@ -228,8 +228,6 @@ class Sweep(FileTable):
         if len(protocols) != 1:
             said = f"{' and '.join(protocols)} are given: " if protocols else ""
             raise ValueError(f"{said}give exactly one of compress, pressures, phi and onset = true")
-        if self.phi is not None and self.ensemble != "fixed-box":
-            raise ValueError("phi = [...] needs ensemble = 'fixed-box': a quench does not change the box")
         if self.decompress and len(self.pressures or ()) < 2:
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")

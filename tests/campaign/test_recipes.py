@@ -17,7 +17,7 @@ SWEEPS = {
     "confluence": {"model": "dp", "n": 8, "compress": {"to": 0.99, "step": 0.03, "confluence": 5e-3}},
     "pressures": {"n": 12, "compress": None, "pressures": [1e-2, 1e-3], "law": "hertz"},
     "decompressed": {"n": 12, "compress": None, "pressures": [1e-2, 3e-3, 1e-3], "decompress": True},
-    "phi": {"n": 12, "compress": None, "phi": [0.7, 0.9], "units": "eps"},
+    "phi": {"n": 12, "compress": None, "phi": [0.7, 0.9], "units": "eps", "ensemble": "shear-stabilized"},
 }
 
 
@@ -41,6 +41,9 @@ def assert_made_again(found):
 def test_a_packing_of_a_campaign_is_made_again_from_its_recipe(tmp_path, chunk):
     found = packings_of(tmp_path / "c.toml", **SWEEPS["phi"], chunk=chunk)
     assert len(found) == 4 and {packing.units for _, packing in found} == {"eps"}
+    sheared = [packing for _, packing in found if packing.phi > 0.8]
+    assert len(sheared) == 2 and all(abs(jamlab.evaluate(packing).stress[0, 1]) < 1e-10 for packing in sheared)
+    assert all(packing.box[1, 0] != 0 for packing in sheared)
     assert_made_again(found)
 
 
