@@ -97,6 +97,14 @@ OF_ONE_FUNCTION = (
             "jamlab flow-curve": "a second curve at another `--tolerance`, which shows the error",
         },
     ),
+    Concept("tolerance accuracy", of={"scene": "`error`"}),
+    Concept(
+        "n n_packings packings samples", of={"estimate": "`error`, from which sizes and numbers of packings follow"}
+    ),
+    Concept("x horizontal", of={"direction": "`simple`"}),
+    Concept("law force_law potential hertz", of={"jamlab deck": "`exponent`"}),
+    Concept("frames snapshot_every", of={"jamlab deck": "`rows`"}),
+    Concept("damping drag stokes", of={"in.sp.startup": "`background_drag`"}),
     Concept("model", of={"pack": "`jamlab.jam(n, 'dp')` for droplets, then `jamlab.compress`: pack makes disks"}),
     Concept("alpha", of={"nonlinear_modulus": "`damping`, such as ContactDamping(alpha=0.5)"}),
     Concept("ring rings", of={"contrast": "a segmentation, of Cellpose or StarDist, as labels"}),

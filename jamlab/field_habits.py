@@ -282,6 +282,7 @@ FIELD = (
             {"Result": "`to_dataframe()`, a table of pandas", "Packing": "`params`, `positions`, and "
              "`jamlab.write(path, {p})` for a file",
              "Campaign": "`table()`, a table of pandas", "Micrograph": "`table()`"}),
+    Concept("steady", of={MODULE: "`jamlab.flow_curve({p}, rates)`, or the method steady of a run"}),
     Concept("copy deepcopy clone replace", "", "the object itself: results never change",
             {MODULE: "the packing itself: packings never change",
              "Recipe": "`dataclasses.replace(recipe, seed=2)`, then `jamlab.make`"}),
