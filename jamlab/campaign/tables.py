@@ -19,7 +19,7 @@ from jamlab.campaign.observable import DAMPING, TableColumns
 from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.campaign.task_file import TaskRows
 from jamlab.campaign.tasks import Batch
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, name_meant
 from jamlab.errors import InputError
 from jamlab.laws.parameter import UNITS
 from jamlab.mechanics.negative_moduli import NegativeRows
@@ -292,7 +292,8 @@ def _check_columns(frame: pd.DataFrame, numbers: Sequence[str], by: Sequence[str
     """Refuse columns that a table does not have, and means of columns without numbers."""
     for name in [*numbers, *by]:
         if name not in frame.columns:
-            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+            remedy = name_meant(name, frame.columns, f"use one of {', '.join(frame.columns)}")
+            raise InputError(f"the table has no column {name!r}: {remedy}")
     for name in numbers:
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: give it in by=, to group by it")

@@ -22,7 +22,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
-from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, packings_of
+from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, choice_among, packings_of
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def density_of_states(
     if not each:
         raise InputError("packings: give one or more")
     if len(kinds := group_by_kind(each)) > 1:
-        remedy = "choose by select=" if isinstance(packings, Campaign) else "give those of one"
+        remedy = choice_among(rows) if isinstance(packings, Campaign) else "Give those of one"
         raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
     if isinstance(packings, Campaign):
         check_packings_once(rows, "states")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from jamlab.checks import name_meant
 from jamlab.errors import InputError, warn
 from jamlab.packing.kinds import MODELS
 
@@ -86,6 +87,16 @@ def selected(frame: pd.DataFrame, select: Select | None) -> pd.DataFrame:
     return frame
 
 
+def choice_among(rows: pd.DataFrame) -> str:
+    """How to choose packings of one kind among the states of a campaign."""
+    state = "state" if rows["target_pressure"].isna().any() else "target_pressure"
+    what = (state, "n", "model", "ensemble", "exponent", "stickiness")
+    several = [name for name in what if name in rows and rows[name].nunique(dropna=False) > 1]
+    first = {name: rows[name].tolist()[0] for name in several}
+    said = ", ".join(f"{name!r}: {value!r}" for name, value in first.items()).replace(": nan", ": float('nan')")
+    return f"Choose by select{f', such as select={{{said}}}' * bool(said)}"
+
+
 def check_packings_once(frame: pd.DataFrame, where: str) -> None:
     """Refuse rows of one kind in which a seed has two tasks: sweeps that measure different things of the same packings,
     each of which would count twice."""
@@ -126,7 +137,8 @@ def _has(frame: pd.DataFrame, name: str, value: Any) -> Any:
             "(nan: the default), or give the table of one sweep: campaign.table(name, sweep=...)"
         )
     if name not in frame.columns:
-        raise InputError(f"select: the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+        remedy = name_meant(name, frame.columns, f"use one of {', '.join(frame.columns)}")
+        raise InputError(f"select: the table has no column {name!r}: {remedy}")
     column = frame[name]
     number = isinstance(value, int | float) and not isinstance(value, bool) and column.dtype.kind in "iuf"
     chosen = np.isclose(column, value, rtol=SAME, atol=0.0, equal_nan=True) if number else column == value

@@ -237,6 +237,13 @@ def test_a_campaign_collapses_as_the_spectra_of_its_packings(tmp_path):
     assert repr(campaign).startswith("Campaign('") and repr(campaign).endswith(", sweeps: disks)")
     with pytest.raises(jamlab.InputError, match="sweep is no column: choose by columns in which sweeps differ"):
         jamlab.scaling_collapse(campaign, select={"sweep": "disks"})
+    with pytest.raises(jamlab.InputError, match="the table has no column 'omegas': did you mean omega"):
+        campaign.aggregate(["storage"], by=["omegas"], table="spectra")
+    with pytest.raises(jamlab.InputError, match="select: the table has no column 'omegas': did you mean omega"):
+        jamlab.scaling_collapse(campaign, select={"omegas": 1.0})
+    with pytest.raises(jamlab.InputError, match=r"such as select=\{'target_pressure': 0\.03\}$"):
+        jamlab.density_of_states(campaign)
+    assert jamlab.density_of_states(campaign, select={"target_pressure": 0.01}).packings == 2
     found = jamlab.scaling_collapse(campaign, select={"prestress": False}, resamples=3)
     pressures, omega = [1e-2, 2e-2, 3e-2], np.unique(campaign.table("spectra")["omega"])
     packings = [packing for task in campaign.finished() for packing in campaign.packings(task)]

@@ -135,7 +135,7 @@ def test_a_campaign_has_the_density_of_its_packings(full):
     p = min(full.packings(task), key=lambda p: p.provenance["pressure"])
     found = jamlab.density_of_states(full, 6, select={"n": 32, "target_pressure": 1e-3})
     assert np.array_equal(found.density, jamlab.density_of_states(p, 6).density) and found.packings == 1
-    for select, named in (({"n": 32}, "2 kinds.*select="), ({"n": 31}, "no row has n"), (None, "more. choose")):
+    for select, named in (({"n": 32}, "2 kinds.*select="), ({"n": 31}, "no row has n"), (None, "more. Choose")):
         with pytest.raises(jamlab.InputError, match=named):
             jamlab.density_of_states(full, select=select)
     with pytest.raises(jamlab.InputError, match="select"):
