@@ -67,7 +67,6 @@ def droplets(**law):
         ({"compress": {"to": 1.2}}, "to = 1.2"),
         ({"compress": {"to": 0.9, "first_step": 0.1}}, "first_step = 0.1"),
         ({"compress": None, "phi": [0.8], "model": "dp"}, "phi"),
-        ({"compress": None, "phi": [0.8], "ensemble": "shear-stabilized"}, "fixed-box"),
         (pressed(0.01, model=["sp", "dp"]), "pressures"),
         (pressed(0.01, decompress=True), "decompress"),
         ({"decompress": True}, "decompress"),
