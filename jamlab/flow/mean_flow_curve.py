@@ -12,7 +12,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError, warn
 from jamlab.flow.flow_curve import FlowCurve
-from jamlab.mechanics.like_packings import group_by_kind
+from jamlab.mechanics.like_packings import check_distinct, group_by_kind
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
@@ -204,6 +204,8 @@ def _of_curves(curves: Sequence[FlowCurve]) -> tuple[list[_Point], list[float], 
     for name in ("damping", "background_drag", "tolerance"):
         if len(found := dict.fromkeys(str(getattr(curve, name)) for curve in curves)) > 1:
             raise InputError(f"flows with {name} {' and '.join(found)} have no common mean: give those of one")
+    for rate in dict.fromkeys(float(each) for curve in curves for each in curve.rates):
+        check_distinct({k: curve.frames[0] for k, curve in enumerate(curves) if rate in curve.rates}, "curves")
     points, missed = list[_Point](), list[float]()
     for curve in curves:
         for k, steady in enumerate(curve.finished):

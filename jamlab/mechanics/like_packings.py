@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from jamlab.errors import InputError
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
 
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
+
+
+def check_distinct(packings: Mapping[int, Packing], what: str = "packings") -> None:
+    """Refuse a packing that is given twice, which would count twice in a mean. `packings`: of one kind, by number."""
+    seen: dict[Packing, int] = {}
+    for k, packing in packings.items():
+        if packing in seen:
+            raise InputError(f"{what}[{seen[packing]}] and {what}[{k}] are of the same packing: leave one out")
+        seen[packing] = k
 
 
 def group_by_kind(packings: Sequence[Packing]) -> dict[str, list[int]]:

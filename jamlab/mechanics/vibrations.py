@@ -16,7 +16,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.mechanics.density_of_states import HISTOGRAM, DensityOfStates, density_of
 from jamlab.mechanics.factors import SOFT, SymmetricFactors
-from jamlab.mechanics.like_packings import group_by_kind
+from jamlab.mechanics.like_packings import check_distinct, group_by_kind
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -216,7 +216,8 @@ def density_of_states(
         prestress: False replaces contacts by unstressed springs; of disks only.
 
     Raises:
-        InputError: packings of several kinds, edges that are not ascending, or too many coordinates.
+        InputError: packings of several kinds, or one that is given twice, edges that are not ascending, or too many
+            coordinates.
 
     Example:
         >>> packings = [jamlab.pack(n=32, pressure=1e-3, seed=seed) for seed in (1, 2, 3)]
@@ -237,6 +238,7 @@ def density_of_states(
         raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
     if isinstance(packings, Campaign):
         check_packings_once(rows, "states")
+    check_distinct(dict(enumerate(each)))
     kept = each if rattlers else [remove_rattlers(packing) for packing in each]
     return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
 

@@ -165,14 +165,9 @@ def scaling_collapse(
     elif spectra is None:
         raise InputError("spectra are missing: give pressures and spectra, or a campaign")
     p = np.ravel(np.asarray(pressures, dtype=np.float64))
-    if len(p) != len(spectra) or not all(len(group) for group in spectra):
-        raise InputError(f"got {len(p)} pressures and {len(spectra)} groups: a collapse needs spectra of each pressure")
-    if len(p) < 3:
-        raise InputError(f"a collapse needs three pressures or more, got {len(p)}: {', '.join(f'{q:g}' for q in p)}")
-    omega = spectra[0][0].omega
-    if not all(np.array_equal(s.omega, omega) for group in spectra for s in group):
-        raise InputError("a collapse needs spectra at the same frequencies")
+    _check_groups(p, spectra)
     _check_positive(p, spectra)
+    omega = spectra[0][0].omega
     kept = omega <= CRITICAL_RANGE.highest
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = omega[kept]
@@ -191,6 +186,27 @@ def scaling_collapse(
     mu_ci95, lam_ci95, exponent_ci95 = (float(e) for e in errors)
     storage, loss = np.stack(means, axis=1)
     return Collapse(*best[:3], mu_ci95, lam_ci95, exponent_ci95, best[3], p, x, storage, loss, spectra[0][0].unit)
+
+
+def _check_groups(p: Array, spectra: Sequence[Sequence[ComplexModulus]]) -> None:
+    """Refuse too few pressures, and spectra that do not belong together."""
+    if len(p) != len(spectra) or not all(len(group) for group in spectra):
+        raise InputError(f"got {len(p)} pressures and {len(spectra)} groups: a collapse needs spectra of each pressure")
+    given = ", ".join(f"{pressure:g}" for pressure in p)
+    if not (np.isfinite(p) & (p > 0)).all():
+        raise InputError(f"pressures = {given}: must be finite numbers above 0")
+    if len(p) < 3:
+        raise InputError(f"a collapse needs three pressures or more, got {len(p)}{': ' * bool(given)}{given}")
+    if len(np.unique(p)) < len(p):
+        raise InputError(f"pressures = {given}: give each pressure once, with all its spectra")
+    every = [spectrum for group in spectra for spectrum in group]
+    if not all(np.array_equal(spectrum.omega, every[0].omega) for spectrum in every):
+        raise InputError("a collapse needs spectra at the same frequencies")
+    for name in ("unit", "direction"):
+        found = dict.fromkeys(str(getattr(spectrum, name)) for spectrum in every)
+        found.pop("", None)  # one made by hand says no unit
+        if len(found) > 1:
+            raise InputError(f"a collapse needs spectra of one {name}, got {', '.join(found)}")
 
 
 def _check_positive(pressures: Array, spectra: Sequence[Sequence[ComplexModulus]]) -> None:

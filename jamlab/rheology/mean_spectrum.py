@@ -17,7 +17,7 @@ from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.elasticity import linear_response, mean_shear_modulus
-from jamlab.mechanics.like_packings import group_by_kind
+from jamlab.mechanics.like_packings import check_distinct, group_by_kind
 from jamlab.mechanics.negative_moduli import warn_of_negative_rows
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
@@ -224,7 +224,7 @@ def mean_spectra(
         JamlabWarning: static moduli are negative: packings are unstable to shear at the shape of their box.
 
     Raises:
-        InputError: no packing, or as `jamlab.complex_modulus`.
+        InputError: no packing, one that is given twice, or as `jamlab.complex_modulus`.
         ConvergenceError: a packing is unjammed, not at a minimum or unstable; the error says which.
 
     Example:
@@ -248,6 +248,7 @@ def mean_spectra(
     means = []
     for kind, members in group_by_kind(packings).items():
         own = {k: packings[k] for k in members}
+        check_distinct(own)
         how: dict[str, Any] = {"direction": direction, "prestress": prestress, "method": method}
         spectra = [_one(f"packing {k}: " * (len(packings) > 1), p, omega, law, **how) for k, p in own.items()]
         tensors = [linear_response(p, prestress=prestress).relaxed for p in own.values()]

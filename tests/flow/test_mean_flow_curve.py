@@ -119,3 +119,8 @@ def test_impossible_means_are_refused(curves, rows):
             jamlab.mean_flow_curve(table)
     with pytest.raises(jamlab.InputError, match="select"):
         jamlab.mean_flow_curve(curves, select={"n": 8})
+
+
+def test_a_packing_counts_once_at_each_rate(curves):
+    with pytest.raises(jamlab.InputError, match=r"curves\[0\] and curves\[4\] are of the same packing"):
+        jamlab.mean_flow_curve([*curves, curves[0]])

@@ -100,3 +100,11 @@ def test_unknown_endings_and_places_are_refused(tmp_path):
         check_output(tmp_path / "s")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
         check_output(tmp_path / "nowhere" / "s.png")
+
+
+def test_a_packing_counts_once_in_a_mean():
+    first, other = (jamlab.pack(16, 1e-2, seed=seed) for seed in (1, 2))
+    twice = [first, other, first.with_state(provenance={"note": 1})]
+    for mean in (jamlab.density_of_states, lambda packings: jamlab.mean_spectra(packings, [1.0], prestress=False)):
+        with pytest.raises(jamlab.InputError, match=r"packings\[0\] and packings\[2\] are of the same packing"):
+            mean(twice)

@@ -1,5 +1,7 @@
 """Slow shear, displacement correlation, equivalent damping and scaling collapse against loops, closed forms, limits."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -261,6 +263,28 @@ def test_packings_of_a_table_that_did_not_converge_are_left_out(rows, spectra):
 def test_impossible_tables_are_refused(rows, change, named):
     with pytest.raises(jamlab.InputError, match=named):
         jamlab.scaling_collapse(change(rows), resamples=0)
+
+
+@pytest.mark.parametrize(
+    ("pressures", "named"),
+    [
+        ([1e-2, 1e-3, np.inf], "0.01, 0.001, inf: must be finite numbers above 0"),
+        ([1e-2, 1e-3, 0.0], "must be finite numbers above 0"),
+        ([1e-2, 1e-3, 1e-3], "0.01, 0.001, 0.001: give each pressure once"),
+        ([1e-3, 1e-3], "got 2: 0.001, 0.001"),
+        ([], "got 0"),
+    ],
+)
+def test_impossible_pressures_are_refused(spectra, pressures, named):
+    with pytest.raises(jamlab.InputError, match=named):
+        jamlab.scaling_collapse(pressures, spectra[: len(pressures)], resamples=0)
+
+
+@pytest.mark.parametrize(("name", "values"), [("unit", ("k", "eps")), ("direction", ("pure", "simple"))])
+def test_spectra_of_two_units_or_directions_do_not_collapse(spectra, name, values):
+    two = [[dataclasses.replace(each, **{name: values[k > 0]}) for each in group] for k, group in enumerate(spectra)]
+    with pytest.raises(jamlab.InputError, match=f"spectra of one {name}, got {', '.join(values)}"):
+        jamlab.scaling_collapse(PRESSURES, two, resamples=0)
 
 
 def test_what_a_table_has_is_not_given_twice(rows, spectra):
