@@ -92,11 +92,13 @@ def droplets_from_disks(
         )
     if packing.law.range:
         raise InputError(
-            f"stickiness = {packing.params['stickiness']:g}: droplets do not attract each other; give repulsive disks, "
+            f"{packing.law}: droplets do not attract each other; give repulsive disks, "
             'packing.with_state(params={"k": 1.0}), or use the disks'
         )
     if not packing.law.springs:
-        warn(f"exponent = {packing.params['exponent']:g} of the disks is not kept: droplets repel by springs")
+        exponent = packing.params.get("exponent")
+        lost = packing.law if exponent is None else f"exponent = {exponent:g}"
+        warn(f"{lost} of the disks is not kept: droplets repel by springs")
     began, given = time.perf_counter(), packing
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from laws_of_others import Ramp
 
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
@@ -69,8 +70,15 @@ def test_number_of_vertices_and_units(sp_jammed):
 
 def test_attraction_is_refused_and_an_exponent_that_is_lost_is_said():
     """Droplets repel by springs."""
-    with pytest.raises(jamlab.InputError, match=r"stickiness = 0\.05"):
+    with pytest.raises(jamlab.InputError, match=r"sticky disks of stickiness 0\.05: droplets do not attract"):
         jamlab.droplets_from_disks(jamlab.pack(8, phi=0.8, seed=1, law={"stickiness": 0.05}))
     *_, hertz = jamlab.compress(jamlab.jam(8, seed=1, law={"exponent": 2.5}), to=0.86, step=0.02)
     with pytest.warns(jamlab.JamlabWarning, match=r"exponent = 2\.5"):
         assert jamlab.droplets_from_disks(hertz).model == "dp"
+
+
+def test_the_law_of_another_package_is_lost_in_words():
+    disks = jamlab.pack(8, 1e-2, law=Ramp.name)
+    with pytest.warns(jamlab.JamlabWarning, match="law 'ramp' of the disks is not kept"):
+        droplets = jamlab.droplets_from_disks(disks)
+    assert jamlab.packing_fraction(droplets) == pytest.approx(jamlab.packing_fraction(disks), abs=1e-5)
