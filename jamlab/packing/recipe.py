@@ -95,7 +95,7 @@ class Recipe(Hinted):
             value = getattr(self, name)
             if name not in _TAKES[self.protocol]:
                 if value is not None:
-                    raise InputError(f"{name} = {value!r}: the protocol {self.protocol!r} has none; leave it out")
+                    raise InputError(f"{name} = {value!r}: the protocol {self.protocol!r} has none; give None")
             elif value is None and name == self.protocol:
                 raise InputError(f"{name}: give it for the protocol {self.protocol!r}")
             elif value is None and name in _USUAL:

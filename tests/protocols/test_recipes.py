@@ -234,7 +234,7 @@ RECIPE = {"protocol": "onset", "n": 8}
     [
         ({"protocol": "flow"}, "protocol"),
         ({"n": 8.5}, "n = 8.5"),
-        ({"pressure": 1e-3}, "pressure = 0.001: the protocol 'onset' has none"),
+        ({"pressure": 1e-3}, "pressure = 0.001: the protocol 'onset' has none; give None"),
         ({"protocol": "pressure"}, "pressure: give it"),
         ({"protocol": "phi", "phi": 0.8, "search": "bisection"}, "search = 'bisection'"),
         ({"protocol": "phi", "phi": 0.8, "model": "dp"}, "model = 'dp'"),
