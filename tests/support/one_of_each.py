@@ -51,7 +51,7 @@ def objects():
         jamlab.stop_flow(run, 1.0),
         flow_curve(p, run),
         flow_curve(p, run).herschel_bulkley(),
-        jamlab.mean_flow_curve([flow_curve(p, run, stress) for stress in (0.01, 0.011)]),
+        jamlab.mean_flow_curve([flow_curve(p, run, 0.01), flow_curve(q, run, 0.011)]),
         jamlab.results.SteadyState(**dict.fromkeys(numbers, 0.1)),
         jamlab.results.Estimate(5.0, 0.1, True, 3, 0, 1.0, choice, np.array([4.9, 5.0, 5.1]), np.arange(3)),
     ]  # fmt: skip
@@ -62,7 +62,7 @@ def objects():
 def flow_curve(packing, run, stress=0.01):
     """A flow curve with a yield stress, without a run."""
     arrays = {name: np.full(len(RATES), 0.1) for name in FlowCurve.columns if name != "finished"}
-    arrays |= {"rates": RATES, "stress": stress + 0.1 * np.sqrt(RATES), "stress_stderr": np.full(len(RATES), 1e-4)}
+    arrays |= {"rate": RATES, "stress": stress + 0.1 * np.sqrt(RATES), "stress_stderr": np.full(len(RATES), 1e-4)}
     plain = {each.name: getattr(run, each.name) for each in fields(run) if each.name in ("damping", "unit")}
     return FlowCurve(
         frames=(packing,) * 5, background_drag=0.0, tolerance=1e-3, discard=1.0, strain=1.0, **plain, **arrays
