@@ -62,18 +62,18 @@ FIELD = (
             "`jamlab.quasistatic_shear({p}, strain)`"),
     Concept("carreau carreau_yasuda cross cross_model papanastasiou ostwald power_law_fluid sisko fit_model "
             "carreau_fit cross_fit windhab three_component", "",
-            "`jamlab.flow_curve({p}, rates)`: fit its rates and stress by scipy.optimize.curve_fit",
-            {"FlowCurve": "`rates` and `stress`, in scipy.optimize.curve_fit"}),
+            "`jamlab.flow_curve({p}, rates)`: fit its rate and stress by scipy.optimize.curve_fit",
+            {"FlowCurve": "`rate` and `stress`, in scipy.optimize.curve_fit"}),
     Concept("power_law power_law_fit powerlaw shear_thinning thinning_index", "", "",
             {"FlowCurve": "`herschel_bulkley()`"}),
-    Concept("viscosities", "", "", {"FlowCurve": "`stress / rates`"}),
+    Concept("viscosities", "", "", {"FlowCurve": "`stress / rate`"}),
     Concept("thixotropy hysteresis hysteresis_loop three_interval 3itt ramp up_down_sweep shear_history preshear "
             "pre_shear", "", "`jamlab.shear(run.packing, rate)` after a run, and so on"),
     Concept("recovery creep_recovery recoverable_compliance recoil", "", "`jamlab.stop_flow(flow, duration)`, or "
             "`jamlab.creep(run.packing, 0.0, duration)` after a creep run"),
     Concept("N2 n2 second_normal_stress second_normal_stress_difference Psi1 psi1 first_normal_stress_coefficient",
-            "", "", {"FlowCurve": "`normal_stress_difference / rates ** 2`"}),
-    Concept("weissenberg deborah peclet capillary_number bagnold", "", "", {"FlowCurve": "`rates`", "ShearRun":
+            "", "", {"FlowCurve": "`normal_stress_difference / rate ** 2`"}),
+    Concept("weissenberg deborah peclet capillary_number bagnold", "", "", {"FlowCurve": "`rate`", "ShearRun":
             "`rate`"}),
     Concept("stress_overshoot", "", "`jamlab.shear({p}, rate).peak`"),
     Concept("taus", "stress"),
@@ -238,7 +238,7 @@ FIELD = (
     Concept("to_lammps to_xyz to_dump to_data to_hdf5 write_dump", "", "", {"FlowRun":
             "`jamlab.write(path, frames)`"}),
     Concept("fluctuations noise std_stress stress_fluctuations variance", "", "", {"FlowRun": "`stress.std()`"}),
-    Concept("x y abscissa ordinate", "", "", {"FlowRun": "`strain` and `stress`", "FlowCurve": "`rates` and `stress`",
+    Concept("x y abscissa ordinate", "", "", {"FlowRun": "`strain` and `stress`", "FlowCurve": "`rate` and `stress`",
             "ComplexModulus": "`omega`, `storage` and `loss`"}),
     Concept("residuals log_fit plot_fit r2 aic bic predict fit_curve fitted slope log_slope", "", "",
             {"FlowCurve": "`herschel_bulkley()`, with misfit and plot()"}),

@@ -32,8 +32,8 @@ _RUN = {
     "QuasistaticShear": "`jamlab.flow_curve({p}, rates)`",
     "ShearRun": "`stress / rate`",
     "CreepRun": "`stress / rate`",
-    "FlowCurve": "`stress / rates`",
-    "HerschelBulkley": "`stress / rates`",
+    "FlowCurve": "`stress / rate`",
+    "HerschelBulkley": "`stress / rate`",
 }
 _NOT_HERE = dict.fromkeys(
     (MODULE, SHELL, "Packing", "Contacts", "ContactForces", "pack", "jam", "shear", "compress", "scene"), LIMITS
@@ -344,7 +344,7 @@ CONCEPTS = (
     Concept("energy_drops avalanche_sizes drop_sizes event_sizes", "", "", {"QuasistaticShear": "`events.released`"}),
     Concept("mu mu_I friction_coefficient macroscopic_friction stress_ratio", "", "",
             dict.fromkeys(("FlowCurve", "FlowRun"), "`stress / pressure`")),
-    Concept("inertial_number", "", "", {"FlowCurve": "`rates`: motion is overdamped, without inertia", "ShearRun":
+    Concept("inertial_number", "", "", {"FlowCurve": "`rate`: motion is overdamped, without inertia", "ShearRun":
             "`rate`: motion is overdamped, without inertia"}),
     Concept("Kn harmonic potential potentials hertzian hertz soft_sphere soft_spheres force_law pair_style "
             "pair_potential interaction", "", "`jamlab.pack(n, pressure)`, whose argument exponent is that of the "

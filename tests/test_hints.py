@@ -222,7 +222,9 @@ def test_names_that_look_alike_are_no_hint(things):
      ("FlowCurve", "normal_stress", "`pressure` and `normal_stress_difference`"), ("Micrograph", "sizes", "`areas`"),
      ("Micrograph", "threshold", "`picture`"), ("Micrograph", "intensity", "`labels`"), ("Packing", "creep", "creep"),
      ("Micrograph", "quality_flags", "for 'quality' use `quality`"), ("Packing", "centers_of_mass", "`positions`"),
-     ("Contacts", "histogram", "`to_dataframe()`"), ("Contacts", "stiffness", "packing.params")],
+     ("Contacts", "histogram", "`to_dataframe()`"), ("Contacts", "stiffness", "packing.params"),
+     *((curve, "rates", "use `rate`") for curve in ("FlowCurve", "MeanFlowCurve", "HerschelBulkley")),
+     ("Collapse", "pressures", "use `pressure`")],
 )  # fmt: skip
 def test_a_name_means_one_thing_of_its_class(things, thing, name, use):
     """A part is named where only that is known: each of these led astray, or nowhere."""

@@ -67,7 +67,7 @@ def test_elastic_tensor(results):
 def test_collapse_and_fit(results):
     c = results["Collapse"].to_dataframe()
     assert c.attrs["mu"] == results["Collapse"].mu and len(c) == 6
-    np.testing.assert_array_equal(c.pivot(index="pressures", columns="omega", values="loss"),
+    np.testing.assert_array_equal(c.pivot(index="pressure", columns="omega", values="loss"),
                                   results["Collapse"].loss[::-1])  # fmt: skip
     fit = results["HerschelBulkley"].to_dataframe()
     np.testing.assert_allclose(fit["law"], fit["stress"], rtol=1e-6)

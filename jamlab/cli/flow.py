@@ -99,7 +99,7 @@ class Job:
         most = 15  # lines on the screen
         shown = table.iloc[sorted({round(k * (len(table) - 1) / (most - 1)) for k in range(most)})]
         lines = [[f"{row[name]:{columns[name]}}" for name in names] for row in shown.to_dict("records")]
-        headings = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
+        headings = {"normal_stress_difference": "N₁", "z_all": "z all"}
         print_table(describe(found), [headings.get(name, name.replace("_", " ")) for name in names], lines)
         for note in (*notes, found.conclusion, f"unit of stress {found.unit}, of time tau_1; wrote {self.out}"):
             print_note(note)
@@ -203,7 +203,7 @@ def _give_shear(job: Job, found: Any) -> None:
     job.give(found, _SHEAR, note)
 
 
-_MEANS = {"rates": ".4g", "stress": ".5g", "stress_stderr": ".1g", "pressure": ".5g", "pressure_stderr": ".1g"}
+_MEANS = {"rate": ".4g", "stress": ".5g", "stress_stderr": ".1g", "pressure": ".5g", "pressure_stderr": ".1g"}
 _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4g", "plastic_events": ".3g"}
 _MEANS |= {"energy_error": ".1e", "finished": ""}
 

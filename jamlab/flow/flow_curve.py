@@ -48,7 +48,7 @@ class FlowCurve(FlowResult):
     for correlated rows, see `ShearRun.steady`. Errors of the steps come in addition; at other tolerances they differ.
 
     Attributes:
-        rates: (m,) shear rates, ascending.
+        rate: (m,) shear rates, ascending.
         stress, stress_stderr: (m,) mean shear stress.
         elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._stderr`; z_all as in
             `FlowRun`.
@@ -64,9 +64,9 @@ class FlowCurve(FlowResult):
         damping, background_drag, tolerance, unit: see `FlowRun`.
     """
 
-    columns: ClassVar[tuple[str, ...]] = ("rates", *_POINTS, "finished")
+    columns: ClassVar[tuple[str, ...]] = ("rate", *_POINTS, "finished")
 
-    rates: Array
+    rate: Array
     stress: Array
     stress_stderr: Array
     elastic_stress: Array
@@ -105,11 +105,11 @@ class FlowCurve(FlowResult):
     @property
     def summary(self) -> dict[str, Any]:
         """Stress at each rate with its standard error; rates that drift, lose energy or failed."""
-        points = zip(self.rates, self.stress, self.stress_stderr, strict=True)
+        points = zip(self.rate, self.stress, self.stress_stderr, strict=True)
         off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.energy_error > self.energy_tolerance}
         return {
             **{f"stress at {rate:g}": (stress, error) for rate, stress, error in points},
-            **{words: self.rates[which] for words, which in off.items() if which.any()},
+            **{words: self.rate[which] for words, which in off.items() if which.any()},
             **{f"FAILED at {rate}": why for rate, why in self.failed.items()},
         }
 
@@ -121,7 +121,7 @@ class FlowCurve(FlowResult):
         Raises:
             InputError, ConvergenceError: fewer than three rates, or no fit is found.
         """
-        return herschel_bulkley(self.rates, self.stress, self.stress_stderr, self.unit)
+        return herschel_bulkley(self.rate, self.stress, self.stress_stderr, self.unit)
 
     @drawn("Line2D; `label` names the curve in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
@@ -130,11 +130,11 @@ class FlowCurve(FlowResult):
         look = merged_line({"color": colour, "marker": "o", "markersize": 5, "linewidth": 1.2}, style)
         stress, left_out = positive(self.stress)
         name = (label or str(self.damping)) + left_out
-        axes.errorbar(self.rates, stress, self.stress_stderr, capsize=2.5, label=name, **look)
+        axes.errorbar(self.rate, stress, self.stress_stderr, capsize=2.5, label=name, **look)
         drifting = ~self.finished
         if drifting.any():
             open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
-            axes.plot(self.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
+            axes.plot(self.rate[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
         axes.set_xscale("log")
         axes.set_yscale("log")
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
@@ -163,7 +163,7 @@ def flow_curve(
     """Measure the flow curve: steady-state averages at each rate, started from the same packing.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
-    >>> c.rates, bool(c.stress[1] > c.stress[0])
+    >>> c.rate, bool(c.stress[1] > c.stress[0])
     (array([0.3, 1. ]), True)
 
     Args:
@@ -224,7 +224,7 @@ class _Curve(RunFile[FlowCurve]):
         self.failed: dict[str, str] = {}
         self._packing = packing
         if known := self.before:
-            for k, rate in enumerate(known.rates.tolist()):
+            for k, rate in enumerate(known.rate.tolist()):
                 self.points[rate] = {name: float(getattr(known, name)[k]) for name in _POINTS}, known.packings[k]
 
     def heard(self, item: _Item, *step: Any) -> None:
@@ -245,7 +245,7 @@ class _Curve(RunFile[FlowCurve]):
         rates = sorted(self.points)
         columns = {name: np.array([self.points[rate][0][name] for rate in rates]) for name in _POINTS}
         frames = (self._packing, *(self.points[rate][1] for rate in rates))
-        return FlowCurve(**self.facts | columns, rates=np.array(rates), frames=frames, failed=self.failed)
+        return FlowCurve(**self.facts | columns, rate=np.array(rates), frames=frames, failed=self.failed)
 
 
 def _measure(item: _Item, report: Callable[..., None]) -> None:

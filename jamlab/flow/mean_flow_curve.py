@@ -51,7 +51,7 @@ class MeanFlowCurve(Result):
     """Steady states at m rates, means over packings of one kind.
 
     Attributes:
-        rates: (m,) shear rates, ascending, 1/tau_1.
+        rate: (m,) shear rates, ascending, 1/tau_1.
         packings: (m,) number of packings whose flow is steady at each rate.
         stress: (m,) mean shear stress.
         stress_stderr: (m,) standard error, by the scatter of packings; of one packing the error of its own mean.
@@ -69,9 +69,9 @@ class MeanFlowCurve(Result):
         (array([2, 2]), True)
     """
 
-    _rows = ("rates", "packings", *(f"{name}{end}" for name in _MEANS for end in _ENDS))
+    _rows = ("rate", "packings", *(f"{name}{end}" for name in _MEANS for end in _ENDS))
 
-    rates: Array
+    rate: Array
     packings: Indices
     stress: Array
     stress_stderr: Array
@@ -106,7 +106,7 @@ class MeanFlowCurve(Result):
             InputError, ConvergenceError: fewer than three rates, or no fit is found.
         """
         common = np.sqrt(np.mean((self.stress_stderr / self.stress) ** 2)) * np.abs(self.stress)
-        return herschel_bulkley(self.rates, self.stress, np.maximum(self.stress_stderr, common), self.unit)
+        return herschel_bulkley(self.rate, self.stress, np.maximum(self.stress_stderr, common), self.unit)
 
     @drawn("Line2D; `label` names the curve in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
@@ -117,7 +117,7 @@ class MeanFlowCurve(Result):
         fewest, most = self.packings.min(), self.packings.max()
         count = f"{most} packings" if fewest == most else f"{fewest} to {most} packings"
         name = (label or ", ".join(filter(None, (self.label, count)))) + left_out
-        axes.errorbar(self.rates, stress, self.stress_stderr, capsize=2.5, label=name, **look)
+        axes.errorbar(self.rate, stress, self.stress_stderr, capsize=2.5, label=name, **look)
         axes.set_xscale("log")
         axes.set_yscale("log")
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
@@ -180,7 +180,7 @@ def mean_flow_curve(
             for end, value in zip(_ENDS, values, strict=True):
                 columns.setdefault(f"{name}{end}", []).append(value)
     return MeanFlowCurve(
-        rates=np.array([points[list(places).index(rate)].rate for rate in rates]),
+        rate=np.array([points[list(places).index(rate)].rate for rate in rates]),
         packings=np.array([int(np.sum(places == rate)) for rate in rates]),
         label=label,
         unit=unit,
@@ -204,16 +204,16 @@ def _of_curves(curves: Sequence[FlowCurve]) -> tuple[list[_Point], list[float], 
     for name in ("damping", "background_drag", "tolerance"):
         if len(found := dict.fromkeys(str(getattr(curve, name)) for curve in curves)) > 1:
             raise InputError(f"flows with {name} {' and '.join(found)} have no common mean: give those of one")
-    for rate in dict.fromkeys(float(each) for curve in curves for each in curve.rates):
-        check_distinct({k: curve.frames[0] for k, curve in enumerate(curves) if rate in curve.rates}, "curves")
+    for rate in dict.fromkeys(float(each) for curve in curves for each in curve.rate):
+        check_distinct({k: curve.frames[0] for k, curve in enumerate(curves) if rate in curve.rate}, "curves")
     points, missed = list[_Point](), list[float]()
     for curve in curves:
         for k, steady in enumerate(curve.finished):
             if steady:
                 means, errors = ({name: getattr(curve, f"{name}{end}")[k] for name in _MEANS} for end in _ENDS[:2])
-                points.append(_Point(float(curve.rates[k]), means, errors))
+                points.append(_Point(float(curve.rate[k]), means, errors))
             else:
-                missed.append(float(curve.rates[k]))
+                missed.append(float(curve.rate[k]))
     return points, missed, str(curves[0].damping), curves[0].unit
 
 

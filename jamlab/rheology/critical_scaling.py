@@ -47,13 +47,13 @@ class Collapse(Result):
             a pressure needs two packings or more, and most resamples must have a fit.
             exponent and its interval are nan where no pressure has three frequencies from 30 p^lam to 0.1.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
-        pressures: (k,) of the curves.
+        pressure: (k,) of the curves.
         omega: (m,) frequencies of the scaling regime, 1/tau_1.
         storage, loss: (k, m) mean G', G'' at these frequencies.
         unit: unit of stress, for labels.
     """
 
-    _rows = ("pressures", "omega", "storage", "loss")
+    _rows = ("pressure", "omega", "storage", "loss")
 
     mu: float
     lambda_: float
@@ -62,7 +62,7 @@ class Collapse(Result):
     lambda_ci95: float
     delta_ci95: float
     spread: float
-    pressures: Array
+    pressure: Array
     omega: Array
     storage: Array
     loss: Array
@@ -80,7 +80,7 @@ class Collapse(Result):
     def _columns(self) -> dict[str, Any]:
         """A row for each pressure and frequency."""
         count = len(self.omega)
-        points = {"pressures": np.repeat(self.pressures, count), "omega": np.tile(self.omega, len(self.pressures))}
+        points = {"pressure": np.repeat(self.pressure, count), "omega": np.tile(self.omega, len(self.pressure))}
         return points | {"storage": self.storage.ravel(), "loss": self.loss.ravel()}
 
     @drawn("Line2D, of all curves")
@@ -89,9 +89,9 @@ class Collapse(Result):
 
         Pressures are taken as numbers in the unit of stress, and frequencies are those that take part in the fit.
         """
-        order = np.argsort(self.pressures)
+        order = np.argsort(self.pressure)
         for colour, k in zip(ordered_colours(len(order)), order, strict=True):
-            p = self.pressures[k]
+            p = self.pressure[k]
             name = f"$p$ = {p:.3g} {self.unit}"
             for values, fill, label in ((self.storage[k], colour, name), (self.loss[k], "white", None)):
                 plain = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 0.8, "label": label}
@@ -152,7 +152,7 @@ def scaling_collapse(
         >>> packings = [jamlab.pack(n=32, pressure=p, seed=1) for p in pressures]
         >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-6, 1, 36), prestress=False)] for q in packings]
         >>> c = jamlab.scaling_collapse(pressures, spectra, resamples=0)
-        >>> len(c.pressures), 0 < c.mu < 1.5
+        >>> len(c.pressure), 0 < c.mu < 1.5
         (3, True)
     """
     if isinstance(pressures, Campaign | DataFrame):

@@ -35,11 +35,11 @@ class HerschelBulkley(Result):
         yield_stress_stderr, consistency_stderr, exponent_stderr: standard errors; where the points scatter by more than
             their errors, as much larger.
         misfit: root of chi squared per degree of freedom: 1 if the points scatter as their errors say; nan of three.
-        rates, stress, stress_stderr: (m,) what was fitted.
+        rate, stress, stress_stderr: (m,) what was fitted.
         unit: unit of stress, for labels.
     """
 
-    _rows = ("rates", "stress", "stress_stderr")
+    _rows = ("rate", "stress", "stress_stderr")
 
     yield_stress: float
     consistency: float
@@ -48,14 +48,14 @@ class HerschelBulkley(Result):
     consistency_stderr: float
     exponent_stderr: float
     misfit: float
-    rates: Array = field(repr=False)
+    rate: Array = field(repr=False)
     stress: Array = field(repr=False)
     stress_stderr: Array = field(repr=False)
     unit: str = field(default="", repr=False)
 
     def _columns(self) -> dict[str, Any]:
         """The points, and the law at their rates."""
-        return super()._columns() | {"law": self(self.rates)}
+        return super()._columns() | {"law": self(self.rate)}
 
     def __call__(self, rates: ArrayLike) -> Array:
         """Stress at rates, of their shape."""
@@ -71,13 +71,13 @@ class HerschelBulkley(Result):
         """Draw the points with their errors and the law through them, on logarithmic axes."""
         from jamlab.plotting.palette import BLUE, RED
 
-        rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
-        law, points = self(rates), f"{len(self.rates)} points"
+        rates = np.geomspace(self.rate.min(), self.rate.max(), 200)
+        law, points = self(rates), f"{len(self.rate)} points"
         label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
         axes.set_xscale("log")
         if min(law.min(), self.stress.min()) > 0 and law.max() > 3 * law.min():
             axes.set_yscale("log")
-        axes.errorbar(self.rates, self.stress, self.stress_stderr, fmt="o", color=BLUE, ms=5, capsize=2.5, label=points)
+        axes.errorbar(self.rate, self.stress, self.stress_stderr, fmt="o", color=BLUE, ms=5, capsize=2.5, label=points)
         axes.plot(rates, law, **merged_line({"color": RED, "linewidth": 1.6, "label": label}, style))
         axes.legend(fontsize=LEGEND)
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))

@@ -169,7 +169,7 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, name):
         assert len(jamlab.read_all(out)) > 1
     else:
         found = jamlab.read_flow(out)
-        assert found.rates.tolist() == [1.0] if name == "flow-curve" else len(found.time) > 1
+        assert found.rate.tolist() == [1.0] if name == "flow-curve" else len(found.time) > 1
 
 
 def test_ctrl_c_while_the_command_is_imported_shows_no_traceback(tmp_path):

@@ -137,7 +137,7 @@ def flow_curve():
         np.ones(7),
     )
     drift = np.array([5.0, 0, 1, -1, 0.5, 0, 0])
-    known = {"rates": rates, "stress": stress, "stress_stderr": 0.05 * stress, "drift": drift, **means}
+    known = {"rate": rates, "stress": stress, "stress_stderr": 0.05 * stress, "drift": drift, **means}
     return jamlab.results.FlowCurve(**known, discard=1.0, strain=4.0, **HOW)
 
 
@@ -178,7 +178,7 @@ FLOWS = {
     "start-up": start_up,
     "flow curve": flow_curve,
     "Herschel-Bulkley": lambda: herschel_bulkley(
-        flow_curve().rates, flow_curve().stress, flow_curve().stress_stderr, "k"
+        flow_curve().rate, flow_curve().stress, flow_curve().stress_stderr, "k"
     ),
     "oscillation": oscillation,
     "creep": creep,

@@ -30,11 +30,11 @@ def curve(disks, tmp_path_factory):
 
 def test_flow_curve(curve, disks):
     two, three, path = curve
-    assert three.rates.tolist() == [0.03, 0.1, 0.3]
+    assert three.rate.tolist() == [0.03, 0.1, 0.3]
     assert np.array_equal(three.stress[[0, 2]], two.stress)  # not run again
     assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_stderr > 0.1 * three.stress)  # of a strain of 1
     assert np.all(three.elastic_stress < three.stress) and np.all(three.pressure > 0)
-    assert three.dissipation == pytest.approx(three.stress * three.rates, rel=0.2)  # less what is stored
+    assert three.dissipation == pytest.approx(three.stress * three.rate, rel=0.2)  # less what is stored
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
@@ -100,10 +100,10 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
         part = jamlab.flow_curve(disks, [0.5, 1.0], **how)
         with pytest.raises(jamlab.ConvergenceError):
             jamlab.flow_curve(disks, [1.0], strain=1.0, discard=0.2)
-    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"}
+    assert part.rate.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"}
     assert part.failed["1"] in part.conclusion
     assert jamlab.read_flow(tmp_path / "c.h5").failed == part.failed
-    assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
+    assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rate.tolist() == [0.5, 1.0]
 
 
 def test_rates_are_stored_as_they_come_from_an_executor(disks, tmp_path):
@@ -123,10 +123,10 @@ def test_rates_are_stored_as_they_come_from_an_executor(disks, tmp_path):
     shares = []
     with pytest.raises(jamlab.EngineError, match="Lost broke"):
         jamlab.flow_curve(disks, [0.5, 1.0], workers=Lost(), progress=lambda share, _: shares.append(share), **how)
-    assert len(jamlab.read_flow(how["path"]).rates) == 1 and len(shares) > 10 and shares[-1] == pytest.approx(0.5)
+    assert len(jamlab.read_flow(how["path"]).rate) == 1 and len(shares) > 10 and shares[-1] == pytest.approx(0.5)
     found = jamlab.flow_curve(disks, [0.5, 1.0], workers=InThisProcess(), **how)
     wanted = jamlab.flow_curve(disks, [0.5, 1.0], strain=1.0, discard=0.2)
-    assert found.rates.tolist() == [0.5, 1.0] and found.stress.tobytes() == wanted.stress.tobytes()
+    assert found.rate.tolist() == [0.5, 1.0] and found.stress.tobytes() == wanted.stress.tobytes()
     assert [p.positions.tobytes() for p in found.packings] == [p.positions.tobytes() for p in wanted.packings]
 
 

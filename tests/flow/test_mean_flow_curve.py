@@ -32,7 +32,7 @@ def rows(curves):
     for seed, curve in enumerate(curves):
         who = {"task": f"t{seed}", "model": "sp", "n": 8, "seed": seed, "ensemble": "fixed-box", "state": 0}
         who |= {"phi": 0.86 + 1e-4 * seed, "target_pressure": 2e-2, "damping": "contact", "beta": 1.0, "eta_f": np.nan}
-        found = {"rate": curve.rates, "converged": curve.finished}
+        found = {"rate": curve.rate, "converged": curve.finished}
         for name in MEANS:
             column = "flow_pressure" if name == "pressure" else name
             found |= {column: getattr(curve, name), f"{column}_stderr": getattr(curve, f"{name}_stderr")}
@@ -42,7 +42,7 @@ def rows(curves):
 
 def test_means_and_errors_are_those_over_packings(curves):
     found = jamlab.mean_flow_curve(curves)
-    assert found.rates.tolist() == RATES.tolist() and found.packings.tolist() == [4] * len(RATES)
+    assert found.rate.tolist() == RATES.tolist() and found.packings.tolist() == [4] * len(RATES)
     for name in MEANS:
         values = np.array([getattr(curve, name) for curve in curves])
         assert getattr(found, name) == pytest.approx(values.mean(axis=0), rel=1e-12)

@@ -121,7 +121,7 @@ def _creep(packing, **how):
     return jamlab.creep(packing, 1e-4, 5.0, **how)
 
 
-@pytest.mark.parametrize(("run", "rows"), [(_curve, "rates"), (_creep, "time")])
+@pytest.mark.parametrize(("run", "rows"), [(_curve, "rate"), (_creep, "time")])
 def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
     """Whole rates of a curve, and rows of a run in time; the same command goes on from them."""
     packing, file = jamlab.pack(32, 1e-2, 1), tmp_path / "run.h5"

@@ -217,7 +217,7 @@ def rows(spectra):
 def test_a_table_collapses_as_its_spectra_do(rows, spectra):
     by_hand = jamlab.scaling_collapse(PRESSURES, spectra, resamples=5)
     found = jamlab.scaling_collapse(rows, resamples=5)
-    assert found.pressures.tolist() == PRESSURES
+    assert found.pressure.tolist() == PRESSURES
     for name in ("mu", "lambda_", "delta", "mu_ci95", "lambda_ci95", "delta_ci95", "spread"):
         assert getattr(found, name) == getattr(by_hand, name) and getattr(found, name) > 0
     assert np.array_equal(found.storage, by_hand.storage) and np.array_equal(found.loss, by_hand.loss)

@@ -69,12 +69,12 @@ NAMES = {
     "viscosity:stress eta:stress N1:normal_stress_difference n1:normal_stress_difference p:pressure packings:frames "
     "snapshots:frames trajectory:frames final:packing yield_stress:steady|peak z:contacts|z_all "
     "velocity:velocity_profile mean_stress:steady average:steady overshoot:peak",
-    ("P3", "fc"): "rate:rates shear_rate:rates gamma_dot:rates viscosity:stress eta:stress sigma:stress "
+    ("P3", "fc"): "rates:rate shear_rate:rate gamma_dot:rate viscosity:stress eta:stress sigma:stress "
     "error:stress_stderr errors:stress_stderr yield_stress:herschel_bulkley fit:herschel_bulkley n:herschel_bulkley",
     ("P3", "hb"): "sigma_y:yield_stress tau_y:yield_stress tau0:yield_stress n:exponent k:consistency K:consistency "
     "to_dataframe:ok params:yield_stress errors:yield_stress_stderr residual:misfit",
     ("P3", "c"): "mu_stderr:mu_ci95 lambda_stderr:lambda_ci95 errors:mu_ci95 exponents:ok beta:mu nu:lambda_ "
-    "to_dataframe:ok p:pressures chi2:spread residual:spread mu_error:mu_ci95 fit:mu|exponents",
+    "to_dataframe:ok p:pressure pressures:pressure chi2:spread residual:spread mu_error:mu_ci95 fit:mu|exponents",
     (
         "P3",
         "modes",
