@@ -159,7 +159,7 @@ class QuasistaticShearOfStates(Observable):
     name = "quasistatic_shear"
     _STEADY: ClassVar = (
         *("stress", "stress_stderr", "normal_stress_difference", "normal_stress_difference_stderr"),
-        *("plastic_events", "z_all", "z_all_stderr"),
+        *("plastic_events", "z_all", "z_all_stderr", "mu", "mu_stderr"),
     )
     columns = ("phi", "rho", *STATE, *_STEADY, *_BESIDE, "converged")
 
@@ -183,14 +183,15 @@ class QuasistaticShearOfStates(Observable):
 
 def _steady(run: ShearRun, discard: float, names: tuple[str, ...]) -> Row:
     """Means of a run beyond its start-up, with its overshoot."""
-    mean, peak = steady_point(run, discard), run.peak
+    steady, peak = run.steady(discard), run.peak
+    mean = steady_point(run, discard) | {"mu": steady.mu, "mu_stderr": steady.mu_stderr}
     return {
         **{name: mean[name] for name in names},
         "flow_pressure": mean["pressure"],
         "flow_pressure_stderr": mean["pressure_stderr"],
         "peak_stress": peak.stress if peak else np.nan,
         "peak_strain": peak.strain if peak else np.nan,
-        "converged": run.steady(discard=discard).steady,
+        "converged": steady.steady,
     }
 
 

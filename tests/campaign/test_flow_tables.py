@@ -48,6 +48,9 @@ def test_quasistatic_shear_has_no_drag(tmp_path):
     (row,) = campaign.table("quasistatic_shear").to_dict("records")
     run = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=2e-2, seed=1), 1.1, 0.05, force_tolerance=1e-11)
     assert row["stress"] == pytest.approx(run.steady(discard=0.1).stress, rel=0.1) and row["stress_stderr"] > 0
+    assert row["mu"] == pytest.approx(row["stress"] / row["flow_pressure"]) and row["mu_stderr"] > 0
+    mean = campaign.aggregate(["mu"], table="quasistatic_shear", converged=False)
+    assert mean["mu"].tolist() == [row["mu"]] and mean["mu_packings"].tolist() == [1]
     assert not {"rate", "damping", "tolerance", "background_drag"} & row.keys()
 
 
