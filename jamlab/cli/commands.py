@@ -5,6 +5,9 @@ import os
 import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
+from functools import partial
+from itertools import takewhile
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -154,15 +157,44 @@ _ORDER = ["Arguments", "Options", *dict.fromkeys(TOPICS.values())]
 
 
 class Once(TyperCommand):
-    """A command that refuses an option given again, of which one value would be ignored."""
+    """A command that refuses an option given again, of which one value would be ignored, and several values behind an
+    option that is repeated for each."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words of the command."""
-        *_, order = self.make_parser(ctx).parse_args(args=list(args))
+        _, beyond, order = self.make_parser(ctx).parse_args(args=list(args))
         for k, each in enumerate(order):
             if each in order[:k] and not each.multiple and not getattr(each, "is_flag", False):
                 raise InputError(f"{each.opts[0]} is given twice: give one value")
+        if beyond and not ctx.allow_extra_args:
+            self._check_repeated(args)
         return super().parse_args(ctx, args)
+
+    def _check_repeated(self, args: list[str]) -> None:
+        """Refuse several values behind an option that takes one each time: words are left over that nobody takes."""
+        several = {opt for each in self.params if getattr(each, "multiple", False) for opt in each.opts}
+        for k, word in enumerate(args):
+            flag, equals, value = word.partition("=")
+            if flag in several:
+                first, *rest = [value, *args[k + 1 :]] if equals else args[k + 1 :]
+                values = [first, *takewhile(partial(_like, first), rest)]
+                if len(values) > 1:
+                    again = " ".join(f"{flag} {each}" for each in values)
+                    raise InputError(f"{flag} takes one value and is given again for each: {again}")
+
+
+def _like(value: str, word: str) -> bool:
+    """Whether a word may be a further value of an option: a number as the first one, or no number, option or file."""
+    if _is_number(value):
+        return _is_number(word)
+    return not (_is_number(word) or word.startswith("-") or Path(word).exists())
+
+
+def _is_number(word: str) -> bool:
+    with suppress(ValueError):
+        float(word)
+        return True
+    return False
 
 
 class OwnCommand(Once):

@@ -228,6 +228,27 @@ def test_an_option_of_one_value_is_given_once(asked, line, flag):
     assert said == f"error: {flag} is given twice: give one value\n" and not log
 
 
+@pytest.mark.parametrize(
+    ("line", "again"),
+    [
+        ("flow-curve p.h5 --rate 0.1 0.2", "--rate 0.1 --rate 0.2"),
+        ("flow-curve --rate=0.1 0.2 3e-1 p.h5", "--rate 0.1 --rate 0.2 --rate 3e-1"),
+        ("pack -n 8 --phi 0.7 --law k=2 exponent=3", "--law k=2 --law exponent=3"),
+        ("shear p.h5 --rate 0.1 --damping contact beta=0.5", "--damping contact --damping beta=0.5"),
+        ("campaign plan c.toml --only one two", "--only one --only two"),
+    ],
+)
+def test_several_values_behind_an_option_are_answered_by_repeating_it(asked, line, again):
+    said, log = asked(*line.split())
+    flag = again.split()[0]
+    assert said == f"error: {flag} takes one value and is given again for each: {again}\n" and not log
+
+
+def test_a_word_too_many_is_no_value_of_an_option(asked):
+    for line in ("flow-curve --rate 0.1 p.h5 q.h5", "shear p.h5 --rate 0.1 0.2", "pack --law hertz -n 8 --phi 0.7 8"):
+        assert "extra argument" in asked(*line.split())[0]
+
+
 def test_flags_and_options_of_several_values_may_be_repeated(asked):
     for line in (
         "flow-curve p.h5 --rate 0.1 --rate 0.2 --json --json",
