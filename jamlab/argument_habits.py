@@ -99,6 +99,10 @@ OF_ONE_FUNCTION = (
     ),
     Concept("tolerance accuracy", of={"scene": "`error`"}),
     Concept(
+        "ncores jobs np cpus n_cpu n_jobs workers nproc num_workers njobs n_workers processes cores parallel",
+        of={"jamlab gstar": "one process: gstar has no more, and `--ranks` are threads for making a packing"},
+    ),
+    Concept(
         "n n_packings packings samples", of={"estimate": "`error`, from which sizes and numbers of packings follow"}
     ),
     Concept("x horizontal", of={"direction": "`simple`"}),

@@ -33,6 +33,7 @@ def test_commands(tmp_path, name, use):
         ("shear p.h5 --shear-rate 1", "use --rate"),
         ("jam --threads 2", "use --ranks"),
         ("flow-curve p.h5 --threads 2", "use --workers"),
+        ("gstar p.h5 --processes 2", "use one process: gstar has no more"),
         ("gstar p.h5 --beta 0.5", "use --damping beta=VALUE"),
         ("creep p.h5 --stokes", "use --damping stokes"),
         ("jam --gamma 0.3", "use --law gamma=VALUE"),
