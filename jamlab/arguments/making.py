@@ -173,7 +173,7 @@ MAKING = (
     ),
     Argument(
         "pressure",
-        "Pressure: -dU/dA.",
+        "Pressure: -dU/dA; packings of springs are made at 1e-8 to 0.3 in units of k.",
         "number",
         "p",
         unit="natural units",

@@ -1,9 +1,13 @@
 """Down to a lower pressure: the crystal's exact box, what is kept, any units, and what is refused."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import jamlab
+from jamlab.arguments.table import argument
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.packing import Packing
 from jamlab.protocols import box_relaxation, decompression, target_pressure
@@ -109,3 +113,13 @@ def test_a_pressure_that_nothing_meets_is_refused(idle, monkeypatch):
     monkeypatch.setattr(target_pressure, "_ABOVE", ())
     with pytest.raises(ConvergenceError, match="1e-08"):
         jamlab.pack(64, 1e-8, 1)
+
+
+def test_the_table_says_which_pressures_springs_may_have():
+    low, high = re.search(r"springs are made at (\S+) to (\S+) in units of k", argument("pressure").text).groups()
+    for beyond, limit in ((0.99 * float(low), rf"pressure of {float(low):g} or more"), (1.01 * float(high), high)):
+        with pytest.raises(InputError, match=re.escape(limit)):
+            jamlab.pack(16, beyond)
+    recipe = jamlab.Recipe(protocol="pressure", n=16, pressure=float(low))
+    for pressure in map(float, (low, high)):
+        target_pressure.check_pressure(replace(recipe, pressure=pressure))
