@@ -123,6 +123,23 @@ def test_reprs_are_short_and_say_what_is_there(model, sp_jammed, dp_dense):
     assert "omega=(5,) float64" in repr(thing) and f"g0={thing.g0:.6g}" in repr(thing)
 
 
+def test_a_repr_shows_the_law_where_it_is_not_the_usual_one():
+    """Of droplets without a recipe nothing tells which values are usual: all of the law are shown."""
+    usual = [jamlab.pack(8, phi=0.9), jamlab.pack(8, phi=0.9, units="eps", law="harmonic"), jamlab.jam(4, "dp", seed=1)]
+    assert not any("law=" in repr(packing) for packing in usual)
+    hertz = jamlab.pack(8, phi=0.9, law="hertz")
+    assert "law={'exponent': 2.5}" in repr(hertz) and "law={'exponent': 2.5}" in repr(
+        hertz.with_state(positions=hertz.positions)
+    )
+    droplets = jamlab.jam(4, "dp", seed=1, law={"gamma": 0.3})
+    assert "law={'gamma': 0.3}" in repr(droplets)
+    params = {**droplets.params, "gamma": 0.2}
+    other = jamlab.Packing("dp", droplets.box, droplets.positions, params, offsets=droplets.offsets)
+    assert all(f"{name!r}: {other.params[name]!r}" in repr(other) for name in ("gamma", "ka", "delta"))
+    strong = jamlab.Packing("sp", hertz.box, hertz.positions, {"k": 3.0}, diameters=hertz.diameters, units="k")
+    assert "law={'k': 3.0}" in repr(strong)
+
+
 def test_notebooks_show_a_picture(random_polygons):
     png = random_polygons(0.3)._repr_png_()
     assert png.startswith(b"\x89PNG") and 5_000 < len(png) < 200_000

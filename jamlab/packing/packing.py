@@ -28,7 +28,7 @@ from jamlab.packing.magnitudes import check_box
 from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.polygons import Polygons
 from jamlab.packing.quantities import MEASURED
-from jamlab.packing.recipe import RECIPE, Made
+from jamlab.packing.recipe import RECIPE, Made, recipe_of
 from jamlab.plotting.drawable import CELL, drawn
 
 # what is known of a minimum, and its values for a state that nobody minimised
@@ -187,7 +187,22 @@ class Packing(Made, Hinted):
         facts = [f"{self.model!r}", f"n={self.n}", phi, f"units={self.units!r}", f"ensemble={self.ensemble!r}"]
         facts += [] if self.phi_J is None else [f"phi_J={self.phi_J:.6g}"]
         facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
+        facts += [f"law={law}"] if (law := self._unusual_law()) else []
         return f"Packing({', '.join(facts)}, converged={self.converged})"
+
+    def _unusual_law(self) -> dict[str, Any]:
+        """Parameters of its force law that are not the usual ones: strengths are 1; others are declared with a default,
+        or a recipe leaves them out."""
+        try:
+            recipe = recipe_of(self)
+        except InputError:  # of a law that is not installed
+            recipe = None
+        usual: dict[str, Any] = dict.fromkeys(self.kind.unit_names, 1.0)
+        usual |= {name: each.default for name, each in self.parameters.items() if each.default is not None}
+        if recipe is not None and recipe.model == self.model and not any("law" in how for _, how in recipe.changes):
+            usual = {name: value for name, value in self.params.items() if name not in recipe.parameters} | usual
+        scalars = {name: value for name, value in self.params.items() if not self.parameters[name].each}
+        return {name: value for name, value in scalars.items() if name not in usual or value != usual[name]}
 
     def _repr_png_(self) -> bytes | None:
         from jamlab.packing.packing_plot import draw_png
