@@ -166,19 +166,20 @@ class Once(TyperCommand):
         for k, each in enumerate(order):
             if each in order[:k] and not each.multiple and not getattr(each, "is_flag", False):
                 raise InputError(f"{each.opts[0]} is given twice: give one value")
-        if beyond and not ctx.allow_extra_args:
-            self._check_repeated(args)
+        if not ctx.allow_extra_args:
+            self._check_repeated(args, bool(beyond))
         return super().parse_args(ctx, args)
 
-    def _check_repeated(self, args: list[str]) -> None:
-        """Refuse several values behind an option that takes one each time: words are left over that nobody takes."""
+    def _check_repeated(self, args: list[str], beyond: bool) -> None:
+        """Refuse several values behind an option that takes one each time. `beyond`: words are left over that nobody
+        takes; else a command of several files takes them, of which none is called NAME=VALUE."""
         several = {opt for each in self.params if getattr(each, "multiple", False) for opt in each.opts}
         for k, word in enumerate(args):
             flag, equals, value = word.partition("=")
             if flag in several:
                 first, *rest = [value, *args[k + 1 :]] if equals else args[k + 1 :]
                 values = [first, *takewhile(partial(_like, first), rest)]
-                if len(values) > 1:
+                if len(values) > 1 and (beyond or "=" in values[1]):
                     again = " ".join(f"{flag} {each}" for each in values)
                     raise InputError(f"{flag} takes one value and is given again for each: {again}")
 

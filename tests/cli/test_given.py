@@ -236,6 +236,7 @@ def test_an_option_of_one_value_is_given_once(asked, line, flag):
         ("pack -n 8 --phi 0.7 --law k=2 exponent=3", "--law k=2 --law exponent=3"),
         ("shear p.h5 --rate 0.1 --damping contact beta=0.5", "--damping contact --damping beta=0.5"),
         ("campaign plan c.toml --only one two", "--only one --only two"),
+        ("gstar p.h5 --damping contact beta=0.5", "--damping contact --damping beta=0.5"),
     ],
 )
 def test_several_values_behind_an_option_are_answered_by_repeating_it(asked, line, again):
