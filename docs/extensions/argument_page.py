@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from argument_places import COMMAND, DECK, FUNCTION, KEY, Stand, columns, of_deck, stands
+from argument_places import COMMAND, DECK, FUNCTION, KEY, Stand, columns, of_deck, own, stands
 
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck, InWords
 from jamlab.arguments.decks import DECKS
@@ -181,7 +181,7 @@ def _listed(names: Iterable[str]) -> str:
 def _of_force_laws() -> Iterator[tuple[str, ...]]:
     """Each parameter once, with the models or laws that have it."""
     found: dict[str, list[tuple[str, Parameter, Any]]] = {}
-    for model in MODELS.names():
+    for model in own(MODELS):
         usual = defaults(model)
         for name, each in MODELS.get(model).parameters(None, {}).items():
             found.setdefault(name, []).append((model, each, usual.get(name, each.default)))
@@ -192,7 +192,7 @@ def _of_force_laws() -> Iterator[tuple[str, ...]]:
         values = [f"{', '.join(models)}: {words}" if len(alike) > 1 else words for words, models in alike.items()]
         first = each[0][1]
         text = first.meaning + (f" ({unit})" if (unit := _unit(first)) else "")
-        laws = [f"`{law}`" for law in LAWS.names() if name in LAWS.get(law).parameters]
+        laws = [f"`{law}`" for law in own(LAWS) if name in LAWS.get(law).parameters]
         yield f"`{name}`", text, "<br>".join(values), ", ".join([*(f"`{model}`" for model, *_ in each), *laws])
 
 
@@ -212,7 +212,7 @@ def _unit(parameter: Parameter) -> str:
 
 def _of_drag_laws() -> Iterator[tuple[str, ...]]:
     found: dict[str, list[tuple[str, DragParameter, Any]]] = {}
-    for law in DRAGS.names():
+    for law in own(DRAGS):
         for name, each in DRAGS.get(law).parameters().items():
             found.setdefault(name, []).append((law, each, getattr(DRAGS.get(law)(), name)))
     for name, each in found.items():

@@ -23,6 +23,7 @@ from jamlab.engine.deck_defaults import LIMITS, defaults, settings
 from jamlab.installed_files import installed
 from jamlab.packing.kinds import MODELS
 from jamlab.protocols.makings import making_of
+from jamlab.registry import Registry
 from jamlab.rheology.drag_law import DRAGS
 
 FUNCTION, COMMAND, KEY, DECK, COLUMN = "function", "command", "key", "deck", "column"
@@ -182,13 +183,18 @@ def columns() -> dict[str, list[str]]:
     return found
 
 
+def own(registry: Registry[Any]) -> list[str]:
+    """Names of a registry whose objects are jamlab's own: other packages have pages of theirs."""
+    return [name for name in registry.names() if registry.get(name).__module__.startswith("jamlab.")]
+
+
 def declared() -> dict[str, list[str]]:
     """Parameters of force laws, of makings of their particles and of drag laws, each with the laws that have it."""
     found: dict[str, list[str]] = {}
-    for model in MODELS.names():
+    for model in own(MODELS):
         for name in [*MODELS.get(model).parameters(None, {}), *making_of(model).arguments({}), *defaults(model)]:
             found.setdefault(name, []).append(model)
-    for law in DRAGS.names():
+    for law in own(DRAGS):
         for name in DRAGS.get(law).parameters():
             found.setdefault(name, []).append(law)
     return found

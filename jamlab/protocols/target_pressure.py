@@ -110,17 +110,17 @@ def pack(
     recipe = Recipe(
         protocol="phi" if pressure is None else "pressure",
         n=n,
+        pressure=pressure,
         seed=seed,
+        phi=phi,
         law=law,
+        units=units,
+        ensemble=ensemble,
         sizes=sizes,
         size_ratio=size_ratio,
         fraction_large=fraction_large,
-        units=units,
-        ensemble=ensemble,
-        force_tolerance=force_tolerance,
         ranks=ranks,
-        pressure=pressure,
-        phi=phi,
+        force_tolerance=force_tolerance,
     )
     return packed_by(recipe, progress)
 
