@@ -166,7 +166,9 @@ def test_a_wrong_name_is_answered_with_those_that_there_are():
 
     with pytest.raises(jamlab.InputError, match=r"^unknown ensemble 'box': use one of fixed-box, shear-stabilized$"):
         made("box")
-    with pytest.raises(jamlab.InputError, match=r"^unknown direction 'x': use `simple`, or another of simple, pure, or a number$"):
+    with pytest.raises(
+        jamlab.InputError, match=r"^unknown direction 'x': use `simple`, or another of simple, pure, or a number$"
+    ):
         made("fixed-box", "x")
 
 
