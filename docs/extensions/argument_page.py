@@ -22,7 +22,7 @@ from jamlab.packing.kinds import MODELS
 from jamlab.rheology.drag_law import DRAGS, DragParameter
 
 PAGE = Path(__file__).parents[1] / "reference" / "arguments.md"
-MOST = 6  # places of one sort that a row lists
+MOST = 4  # places of one sort that a row lists
 
 HEAD = """# Arguments
 
@@ -43,7 +43,7 @@ def page() -> str:
     parts = [HEAD]
     for subject, lines in SUBJECTS.items():
         rows = [_row(line, places.get(line.name, []), tables.get(line.name, [])) for line in lines]
-        parts.append(f"## {subject}\n\n{_table(('argument', 'what it is', 'values', 'where'), rows)}")
+        parts.append(f"## {subject}\n\n{_table(('argument', 'values', 'where'), rows)}")
     rows = list(_of_force_laws())
     parts.append(
         "## Parameters of force laws\n\nThe argument `law` takes them by name, the shell as `--law NAME=VALUE`. Units "
@@ -65,7 +65,7 @@ def _table(heading: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 def _row(line: Argument, where: list[Stand], tables: list[str]) -> tuple[str, ...]:
     name = f"`{line.name}`" + (f" {line.symbol}" if line.symbol else "")
     text = line.text + (f" Unit: {line.unit}." if line.unit else "")
-    return name, text, "<br>".join(_values(line, where)), "<br>".join(_places(line, where, tables))
+    return f"{name}<br>{text}", "<br>".join(_values(line, where)), "<br>".join(_places(line, where, tables))
 
 
 # values ---------------------------------------------------------------------------------------------------------------
