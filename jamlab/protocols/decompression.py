@@ -1,5 +1,7 @@
 """Decompress a packing to a lower pressure, in steps, with a minimum of the enthalpy U + p A at each."""
 
+from __future__ import annotations
+
 import time
 from typing import Any
 

@@ -7,6 +7,8 @@ without contacts when one jams; only the last `step_fine` is decompressed. Steps
 mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the paper (benchmark_onset.py).
 """
 
+from __future__ import annotations
+
 import time
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Relax packings from elsewhere to the minimum next to them."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from jamlab.checks import checked

@@ -1,5 +1,7 @@
 """Pack disks at a target pressure, from a random start."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
