@@ -142,7 +142,7 @@ def naming_options(options: Mapping[str, str] = MappingProxyType({})) -> Iterato
     """Let messages name options of the shell instead of arguments of Python.
 
     Args:
-        options: those of the command that runs, by the names of the arguments.
+        options: of the command that runs, by the names of the arguments.
     """
     before = _OPTIONS.set(options)
     try:

@@ -257,6 +257,6 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
     return found
 
 
-# words of arguments: those that one function answers in its own way, and those of the table
+# words of arguments: what one function answers in its own way, then the words of the table
 HABITS = (*OF_ONE_FUNCTION, *(Concept(line.habits, line.name) for line in ARGUMENTS.values() if line.habits))
 _ATTRIBUTES, _ARGUMENTS = _by_word((*FIELD, *CONCEPTS)), _by_word((*HABITS, *FIELD, *CONCEPTS))

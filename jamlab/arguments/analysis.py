@@ -145,7 +145,7 @@ ANALYSIS = (
         unset="none, another protocol",
     ),
     Argument(
-        "spectra", "Spectra of the packings of each pressure.", default=None, unset="those of the campaign or table"
+        "spectra", "Spectra of the packings of each pressure.", default=None, unset="from the campaign or its table"
     ),
     Argument("force", "Amplitude of the force on a contact.", "number", least=0, above=True),
     Argument("stiffness", "Stiffness of a contact.", "number", least=0, above=True, default=1.0),

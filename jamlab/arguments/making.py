@@ -114,7 +114,7 @@ MAKING = (
         "choice",
         choices=get_args(Units),
         default=None,
-        unset="those of the function or the file",
+        unset="as the function or the file has them",
         otherwise={"Packing": "eps", "deck": "eps", "in.sp.pressure": "k"},
     ),
     Argument(

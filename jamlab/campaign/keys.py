@@ -1,4 +1,4 @@
-"""Keys of campaign files: their ranges, defaults and sentences are those of the table of arguments."""
+"""Ranges, defaults and sentences of keys of campaign files, from the table of arguments."""
 
 from typing import Any
 

@@ -258,9 +258,10 @@ def _variable_meant(deck: str, name: str, own: list[str]) -> str:
 def offered(known: Mapping[str, str]) -> list[str]:
     """Variables that a deck uses, and that `jamlab deck` does not set itself."""
     from jamlab.engine.deck_defaults import defaults
+    from jamlab.models.droplets import DROPLETS
 
     unused = set(defaults("onset")) if "data" in known else set()  # a packing that is read has no search for onset
-    unused |= {"lever_arms", "even"} if known.get("model") == "dp" else {"short_edge"}
+    unused |= {"lever_arms", "even"} if known.get("model") == DROPLETS.name else {"short_edge"}
     return sorted(known.keys() - unused - {"dir", "model", "quote", "table", "section", "strict"})
 
 

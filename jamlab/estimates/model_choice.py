@@ -21,6 +21,7 @@ from jamlab.errors import InputError, warn
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge, write_bounds
 from jamlab.estimates.ways import WAYS, N, WayRecord, Ways
+from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.packing import Packing
@@ -239,7 +240,7 @@ def scene(
     how: dict[str, Any] = {"size_ratio": size_ratio, "fraction_large": fraction_large, "sizes": sizes, "units": units}
     how |= {"ensemble": ensemble, "force_tolerance": force_tolerance, "ranks": ranks}
     first, rest = part_of(progress, 0.0, 0.4), part_of(progress, 0.4, 1.0)
-    onset = jam(n, "sp", seed, law=None if of_droplets else own, progress=first, **how)
+    onset = jam(n, DISKS.name, seed, law=None if of_droplets else own, progress=first, **how)
     packing = ways.bring_on(way, onset, rho, step, law=own if of_droplets else None, ranks=ranks, progress=rest)
     entries = {"model_error": choice.bound, "model_correction": choice.correction}
     return packing.with_state(provenance={"model_choice": str(choice.way), **entries})

@@ -25,6 +25,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, StorageError, named
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import numbers_of
+from jamlab.models.disks import DISKS
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, part_of
@@ -76,7 +77,7 @@ class EnsembleWay:
     @property
     def model(self) -> ModelName:
         """Name of the model."""
-        return "sp" if self.nv is None else "dp"
+        return DISKS.name if self.nv is None else DROPLETS.name
 
     @property
     def law(self) -> dict[str, Any]:
@@ -102,8 +103,8 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.force_tolerance is None else min(way.force_tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam(way.n, "sp", seed, force_tolerance=force)
-    return jam(way.n, "dp", seed, force_tolerance=force, law=way.law)
+        return jam(way.n, DISKS.name, seed, force_tolerance=force)
+    return jam(way.n, DROPLETS.name, seed, force_tolerance=force, law=way.law)
 
 
 def bring_on(

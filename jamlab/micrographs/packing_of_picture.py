@@ -70,7 +70,7 @@ def packing_of_picture(
     size = extent * np.sqrt(cells.sum() / extent.prod())
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
-    start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
+    start = Packing(DISKS.name, box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
     first = min(rho, PATCH.hand_over) if handed_over else rho
     disks = relax_at_rho(at_phi(start, first), first, PATCH.rho_tolerance, relax_session)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_ter
 class Disks(Model[Packing]):
     """See `Model`."""
 
-    name = "sp"
+    name: Literal["sp"] = "sp"
     particles = "disks"
     words = ("disks", "disk")
     unit_names: ClassVar[Mapping[str, UnitNames]] = {

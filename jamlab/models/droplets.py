@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -70,7 +70,7 @@ _PARAMETERS = {
 class Droplets(Model[Packing]):
     """See `Model`."""
 
-    name = "dp"
+    name: Literal["dp"] = "dp"
     particles = "droplets"
     words = ("droplets", "polygons")
     sites = None

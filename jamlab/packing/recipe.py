@@ -47,7 +47,7 @@ class Recipe(Hinted):
         sizes: distribution by its words, or n numbers; None: two sizes.
         size_ratio: diameter of large over that of small particles; None: 1.4.
         fraction_large: number of large particles over that of all.
-        units: "eps" or "k"; None: those of the protocol, eps at onset, k otherwise.
+        units: "eps" or "k"; None: eps at onset, k otherwise.
         ensemble: "fixed-box" or "shear-stabilized".
         force_tolerance: largest residual force; None: of the model.
         ranks: threads of each minimisation.

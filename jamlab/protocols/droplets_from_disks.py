@@ -163,7 +163,7 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     offsets = np.concatenate([[0], np.cumsum(nv)])
     origin = {**packing.provenance, "handed_over": True}
     vertices = np.concatenate(shapes)
-    droplets = Packing("dp", box, vertices, params, offsets=offsets, phi_J=packing.phi_J, provenance=origin)
+    droplets = Packing(DROPLETS.name, box, vertices, params, offsets=offsets, phi_J=packing.phi_J, provenance=origin)
     return droplets.with_state(fixed=packing.fixed, walls=packing.walls)
 
 

@@ -85,7 +85,7 @@ def random_disks(
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
-    return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
+    return Packing(DISKS.name, np.diag([side, side]), positions, params, units, diameters)
 
 
 def disks_of(recipe: Recipe, phi: float, sizes: Array, usual: Units) -> Packing:
@@ -201,7 +201,7 @@ def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: di
         for centre, count, area, turn in zip(centres, nv, areas, angles, strict=True)
     ]
     offsets = np.concatenate([[0], np.cumsum(nv)])
-    return Packing("dp", box, np.concatenate(shapes), params, offsets=offsets)
+    return Packing(DROPLETS.name, box, np.concatenate(shapes), params, offsets=offsets)
 
 
 def droplet_cell(nv: NDArray[np.int64], params: dict[str, Any], phi: float) -> float:

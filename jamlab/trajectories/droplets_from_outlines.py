@@ -112,7 +112,7 @@ def droplets_from_outlines(
     if not kept:
         many = zip(shapes, nv.tolist(), strict=True)
         shapes = [equal_edges(shape, count, f"outlines[{m}]") for m, (shape, count) in enumerate(many)]
-    made = Packing("dp", lattice * unit, np.concatenate(shapes), params, offsets=_offsets(shapes))
+    made = Packing(DROPLETS.name, lattice * unit, np.concatenate(shapes), params, offsets=_offsets(shapes))
     _check_apart(made, rims, wrapped)
     return made.with_state(provenance={"protocol": "from outlines", **versions()})
 
