@@ -31,7 +31,7 @@ from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_ter
 class Disks(Model[Packing]):
     """See `Model`."""
 
-    name: Literal["sp"] = "sp"
+    name: ClassVar[Literal["sp"]] = "sp"
     particles = "disks"
     words = ("disks", "disk")
     unit_names: ClassVar[Mapping[str, UnitNames]] = {

@@ -70,7 +70,7 @@ _PARAMETERS = {
 class Droplets(Model[Packing]):
     """See `Model`."""
 
-    name: Literal["dp"] = "dp"
+    name: ClassVar[Literal["dp"]] = "dp"
     particles = "droplets"
     words = ("droplets", "polygons")
     sites = None
