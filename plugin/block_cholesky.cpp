@@ -15,7 +15,54 @@ static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks th
 
 template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<Entry> &entries)
 {
-  Graph found = read(size, entries);
+  copies.clear();
+  use(read(size, entries));
+}
+
+template <int D>
+void BlockCholesky<D>::set_pattern(int size, const int *first, const int *rows)
+{
+  std::vector<int> seen(size, -1);
+  Graph found;
+  found.first.push_back(0);
+  for (int i = 0; i < size; i++) {
+    seen[i] = i;
+    for (int n = first[D * i]; n < first[D * (i + 1)]; n++)
+      if (const int j = rows[n] / D; seen[j] != i) {
+        seen[j] = i;
+        found.other.push_back(j);
+      }
+    std::sort(found.other.begin() + found.first.back(), found.other.end());
+    found.first.push_back(static_cast<int>(found.other.size()));
+  }
+  use(std::move(found));
+
+  copies.clear();
+  place.resize(size);
+  for (const Panel &panel : panels) {
+    find_places(panel);
+    for (int c = panel.begin; c < panel.end; c++)
+      for (int b = 0; b < D; b++) {
+        const int k = D * row[c] + b;
+        const std::size_t to = panel.values + (D * (c - panel.begin) + b) * panel.stride;
+        for (int n = first[k]; n < first[k + 1]; n++) {
+          const int r = rank[rows[n] / D], a = rows[n] % D;
+          if (r > c || (r == c && a >= b))
+            copies.push_back({static_cast<std::size_t>(n), to + D * place[r] + a});
+        }
+      }
+  }
+}
+
+template <int D> void BlockCholesky<D>::set(const double *numbers)
+{
+  std::fill(values.begin(), values.end(), 0.0);
+  for (const Copy &copy : copies) values[copy.to] = numbers[copy.from];
+}
+
+template <int D> void BlockCholesky<D>::use(Graph &&found)
+{
+  const int size = static_cast<int>(found.first.size()) - 1;
   const bool ordered = static_cast<int>(rank.size()) == size;
   if (ordered && found == graph) return;
   graph = std::move(found);
@@ -180,7 +227,8 @@ template <int D> void BlockCholesky<D>::make_panels()
     panels.push_back(panel);
   }
   values.resize(room + PANEL_ROWS);
-  gathered.resize(tallest);
+  gathered.resize(TOGETHER * tallest);
+  product.resize(std::max<std::size_t>(product.size(), PANEL_COLUMNS * padded(tallest)));
 }
 
 /* Entries are added panel by panel, so that the places of rows are found once for each panel. */
@@ -198,11 +246,16 @@ template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
   place.resize(rank.size());
   for (std::size_t k = 0; k < panels.size(); k++) {
     const Panel &panel = panels[k];
-    const int columns = panel.end - panel.begin;
-    std::iota(place.begin() + panel.begin, place.begin() + panel.end, 0);
-    for (int n = 0; n < panel.rows; n++) place[lower[panel.below + n]] = columns + n;
+    find_places(panel);
     for (int n = end[k]; n < end[k + 1]; n++) add(panel, entries[of_panel[n]]);
   }
+}
+
+template <int D> void BlockCholesky<D>::find_places(const Panel &panel)
+{
+  const int columns = panel.end - panel.begin;
+  std::iota(place.begin() + panel.begin, place.begin() + panel.end, 0);
+  for (int n = 0; n < panel.rows; n++) place[lower[panel.below + n]] = columns + n;
 }
 
 template <int D> void BlockCholesky<D>::add(const Panel &panel, const Entry &entry)
@@ -230,7 +283,8 @@ template <int D> bool BlockCholesky<D>::factorise(double shift)
   for (const Panel &panel : panels) {
     double *const own = &values[panel.values];
     for (int k = 0; k < panel.width(); k++) own[k * (panel.stride + 1)] += shift;
-    if (!factorise_panel(own, panel.width(), panel.height(), panel.stride)) return false;
+    if (!factorise_panel(own, panel.width(), panel.height(), panel.stride, product.data()))
+      return false;
     if (panel.rows) subtract_product(panel);
   }
   return true;
@@ -268,9 +322,24 @@ template <int D> void BlockCholesky<D>::subtract_product(const Panel &panel)
 
 template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
 {
+  solve_one(r.data(), 1);
+}
+
+template <int D> void BlockCholesky<D>::solve(double *r, int count)
+{
+  for (int k = 0; k < count; k += TOGETHER)
+    if (k + 1 == count)
+      solve_one(r + k, count);
+    else
+      solve_four(r + k, count, std::min(TOGETHER, count - k));
+}
+
+template <int D> void BlockCholesky<D>::solve_one(double *r, int apart)
+{
   const int size = static_cast<int>(rank.size());
-  solved.resize(D * size);
-  for (int c = 0; c < size; c++) std::copy_n(&r[D * row[c]], D, &solved[D * c]);
+  solved.resize(std::max<std::size_t>(solved.size(), D * size));
+  for (int c = 0; c < size; c++)
+    for (int a = 0; a < D; a++) solved[D * c + a] = r[apart * (D * row[c] + a)];
   double *const x = gathered.data();
   const auto row_below = [&](const Panel &p, int n) { return &solved[D * lower[p.below + n]]; };
   const auto gather = [&](const Panel &p) {
@@ -286,8 +355,41 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
     gather(p);
     solve_up(D, &values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
   }
-  for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
+  for (int c = 0; c < size; c++)
+    for (int a = 0; a < D; a++) r[apart * (D * row[c] + a)] = solved[D * c + a];
 }
 
+template <int D> void BlockCholesky<D>::solve_four(double *r, int apart, int count)
+{
+  constexpr int SIZE = TOGETHER * D;    // numbers of one row
+  const int size = static_cast<int>(rank.size());
+  solved.resize(std::max<std::size_t>(solved.size(), SIZE * size));
+  const auto numbers = [&](int c, int a) { return r + apart * (D * row[c] + a); };
+  for (int c = 0; c < size; c++)
+    for (int a = 0; a < D; a++) {
+      double *const to = &solved[SIZE * c + TOGETHER * a];
+      std::fill(std::copy_n(numbers(c, a), count, to), to + TOGETHER, 0.0);
+    }
+  double *const x = gathered.data();
+  const auto row_below = [&](const Panel &p, int n) { return &solved[SIZE * lower[p.below + n]]; };
+  const auto gather = [&](const Panel &p) {
+    for (int n = 0; n < p.rows; n++) std::copy_n(row_below(p, n), SIZE, x + SIZE * n);
+  };
+  for (const Panel &p : panels) {
+    gather(p);
+    solve_down_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
+    for (int n = 0; n < p.rows; n++) std::copy_n(x + SIZE * n, SIZE, row_below(p, n));
+  }
+  for (std::size_t k = panels.size(); k-- > 0;) {
+    const Panel &p = panels[k];
+    gather(p);
+    solve_up_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
+  }
+  for (int c = 0; c < size; c++)
+    for (int a = 0; a < D; a++)
+      std::copy_n(&solved[SIZE * c + TOGETHER * a], count, numbers(c, a));
+}
+
+template class LAMMPS_NS::BlockCholesky<1>;    // any symmetric matrix
 template class LAMMPS_NS::BlockCholesky<2>;    // vertices
 template class LAMMPS_NS::BlockCholesky<3>;    // disks, which rotate

@@ -22,10 +22,15 @@ template <int D> class BlockCholesky {
 
   // Sets where blocks may differ from zero: where entries are, in any order, repeated or not.
   void set_pattern(int size, const std::vector<Entry> &);
+  // The same from a matrix of numbers by columns, of D size each: rows of column c are rows[first[c]]
+  // and so on. Both triangles are there.
+  void set_pattern(int size, const int *first, const int *rows);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
+  void set(const double *numbers);               // of the matrix by columns that set the pattern
   bool factorise(double shift);    // shift: added to the diagonal; false: not positive definite
   void solve(std::vector<double> &r);    // D numbers of each row: right-hand side in, solution out
+  void solve(double *r, int count);      // for several; those of one number of a row lie together
   int size() const { return static_cast<int>(rank.size()); }
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
@@ -51,11 +56,17 @@ template <int D> class BlockCholesky {
   std::vector<std::vector<int>> below;    // rows of each column, of which panels hold more
   std::vector<int> lower, panel_of;       // rows of panels; panel of each column
   std::vector<int> place;                 // of each row in the panel at hand
+  struct Copy {
+    std::size_t from, to;
+  };
+  std::vector<Copy> copies;    // of numbers of a matrix by columns, to values
   std::vector<Panel> panels;
   std::vector<double> values, product, solved, gathered;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
   Graph read(int size, const std::vector<Entry> &) const;
+  void use(Graph &&);
+  void find_places(const Panel &);
   void find_order();
   void order_children_first();
   void find_fill();
@@ -63,6 +74,8 @@ template <int D> class BlockCholesky {
   void add(const Panel &, const Entry &);
   std::vector<int> find_parents() const;
   void subtract_product(const Panel &);
+  void solve_one(double *r, int apart);
+  void solve_four(double *r, int apart, int count);
   double *column(const Panel &panel, int k) { return &values[panel.values + k * panel.stride]; }
 };
 

@@ -13,19 +13,27 @@ inline constexpr int PANEL_ROWS = 8;    // are read and written together, beyond
 
 inline int padded(int height) { return height + PANEL_ROWS; }
 
-// Returns false if the matrix is not positive definite.
-bool factorise_panel(double *panel, int width, int height, Stride stride);
+// Returns false if the matrix is not positive definite. `room`: for so many padded columns.
+inline constexpr int PANEL_COLUMNS = 32;
+bool factorise_panel(double *panel, int width, int height, Stride stride, double *room);
 
 // Finds the lower triangle of rows rows^T, for `height` rows of a panel, column by column, which
 // are `apart` from each other.
 void multiply_panel(const double *rows, int width, int height, Stride stride, double *product,
                     Stride apart);
 
-// These take one step of solving with the factors and with their transpose, in blocks of 2 or 3
+// These take one step of solving with the factors and with their transpose, in blocks of 1 to 3
 // columns. `own`, of `width` numbers, belongs to the columns, and `below` to the rows that follow.
 void solve_down(int block, const double *panel, int width, int rows, Stride stride, double *own,
                 double *below);
 void solve_up(int block, const double *panel, int width, int rows, Stride stride, double *own,
               const double *below);
+
+// The same for four right-hand sides at once, whose numbers of one row lie together.
+inline constexpr int TOGETHER = 4;
+void solve_down_four(const double *panel, int width, int rows, Stride stride, double *own,
+                     double *below);
+void solve_up_four(const double *panel, int width, int rows, Stride stride, double *own,
+                   const double *below);
 
 }    // namespace LAMMPS_NS
