@@ -17,6 +17,7 @@ from jamlab.mechanics.factors import SOFT, UnstableError, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
+from jamlab.mechanics.static_response import static_response_of
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.area_change import ISOTROPIC, compression
 from jamlab.packing.derived import per_packing
@@ -130,6 +131,18 @@ def linear_response(packing: Packing, *, prestress: bool = True, named: int = SO
 
 @per_packing
 def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
+    found = static_response_of(packing, prestress)
+    if found is None:
+        found = _by_sparse_matrix(packing, prestress, named)
+    affine, back, displacements = found
+    moduli = (affine / packing.area, (affine - back) / packing.area)
+    return ElasticTensor(
+        *moduli, displacements, packing.unit_names.stress, compression(packing).pressure(stress(packing))
+    )
+
+
+def _by_sparse_matrix(packing: Packing, prestress: bool, named: int) -> tuple[Array, Array, Array]:
+    """K_EE, K_uE^T K_uu^-1 K_uE, and the displacements of all sites, beside floppy modes and with fixed droplets."""
     network = force_network(packing)
     network.check_at_rest()
     k = stiffness(network.packing, prestress=prestress)
@@ -150,12 +163,9 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
             modes[:, moving] = error.modes
             error.modes = modes
             raise
-    response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
-    unit = packing.unit_names.stress
-    moduli = (k.ee / packing.area, (k.ee - response) / packing.area)
-    return ElasticTensor(*moduli, displacements, unit, compression(packing).pressure(stress(packing)))
+    return k.ee, (solution.T @ right).reshape(2, 2, 2, 2), displacements
 
 
 def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from jamlab.arrays import Mask
+from jamlab.arrays import Array, Mask
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts, find_rattlers
 from jamlab.mechanics.stiffness import energy_terms, forces
@@ -29,22 +29,50 @@ class ForceNetwork:
     """Particles that bear force."""
 
     whole: Packing  # with its rattlers: area, mean size and typical stiffness are those of this packing
-    packing: Packing  # without its rattlers; droplets that two contacts squeeze are among those of z, and remain here
     held: Mask  # (n_sites,) bool, positions of the whole packing that remain
+
+    @property
+    def packing(self) -> Packing:
+        """Without its rattlers; droplets that two contacts squeeze are among those of z, and remain here. It has the
+        contacts and energy terms of the whole, renumbered."""
+        bearing = _bearing(self.whole)
+        return self.whole if bearing is None else bearing
 
     def check_at_rest(self) -> None:
         """Refuse forces that do not balance: linear response is defined at a minimum."""
+        self.check_known()
+        self.check_balance(forces(self.packing))
+
+    def check_known(self) -> None:
+        """Refuse positions that are rounded."""
         if self.whole.rounding:
             raise ConvergenceError(
                 f"positions are known only to {self.whole.rounding:.2g}, so the packing is not at an energy "
                 "minimum: relax it first, jamlab.relax(packing)"
             )
-        check_at_rest(self.packing, "relax it first")
+
+    def check_balance(self, forces: Array) -> None:
+        """Refuse forces on its sites, (m, 2), that do not balance."""
+        check_balance(self.whole, forces, self._force_scale, "relax it first")
+
+    @property
+    def _force_scale(self) -> float:
+        """`force_scale` of the bearing packing."""
+        i, j, *_ = contacts(self.whole).pairs.T
+        first = np.flatnonzero(np.diff(self.whole.particle, prepend=-1))  # site of each particle
+        held = self.held[first]
+        size = self.whole.kind.contact_forces(self.whole).size[held[i] & held[j]]
+        return float(size.mean()) if len(size) else 0.0
 
 
 def check_at_rest(packing: Packing, remedy: str) -> None:
     """Refuse a packing whose forces do not balance; `remedy`: what to do."""
-    largest, scale = float(np.hypot(*forces(packing).T).max()), force_scale(packing)
+    check_balance(packing, forces(packing), force_scale(packing), remedy)
+
+
+def check_balance(packing: Packing, forces: Array, scale: float, remedy: str) -> None:
+    """Refuse forces (m, 2) that do not balance, beside the mean force of a contact."""
+    largest = float(np.hypot(*forces.T).max())
     if largest > max(LARGEST_IMBALANCE * scale, packing.law.slack):
         raise ConvergenceError(
             f"the packing is not at an energy minimum: the largest residual force is {largest:.2g}, the "
@@ -53,26 +81,31 @@ def check_at_rest(packing: Packing, remedy: str) -> None:
 
 
 def force_network(packing: Packing) -> ForceNetwork:
-    """Take the rattlers out of a packing; its backbone has the contacts and energy terms of the whole, renumbered."""
-    bearing, held = _bearing(packing)
-    return ForceNetwork(packing, packing if bearing is None else bearing, held)
+    """Find the rattlers of a packing, and what remains without them."""
+    return ForceNetwork(packing, _held(packing))
 
 
 @per_packing
-def _bearing(packing: Packing) -> tuple[Packing | None, Mask]:
-    """`packing` and `held` of the force network; None for the packing itself."""
+def _held(packing: Packing) -> Mask:
+    """`held` of the force network."""
     if contacts(packing).unjammed:
         raise ConvergenceError("every particle is a rattler: the packing is unjammed and has no elastic modulus")
-    loose = without_load(packing)
-    held = ~loose[packing.particle]
+    return np.asarray(~without_load(packing)[packing.particle])
+
+
+@per_packing
+def _bearing(packing: Packing) -> Packing | None:
+    """`packing` of the force network; None for the packing itself."""
+    held, loose = _held(packing), without_load(packing)
     if not loose.any():
-        return None, held
+        return None
     bearing = packing.select(~loose)
     keep(packing.kind.points, bearing, packing.kind.points(packing).among(held))
     keep(energy_terms, bearing, [term.among(held) for term in energy_terms(packing)])
-    return bearing, held
+    return bearing
 
 
+@per_packing
 def without_load(packing: Packing) -> Mask:
     """(n,) rattlers, except droplets that carry a load between two contacts. Two forces hold a disk on one line
     only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of

@@ -1,0 +1,194 @@
+// This file finds how the sites of a packing answer a strain, from the terms of its energy.
+//
+// Positions move as x = (1 + E) X + u. With the second derivatives K_uu, K_uE and K_EE of the
+// energy, sites at rest move by u = -K_uu^-1 K_uE E.
+
+#include "../block_cholesky.h"
+#include "kernel.h"
+#include "vector.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+using namespace jamlab;
+
+namespace {
+
+constexpr int STRAINS = 4;  // components E_xx, E_xy, E_yx, E_yy
+constexpr int64_t STAYS = -1, ABSENT = -2;  // rows of sites that the matrix does not have
+
+using Factors = LAMMPS_NS::BlockCholesky<2>;
+using PerStrain = std::array<double, STRAINS>;
+using Columns = std::array<std::vector<double>, STRAINS>;
+
+// Terms between the same number of sites, see jamlab.packing.terms.Terms.
+struct TermGroup {
+  int64_t count, width;
+  const int64_t *sites;
+  const double *local, *gradient, *hessian;
+
+  // table (6): count, width, and the addresses of the arrays
+  explicit TermGroup(const int64_t *table)
+    : count(table[0]), width(table[1]), sites(reinterpret_cast<const int64_t *>(table[2])),
+      local(reals(table[3])), gradient(reals(table[4])), hessian(reals(table[5]))
+  {
+  }
+  static const double *reals(int64_t address) { return reinterpret_cast<const double *>(address); }
+};
+
+class Stiffness {
+ public:
+  std::vector<Factors::Entry> entries;  // of K_uu
+  std::vector<PerStrain> couplings;     // K_uE, of each coordinate
+  double ee[STRAINS][STRAINS] = {};     // K_EE
+
+  // row (sites): of each site in the matrix, or STAYS, or ABSENT: terms of absent sites are left
+  // out
+  Stiffness(const int64_t *row, int64_t rows) : couplings(2 * rows, PerStrain{}), row(row) {}
+
+  void add(const TermGroup &group, double *forces)
+  {
+    const int64_t m = group.width;
+    local.resize(m);
+    for (int64_t k = 0; k < group.count; ++k) {
+      const int64_t *const sites = group.sites + k * m;
+      if (std::any_of(sites, sites + m, [&](int64_t i) { return row[i] == ABSENT; })) continue;
+      for (int64_t a = 0; a < m; ++a) {
+        local[a] = point(group.local, k * m + a);
+        put(forces, sites[a], point(forces, sites[a]) - point(group.gradient, k * m + a));
+      }
+      add_term(m, sites, group.hessian + k * 4 * m * m);
+    }
+  }
+
+  double largest_diagonal() const
+  {
+    std::vector<double> diagonal(couplings.size(), 0.0);
+    for (const auto &e : entries)
+      if (e.i == e.j) {
+        diagonal[2 * e.i] += e.block[0];
+        diagonal[2 * e.i + 1] += e.block[3];
+      }
+    return *std::max_element(diagonal.begin(), diagonal.end());
+  }
+
+  // Subtracts K_uu times each column x from one of r.
+  void subtract_product(const Columns &x, Columns &r) const
+  {
+    for (const auto &e : entries) {
+      const int i = 2 * e.i, j = 2 * e.j;
+      const auto &b = e.block;
+      for (int q = 0; q < STRAINS; ++q) {
+        r[q][i] -= b[0] * x[q][j] + b[1] * x[q][j + 1];
+        r[q][i + 1] -= b[2] * x[q][j] + b[3] * x[q][j + 1];
+        if (i == j) continue;
+        r[q][j] -= b[0] * x[q][i] + b[2] * x[q][i + 1];
+        r[q][j + 1] -= b[1] * x[q][i] + b[3] * x[q][i + 1];
+      }
+    }
+  }
+
+ private:
+  const int64_t *row;
+  std::vector<Vector> local;
+
+  // h: (2 m, 2 m) Hessian of a term between m sites
+  void add_term(int64_t m, const int64_t *sites, const double *h)
+  {
+    for (int64_t a = 0; a < m; ++a)
+      for (int i = 0; i < 2; ++i) {
+        PerStrain coupling{};
+        const double *const of = h + 2 * m * (2 * a + i);
+        for (int64_t b = 0; b < m; ++b)
+          for (int j = 0; j < 2; ++j) {
+            coupling[2 * j] += of[2 * b + j] * local[b].x;
+            coupling[2 * j + 1] += of[2 * b + j] * local[b].y;
+          }
+        for (int q = 0; q < STRAINS; ++q) {
+          ee[2 * i][q] += local[a].x * coupling[q];
+          ee[2 * i + 1][q] += local[a].y * coupling[q];
+          if (row[sites[a]] >= 0) couplings[2 * row[sites[a]] + i][q] += coupling[q];
+        }
+      }
+    for (int64_t a = 0; a < m; ++a)
+      for (int64_t b = a; b < m; ++b) add_block(m, a, b, row[sites[a]], row[sites[b]], h);
+  }
+
+  void add_block(int64_t m, int64_t a, int64_t b, int64_t i, int64_t j, const double *h)
+  {
+    if (i < 0 || j < 0) return;
+    const double *const x = h + 4 * m * a + 2 * b, *const y = x + 2 * m;
+    Factors::Block block{x[0], x[1], y[0], y[1]};
+    if (a != b && i == j) block = {2 * x[0], x[1] + y[0], x[1] + y[0], 2 * y[1]};  // own images
+    entries.push_back({static_cast<int>(i), static_cast<int>(j), block});
+  }
+};
+
+double product(const std::vector<double> &a, const std::vector<double> &b)
+{
+  double sum = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+void add(std::vector<double> &to, const std::vector<double> &more)
+{
+  for (std::size_t k = 0; k < to.size(); ++k) to[k] += more[k];
+}
+
+}  // namespace
+
+constexpr int64_t FIRM = 0, LOOSE = 1, NOT_POSITIVE = 2;
+
+// Response of a packing to the four components of a strain.
+//   table (groups, 6): see TermGroup; row (sites): see Stiffness; rows: of the matrix; rounding: of eigenvalues over the largest element of the diagonal;
+//   push (2 rows): at random; near: its response is that much stiffer without a floppy mode;
+//   forces (sites, 2) out; ee, response (4, 4) out: K_EE and K_uE^T K_uu^-1 K_uE;
+//   displacements (sites, 2, 4) out: 0 where a site stays or is absent.
+// Returns whether the response is FIRM, may be LOOSE in floppy modes, or there is none, since the
+// matrix is NOT_POSITIVE or a floppy mode answers the strain.
+JAMLAB_KERNEL static_response(int64_t groups, const int64_t *table, int64_t sites,
+                              const int64_t *row, int64_t rows, double rounding, double near, const double *push, double *forces,
+                              double *ee, double *response, double *displacements)
+try {
+  std::fill(forces, forces + 2 * sites, 0.0);
+  std::fill(displacements, displacements + 2 * STRAINS * sites, 0.0);
+  std::fill(response, response + STRAINS * STRAINS, 0.0);
+  Stiffness stiffness(row, rows);
+  for (int64_t g = 0; g < groups; ++g) stiffness.add(TermGroup(table + 6 * g), forces);
+  std::copy(stiffness.ee[0], stiffness.ee[0] + STRAINS * STRAINS, ee);
+  if (!rows) return FIRM;
+
+  const double floppy = rounding * stiffness.largest_diagonal();
+  Factors factors;
+  factors.set_pattern(static_cast<int>(rows), stiffness.entries);
+  factors.set(stiffness.entries);
+  if (!factors.factorise(0.0)) return NOT_POSITIVE;
+  Columns right, x;
+  for (int q = 0; q < STRAINS; ++q) {
+    for (const PerStrain &c : stiffness.couplings) right[q].push_back(c[q]);
+    x[q] = right[q];
+    factors.solve(x[q]);
+  }
+  Columns left = right;  // of which rounding leaves some, and one more solution takes it away
+  stiffness.subtract_product(x, left);
+  for (int q = 0; q < STRAINS; ++q) {
+    factors.solve(left[q]);
+    add(x[q], left[q]);
+    if (!(product(x[q], right[q]) >= floppy * product(x[q], x[q]))) return NOT_POSITIVE;
+  }
+  for (int p = 0; p < STRAINS; ++p)
+    for (int q = 0; q < STRAINS; ++q) response[STRAINS * p + q] = product(x[p], right[q]);
+  for (int64_t i = 0; i < sites; ++i)
+    for (int k = 0; k < 2 && row[i] >= 0; ++k)
+      for (int q = 0; q < STRAINS; ++q)
+        displacements[STRAINS * (2 * i + k) + q] = -x[q][2 * row[i] + k];
+
+  std::vector<double> yields(push, push + 2 * rows);
+  const double pushed = product(yields, yields);
+  factors.solve(yields);
+  const double bound = near * floppy;
+  return pushed <= bound * bound * product(yields, yields) ? LOOSE : FIRM;
+}
+JAMLAB_OR_NO_MEMORY

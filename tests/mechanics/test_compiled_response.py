@@ -1,0 +1,121 @@
+"""The compiled static response against dense numpy, at any place, and against sparse factors, at minima."""
+
+from pathlib import Path
+
+import kinds_of_packings
+import numpy as np
+import pytest
+import random_packings
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import jamlab
+from jamlab.laws.rim import CONTACT_FORMS
+from jamlab.mechanics import elasticity
+from jamlab.mechanics.elasticity import linear_response
+from jamlab.mechanics.static_response import respond, static_response_of
+from jamlab.mechanics.stiffness import energy_terms
+from jamlab.packing.terms import Terms
+
+STATES = Path(__file__).parents[1] / "states"
+
+
+def dense(terms, size):
+    """Forces (size, 2), K_uu, K_uE (2 size, 4), K_EE (4, 4) by plain loops over all terms."""
+    force, uu, ue, ee = np.zeros((size, 2)), np.zeros((2 * size, 2 * size)), np.zeros((2 * size, 4)), np.zeros((4, 4))
+    for term in terms:
+        for k, sites in enumerate(term.sites):
+            rows = (2 * sites[:, None] + [0, 1]).ravel()
+            h = term.hessian[k].reshape(len(rows), -1)
+            strained = np.kron(term.local[k][:, None, :], np.eye(2)[:, :, None]).reshape(len(rows), 4)  # du/dE
+            np.add.at(force, sites, -term.gradient[k])
+            np.add.at(uu, (rows[:, None], rows), h)
+            np.add.at(ue, rows, h @ strained)
+            ee += strained.T @ h @ strained
+    return force, uu, ue, ee
+
+
+def anchored(terms, size, stiffness):
+    """Every site held by a spring of its own, so that any packing has a response."""
+    sites, none = np.arange(size)[:, None], np.zeros((size, 1, 2))
+    block = np.broadcast_to(stiffness * np.eye(2)[:, None], (size, 1, 2, 1, 2))
+    return [*terms, Terms("anchor", sites, none, np.zeros(size), none, block)]
+
+
+@pytest.mark.parametrize("model", ["sp", *CONTACT_FORMS])
+@settings(max_examples=10)
+@given(data=st.data())
+def test_any_terms_give_the_response_of_dense_numpy(model, data):
+    """Random packings, with absent sites and sites that stay; a term between two images of one site among them."""
+    packing = data.draw(random_packings.disks() if model == "sp" else random_packings.polygons(model))
+    rng, size = np.random.default_rng(data.draw(random_packings.seeds)), len(packing.positions)
+    terms = energy_terms(packing)
+    held = rng.random(size) < 0.8
+    moves = held & (rng.random(size) < 0.8)
+    assume(moves.any())
+    kept = [Terms.among(term, held) for term in anchored(terms, size, 1.0)]
+    stiffness = 2 * np.abs(dense(kept, held.sum())[1]).sum(axis=1).max() + 1.0
+    terms = anchored(terms, size, stiffness)
+    row = np.where(moves, np.cumsum(moves) - 1, np.where(held, -1, -2))
+    found = respond(terms, row, 1e-15)
+    force, uu, ue, ee = dense([term.among(held) for term in terms], held.sum())
+    free = np.repeat(moves[held], 2)
+    u = np.zeros_like(ue)
+    u[free] = -np.linalg.solve(uu[np.ix_(free, free)], ue[free])
+    assert found.firm
+    for mine, wanted in (
+        (found.forces[held], force),
+        (found.affine.reshape(4, 4), ee),
+        (found.displacements[held].reshape(-1, 4), u),
+        (found.back.reshape(4, 4), -u.T @ ue),
+    ):
+        np.testing.assert_allclose(mine, wanted, rtol=0, atol=1e-11 * (1e-3 + np.abs(wanted).max()))
+    assert not found.displacements[~moves].any() and not found.forces[~held].any()
+
+
+def _tiny(count):
+    """Disks on a square lattice that press on images of themselves."""
+    places = np.stack(np.meshgrid(np.arange(count), np.arange(count)), axis=-1).reshape(-1, 2) + 0.25
+    return jamlab.Packing("sp", count * np.array([[1.0, 0.0], [0.5, 0.9]]), places @ [[1, 0], [0.5, 0.9]],
+                          {"k": 1.0}, "k", np.full(count**2, 1.05))  # fmt: skip
+
+
+def _disks(**law):
+    return jamlab.pack(n=32, pressure=1e-2, seed=1, **law)
+
+
+CASES = {
+    "disks": _disks,
+    "unstressed": _disks,
+    "Hertz": lambda: _disks(law={"exponent": 2.5}),
+    "sticky": lambda: _disks(law={"stickiness": 0.04}),
+    "fixed disks": lambda: jamlab.relax(_disks().with_state(fixed=np.arange(32) % 5 == 0)),
+    "rough walls": lambda: jamlab.relax(jamlab.with_walls(_disks(), 1.5)),
+    "flat walls": lambda: jamlab.relax(jamlab.with_walls(_disks(), flat=True)),
+    "one particle": lambda: _tiny(1),
+    "four particles": lambda: _tiny(2),
+    "droplets": lambda: jamlab.read(STATES / "compressed_droplets.h5"),
+    "smooth droplets": lambda: jamlab.relax(
+        kinds_of_packings.law(jamlab.read(STATES / "compressed_droplets.h5"), contact="segment/smooth")
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_minima_answer_as_sparse_factors_say(case):
+    packing, prestress = CASES[case](), case != "unstressed"
+    found = static_response_of(packing, prestress)
+    wanted = elasticity._by_sparse_matrix(packing, prestress, 6)
+    if packing.frame.slips:  # along flat walls, a floppy mode
+        assert found is None
+        return
+    assert found is not None
+    for mine, theirs in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-10 * (1e-300 + np.abs(theirs).max()))
+
+
+def test_forces_out_of_balance_are_refused():
+    packing = _disks()
+    moved = packing.with_state(positions=packing.positions + 1e-3 * np.eye(32, 2))
+    with pytest.raises(jamlab.ConvergenceError, match="not at an energy minimum: the largest residual force is"):
+        linear_response(moved)
