@@ -25,7 +25,7 @@ from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
+from jamlab.packing.terms import ContactJacobian, Terms, central_terms, spread
 
 
 class Disks(Model[Packing]):
@@ -109,8 +109,7 @@ class Disks(Model[Packing]):
         borne = np.where(np.abs(slope) > packing.law.slack, slope, 0.0) if prestress else np.zeros_like(slope)
         turned = ~packing.frame.flat_sites[pairs[:, 1]]  # a flat wall does not turn a force
         across = np.where(turned, borne / distance, 0.0)
-        block = central_block(normal, stiffness, across)
-        return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
+        return [central_terms("spring", pairs, r, normal, energy, slope, stiffness, across)]
 
     def jacobian(self, packing: Packing, lever_arms: str, generator: Array) -> ContactJacobian:
         pairs, r, distance, s = _touching(packing)

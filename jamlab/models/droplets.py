@@ -32,12 +32,10 @@ from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
-from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
+from jamlab.packing.terms import ContactJacobian, Terms, area_terms, central_terms, edge_contact_terms, spread
 
 if TYPE_CHECKING:
     from scipy import sparse
-
-_TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
 
 
 @dataclass(frozen=True)
@@ -373,8 +371,10 @@ def _tension(packing: Packing) -> Terms:
     pairs = np.column_stack([np.arange(len(edge)), packing.polygons.successor])
     bound = ~packing.frame.flat_sites
     unit, inverse, length = unit[bound], inverse[bound], length[bound]
-    block = central_block(unit, np.zeros_like(inverse), inverse)
-    return pair_terms("tension", pairs[bound], edge[bound], gamma * length, gamma * unit, block)
+    slope = np.full(len(length), gamma)
+    return central_terms(
+        "tension", pairs[bound], edge[bound], unit, gamma * length, slope, np.zeros_like(inverse), inverse
+    )
 
 
 def _areas(packing: Packing) -> list[Terms]:
@@ -383,64 +383,35 @@ def _areas(packing: Packing) -> list[Terms]:
     starts, groups = np.asarray(packing.offsets)[:-1], []
     for nv in np.unique(sizes):
         members = np.flatnonzero(sizes == nv)
-        sites = starts[members][:, None] + np.arange(nv)
-        local = packing.positions[sites] - packing.positions[sites[:, :1]]
-        after, before = np.roll(local, -1, axis=1), np.roll(local, 1, axis=1)
         excess = packing.polygons.areas[members] - a0[members]
-        slope = 0.5 * (after - before) @ _TURN.T  # da/dx
-        curvature = np.zeros((nv, 2, nv, 2))  # d2a/dx dx, the same for all
-        ring = np.arange(nv)
-        curvature[ring, :, (ring + 1) % nv, :] += 0.5 * _TURN
-        curvature[ring, :, (ring - 1) % nv, :] -= 0.5 * _TURN
-        hessian = ka * np.einsum("kai,kbj->kaibj", slope, slope)
-        hessian += ka * excess[:, None, None, None, None] * curvature
-        energy = 0.5 * ka * excess**2
-        groups.append(Terms("area", sites, local, energy, ka * excess[:, None, None] * slope, hessian))
+        groups.append(area_terms("area", packing.positions, starts[members], int(nv), ka, excess))
     return groups
 
 
 def _contacts(packing: Packing) -> list[Terms]:
-    """`RimLaw` for every meeting of a vertex with an edge at a distance d.
-
-    At an end of the edge d is the distance of two points. In between, with unit normal n, unit tangent tau, edge length
-    L and weights c = (1, -(1 - t), -t) on (vertex, tail, head): grad d = c n and, with w = (0, -1, 1),
-    hess d = -(1/L)[w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T].
-    """
+    """`RimLaw` for every meeting of a vertex with an edge at a distance d: at an end of the edge that of two points."""
     found = vertex_contacts(packing)
     distance = found.distance
     kept = distance > 0
     distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
-    vertex, tail, shift = found.vertex[kept], found.tail[kept], found.shift[kept]
+    vertex, tail = found.vertex[kept], found.tail[kept]
     energy, slope, stiffness = packing.law(np.full(len(distance), packing.params["delta"]), distance)
-    normal = separation / distance[:, None]
 
     ends = (place == 0.0) | (place == 1.0)
     corner = np.where(place == 1.0, packing.polygons.successor[tail], tail)[ends]
-    n, flat = normal[ends], packing.frame.flat_sites[tail[ends]]
-    block = central_block(n, stiffness[ends], np.where(flat, 0.0, slope[ends] / distance[ends]))  # as of disks
+    n = separation[ends] / distance[ends, None]
+    flat = packing.frame.flat_sites[tail[ends]]
+    across = np.where(flat, 0.0, slope[ends] / distance[ends])  # as of disks
     pairs = np.column_stack([corner, vertex[ends]])
-    points = pair_terms("contact", pairs, separation[ends], energy[ends], slope[ends, None] * n, block)
+    points = central_terms("contact", pairs, separation[ends], n, energy[ends], slope[ends], stiffness[ends], across)
 
     inner = ~ends
-    n, t, d = normal[inner], place[inner], distance[inner]
-    edge = packing.polygons.edges[tail[inner]]
-    length = np.hypot(*edge.T)
-    tangent = edge / length[:, None]
-    c = np.column_stack([np.ones_like(t), t - 1.0, -t])
-    w = np.broadcast_to([0.0, -1.0, 1.0], c.shape)
-    cn = np.einsum("ka,ki->kai", c, n)
-    ct = np.einsum("ka,ki->kai", c, tangent)
-    wn = np.einsum("ka,ki->kai", w, n)
-    mixed = np.einsum("kai,kbj->kaibj", wn, ct)
-    bend = mixed + mixed.transpose(0, 3, 4, 1, 2)
-    bend += (d / length)[:, None, None, None, None] * np.einsum("kai,kbj->kaibj", wn, wn)
-    hessian = stiffness[inner, None, None, None, None] * np.einsum("kai,kbj->kaibj", cn, cn)
-    hessian -= (slope[inner] / length)[:, None, None, None, None] * bend
-    sites = np.column_stack([vertex[inner], tail[inner], packing.polygons.successor[tail[inner]]])
-    x_vertex = packing.positions[vertex[inner]]
-    x_tail = packing.positions[tail[inner]] + shift[inner]
-    local = np.stack([np.zeros_like(x_vertex), x_tail - x_vertex, x_tail + edge - x_vertex], axis=1)
-    edges = Terms("contact", sites, local, energy[inner], slope[inner, None, None] * cn, hessian)
+    tail = tail[inner]
+    sites = np.column_stack([vertex[inner], tail, packing.polygons.successor[tail]])
+    edges = edge_contact_terms(
+        "contact", sites, place[inner], separation[inner], packing.polygons.edges[tail],
+        energy[inner], slope[inner], stiffness[inner],
+    )  # fmt: skip
     return [points, edges]
 
 

@@ -26,7 +26,7 @@ from jamlab.packing.model import Model
 from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
-from jamlab.packing.terms import Terms, central_block, pair_terms
+from jamlab.packing.terms import Terms, central_terms
 
 
 @per_packing
@@ -122,9 +122,8 @@ class RoundSites(Model[Packing]):
         near, distance, s = _touching(packing)
         energy, slope, stiffness = packing.law(s, distance)
         normal, borne = near.r / distance[:, None], slope if prestress else np.zeros_like(slope)
-        block = central_block(normal, stiffness, borne / distance)
         pairs = np.column_stack([near.i, near.j])
-        contacts = pair_terms("contact", pairs, near.r, energy, slope[:, None] * normal, block)
+        contacts = central_terms("contact", pairs, near.r, normal, energy, slope, stiffness, borne / distance)
         return [contacts, *self.shape_terms(packing)]
 
     def shape_terms(self, packing: Packing) -> list[Terms]:
@@ -138,8 +137,8 @@ class RoundSites(Model[Packing]):
                 f"{np.shape(tension)} for {len(length)} bonds: give one of each"
             )
         normal = r / length[:, None]
-        block = central_block(normal, np.broadcast_to(stiffness, length.shape), tension / length)
-        return [pair_terms("tension", bonds, r, energy, tension[:, None] * normal, block)]
+        along = np.broadcast_to(stiffness, length.shape)
+        return [central_terms("tension", bonds, r, normal, energy, tension, along, tension / length)]
 
     @property
     def part(self) -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 
 if TYPE_CHECKING:
     from scipy import sparse  # slow to load, and needed by rheology alone
@@ -32,19 +33,45 @@ class Terms:
         return Terms(self.name, number[self.sites[kept]], *parts)
 
 
-def pair_terms(name: str, pairs: Indices, r: Array, energy: Array, slope: Array, block: Array) -> Terms:
-    """Terms that depend on r = x_j - x_i only; `slope` = dU/dr (k, 2), `block` = d2U/dr dr (k, 2, 2)."""
-    sign = np.array([-1.0, 1.0])
-    gradient = sign[None, :, None] * slope[:, None, :]
-    hessian = np.einsum("a,b,kij->kaibj", sign, sign, block)
-    local = np.stack([np.zeros_like(r), r], axis=1)
+_OUT = (REALS, REALS, REALS)  # local, gradient, hessian
+_central_terms = kernel("central_terms", INTEGER, REALS, REALS, REALS, REALS, REALS, *_OUT)
+_edge_contact_terms = kernel("edge_contact_terms", INTEGER, REALS, REALS, REALS, REALS, REALS, *_OUT)
+_area_terms = kernel("area_terms", INTEGER, INTEGER, REALS, INTEGERS, REAL, REALS, *_OUT)
+
+
+def _room(count: int, sites: int) -> tuple[Array, Array, Array]:
+    """Arrays for what the kernels give."""
+    local, gradient = np.empty((2, count, sites, 2))
+    return local, gradient, np.empty((count, sites, 2, sites, 2))
+
+
+def central_terms(
+    name: str, pairs: Indices, r: Array, normal: Array, energy: Array, slope: Array, along: Array, across: Array
+) -> Terms:
+    """Terms that depend on r = x_j - x_i (k, 2) only, by forces along a normal (k, 2): `slope` = dU/dr and stiffness
+    `along` (k,) the normal, and `across` (k,) it."""
+    local, gradient, hessian = _room(len(r), 2)
+    given = [np.ascontiguousarray(each, dtype=np.float64) for each in (r, normal, slope, along, across)]
+    _central_terms(len(r), *given, local, gradient, hessian)
     return Terms(name, pairs, local, energy, gradient, hessian)
 
 
-def central_block(normal: Array, along: Array, across: Array) -> Array:
-    """(k, 2, 2) d2U/dr dr of a central force: stiffness `along` (k,) the normal (k, 2), and `across` (k,) it."""
-    projected = normal[:, :, None] * normal[:, None, :]
-    return np.asarray(along[:, None, None] * projected + across[:, None, None] * (np.eye(2) - projected))
+def edge_contact_terms(
+    name: str, sites: Indices, place: Array, r: Array, edge: Array, energy: Array, slope: Array, stiffness: Array
+) -> Terms:
+    """Terms that depend on the distance of a vertex from the inner part of an edge. `sites`: (k, 3) vertex, tail and
+    head; `place`: (k,) t of the closest point, (1 - t) tail + t head; `r`: (k, 2) from there to the vertex; `edge`:
+    (k, 2) from tail to head."""
+    local, gradient, hessian = _room(len(r), 3)
+    _edge_contact_terms(len(r), place, r, edge, slope, stiffness, local, gradient, hessian)
+    return Terms(name, sites, local, energy, gradient, hessian)
+
+
+def area_terms(name: str, positions: Array, first: Indices, count: int, ka: float, excess: Array) -> Terms:
+    """(ka/2)(a - a0)^2 of polygons of `count` vertices each. `first`: (k,) of these; `excess`: (k,) a - a0."""
+    local, gradient, hessian = _room(len(first), count)
+    _area_terms(len(first), count, positions, first, ka, excess, local, gradient, hessian)
+    return Terms(name, first[:, None] + np.arange(count), local, 0.5 * ka * excess**2, gradient, hessian)
 
 
 @dataclass(frozen=True)

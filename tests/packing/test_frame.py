@@ -6,7 +6,7 @@ import pytest
 import jamlab
 from jamlab.packing.frame import FixedParticles, FlatWalls, Frame, RoughWalls, frame_of
 from jamlab.packing.strain_map import ALONG_Y, SIMPLE_SHEAR
-from jamlab.packing.terms import pair_terms
+from jamlab.packing.terms import central_terms
 
 SQUARE = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 PLACES = np.array([[1.0, 1.0], [1.5, 3.0], [1.0, 5.0], [2.5, 3.2]])
@@ -136,8 +136,8 @@ def test_offsets_and_shapes_are_the_derivatives_of_the_map(packing):
 
 def test_hessians_couple_free_sites_alone(packing):
     pairs = np.array([[0, len(packing.positions) - 1]])
-    block = np.array([[[2.0, 1.0], [1.0, 3.0]]])
-    term = pair_terms("spring", pairs, np.ones((1, 2)), np.ones(1), np.ones((1, 2)), block)
+    one, r = np.ones(1), np.array([[0.6, 0.8]])
+    term = central_terms("spring", pairs, r, r, one, one, 3 * one, 2 * one)
     (after,) = packing.frame.between_free([term])
     free = packing.frame.free_sites[pairs[0]]
     for a in range(2):

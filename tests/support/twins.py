@@ -10,7 +10,7 @@ from jamlab.laws.power import PowerLaw
 from jamlab.models.round_sites import RoundSites
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.model import Model
-from jamlab.packing.terms import central_block, pair_terms
+from jamlab.packing.terms import central_terms
 
 
 class Twins(RoundSites):
@@ -46,8 +46,8 @@ class Twins(RoundSites):
         length = np.hypot(*r.T)
         stretch = length - packing.params["aspect"] * packing.diameters
         normal, slope = r / length[:, None], stiffness * stretch
-        block = central_block(normal, np.full(len(r), stiffness), slope / length)
-        return [pair_terms("tension", bonds, r, 0.5 * stiffness * stretch**2, slope[:, None] * normal, block)]
+        along = np.full(len(r), stiffness)
+        return [central_terms("tension", bonds, r, normal, 0.5 * stiffness * stretch**2, slope, along, slope / length)]
 
 
 TWINS = Twins()
