@@ -305,26 +305,24 @@ class _Sweep:
         """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps."""
         self.session.load(at_phi(self.last, phi))
         found = minimizer(self.last.ensemble)(self.session, self.force)
-        return found if found.converged else self._reach_by_steps(phi, stopped=True)
+        return found if found.converged else self._reach_by_steps(phi)
 
     def _settle(self, found: Relaxed) -> Relaxed:
-        """The minimum beside a state that the session was relaxed to; where there is none, the one that steps lead to;
-        if that fails too, a state in which rattlers stop all that slides."""
+        """The minimum beside a state that the session was relaxed to; where there is none, a state in which rattlers
+        stop all that slides; if that fails too, what steps lead to, each of which may cost as much."""
         relax_state, packing = minimizer(self.last.ensemble), self.session.packing()
         again = partial(relax_state, self.session, self.force, near=True)
         left = leave_saddles(self.session, found, again)
         if not left.converged:
-            left = self._reach_by_steps(packing.phi)
-        return left if left.converged else stopped_beside(self.session, packing, found, again)
+            left = stopped_beside(self.session, packing, found, again)
+        return left if left.converged else self._reach_by_steps(packing.phi)
 
-    def _reach_by_steps(self, phi: float, *, stopped: bool = False) -> Relaxed:
-        """Go to phi from the last state by 2 steps, then 4, and so on, until one way ends in a minimum.
-
-        Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the
-        last way, see `relax_off_saddles`.
-        """
+    def _reach_by_steps(self, phi: float) -> Relaxed:
+        """Go to phi from the last state by 2 steps, then 4, and so on, until one way ends in a minimum, or the last in
+        a state in which rattlers stop all that slides. Vertices run together, or outlines cross, where droplets are
+        squeezed by too much at once."""
         for halving in range(1, SWEEP.halvings + 1):
-            state, last_way = self.last, stopped and halving == SWEEP.halvings
+            state, last_way = self.last, halving == SWEEP.halvings
             for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
                 self.session.load(at_phi(state, following))
                 found = relax_off_saddles(self.session, self.force, stopped=last_way)

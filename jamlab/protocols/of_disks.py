@@ -19,7 +19,7 @@ class MakingOfDisks(Making):
     name = DISKS.name
     descent = DescentOfDisks()
     stiffening_version = 2  # 1 left forces beside the contact forces
-    compression_version = 2  # leaves saddles
+    compression_version = 3  # asks what rattlers stop before it goes by steps, 2 leaves saddles
 
     def check(self, recipe: Recipe) -> None:
         self.check_start(recipe)

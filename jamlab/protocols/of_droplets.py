@@ -59,7 +59,8 @@ class MakingOfDroplets(Making):
     # bodies, 2 ends at a minimum, 1 ended at some saddles
     version = 5
     stiffening_version = 2  # files of campaigns hold it
-    compression_version = 4  # 3 and 4 as 4 and 5 above, 2 leaves saddles
+    # 5 asks what rattlers stop before it goes by steps, 3 and 4 as 4 and 5 above, 2 leaves saddles
+    compression_version = 5
     starts = ("from-disks", "direct")
     outlines = ("eps", "nv_small", "nv_large", "vertices")
     way = ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))
