@@ -39,7 +39,9 @@ CommandDescend::CommandDescend(LAMMPS *lmp) :
 {
 }
 
-/* The string-style variable "descent" returns the numbers of steps, of evaluations of forces, of
+/* The energy, the forces and the stress of LAMMPS are those of the end.
+
+   The string-style variable "descent" returns the numbers of steps, of evaluations of forces, of
    factorisations, of those refused because the matrix is not positive definite, of line searches
    without a lower energy, and of steps along which the force does not fall; then the largest force,
    the last shift that held, and 1 if outlines crossed. */
@@ -57,6 +59,7 @@ void CommandDescend::command(int narg, char **arg)
   read_positions(here.x);
   descend(here);
   put_positions(here.x);
+  next_forces(true);
   const Counts &c = counts;
   input->variable->set(fmt::format(
       "descent string \"{} {} {} {} {} {} {:.17g} {:.17g} {}\"", c.steps, c.forces, c.factors,

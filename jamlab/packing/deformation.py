@@ -24,9 +24,13 @@ def at_phi(packing: Packing, phi: float) -> Packing:
 
 
 def at_positions(packing: Packing, positions: Array) -> Packing:
-    """The packing at float64 positions of the right shape; of disks, nothing but their being finite is checked."""
-    checks = packing.kind.has_outlines or not np.isfinite(positions).all()
-    return packing.with_state(positions=positions) if checks else packing._trusted(positions=positions)
+    """The packing at float64 positions of the right shape, which are refused unless they are finite and every particle
+    is whole there."""
+    if not np.isfinite(positions).all():
+        return packing.with_state(positions=positions)  # which names the first of them
+    moved = packing._trusted(positions=positions)
+    moved.kind.check_moved(moved)
+    return moved
 
 
 def sheared(packing: Packing, strain: float) -> Packing:

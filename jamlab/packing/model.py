@@ -113,6 +113,12 @@ class State(Part[P]):
         offsets = None if self.sites == 1 else (self.sites or 1) * np.arange(n + 1)
         return {"diameters": diameters, "offsets": offsets}
 
+    def check_moved(self, packing: P) -> None:
+        """Refuse a packing that was checked and of which only positions have changed since, to finite ones, where a
+        particle is none any more: one whose outline crosses itself, by default found by `checked`."""
+        if self.has_outlines:
+            self.checked(packing)
+
     def selected(self, packing: P, particles: Mask) -> dict[str, Any]:
         """Attributes of some particles alone."""
         found: dict[str, Any] = {}

@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
+from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
+
+_suspects = kernel("suspect_outlines", INTEGER, INTEGERS, REALS, INTEGERS)
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -30,13 +33,20 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
     """
     if not len(offsets) > 1:
         return np.empty(0, dtype=np.int64)
-    import shapely  # only where outlines are looked at: disks have none
-
-    shapes = outlines(positions, offsets)
-    suspects = np.flatnonzero(~shapely.is_valid(shapes))
+    suspects = np.empty(len(offsets) - 1, dtype=np.int64)
+    bounds = np.ascontiguousarray(offsets, dtype=np.int64)
+    suspects = suspects[: _suspects(len(suspects), bounds, np.ascontiguousarray(positions), suspects)]
     if not len(suspects):
         return suspects
-    points = shapely.remove_repeated_points(shapes[suspects], 1e-12 * float(np.ptp(positions, axis=0).max()))
+    import shapely  # judges what no arithmetic with a margin for rounding does
+
+    sites = np.concatenate([np.arange(bounds[p], bounds[p + 1]) for p in suspects])
+    shapes = outlines(positions[sites], np.append(0, np.cumsum(np.diff(bounds)[suspects])))
+    crossed = ~shapely.is_valid(shapes)
+    suspects, shapes = suspects[crossed], shapes[crossed]
+    if not len(suspects):
+        return suspects
+    points = shapely.remove_repeated_points(shapes, 1e-12 * float(np.ptp(positions, axis=0).max()))
     return np.asarray(suspects[~shapely.is_valid(points)])
 
 

@@ -80,7 +80,7 @@ def descend_droplets(
     start, first_shift = session.positions(), numbers.least_shift
     if session.last_descent is not None and numbers.shift:
         first_shift = session.last_descent.shift
-    if session.packing().n < many:
+    if session.n < many:
         numbers = replace(numbers, closing=0.0)
     found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, NEWTON.definite])
     counts = (found.factors, found.factors - found.refused, found.refused, found.stuck, found.bent)

@@ -2,10 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import jamlab
+from jamlab.engine.session import Session
+from jamlab.packing.deformation import at_phi
 from jamlab.protocols import compression
+from jamlab.protocols.relaxation import relax_session
 
 
 @pytest.fixture(scope="module")
@@ -22,3 +26,20 @@ def test_rattlers_are_asked_before_smaller_steps(onset, monkeypatch):
     monkeypatch.setattr(compression._Sweep, "_reach_by_steps", lambda sweep, phi: pytest.fail("went by steps"))
     (state,) = jamlab.compress(onset, to=jamlab.packing_fraction(onset) + 0.004, step=0.004)
     assert state.converged and state.on_rattlers
+
+
+def test_a_descent_leaves_energy_and_stress_of_its_end(onset):
+    """Those of a full setup of LAMMPS, which is not run again; moved vertices need one."""
+    packing = at_phi(onset, 1.02 * onset.phi)
+    with Session(packing) as session:
+        ran = []
+        session._run = lambda line, run=session._run: (ran.append(line.split()[0]), run(line))
+        found = relax_session(session, 1e-10).evaluation
+        reached = session.packing()
+        assert ran == ["run", "jamlab/descend"]
+        session.set_positions(reached.positions + 1e-3 * np.sin(reached.positions))
+        assert session.evaluate().max_force > 1e-4
+    by_setup = jamlab.evaluate(reached)
+    assert found.pressure > 1e-3 and found.max_force < 1e-10
+    assert found.stress == pytest.approx(by_setup.stress, abs=1e-12)
+    assert found.energy == pytest.approx(by_setup.energy, rel=1e-12)
