@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "marginal_contact_solver.h"
 
-#include "dense_solver.h"
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -16,33 +15,52 @@ static constexpr int STEPS = 1000;        // at most
 
 MarginalContactSolver::Found MarginalContactSolver::find(const std::vector<double> &thetas) const
 {
-  const std::size_t n = 2 * m, columns = n + 1 + n;
-  std::vector<double> matrix(n * columns);
+  const std::size_t n = 2 * m;
+  std::vector<double> matrix(n * (n + 1));
   for (std::size_t k = 0; k < n; k++) {
-    double *const row = &matrix[k * columns];
-    for (std::size_t l = 0; l < n; l++) {
-      row[l] = (k == l ? 1.0 : 0.0) - answers[k * n + l] * (thetas[l % m] - base) * weights[l];
-      row[n + 1 + l] = answers[k * n + l] * weights[l];
-    }
+    double *const row = &matrix[k * (n + 1)];
+    const double *const answer = &answers[k * n];
+    for (std::size_t half = 0; half < n; half += m)
+      for (std::size_t l = 0; l < m; l++)
+        row[half + l] = -answer[half + l] * (thetas[l] - base) * weights[half + l];
+    row[k] += 1.0;
     row[n] = still[k];
   }
-  solve_dense(matrix, n, columns);
-  Found found{std::vector<double>(m), std::vector<double>(m), std::vector<double>(m * m)};
-  const auto velocity = [&](std::size_t k) { return matrix[k * columns + n]; };
+  Found found = {DenseSolver(std::move(matrix), n), std::vector<double>(m), std::vector<double>(m)};
+  const std::vector<double> &velocity = found.velocities.solution();
   for (std::size_t k = 0; k < m; k++) {
-    found.partings[k] = velocity(k) + back[k];
-    found.slips[k] = velocity(m + k);
-    for (std::size_t l = 0; l < m; l++)
-      found.slopes[k * m + l] = matrix[k * columns + n + 1 + l] * velocity(l) +
-          matrix[k * columns + n + 1 + m + l] * velocity(m + l);
+    found.partings[k] = velocity[k] + back[k];
+    found.slips[k] = velocity[m + k];
   }
+  return found;
+}
+
+/* Velocities change by the answers to the drag of a pair, both of which follow its theta. */
+std::vector<double> MarginalContactSolver::slopes(const Found &now,
+                                                  const std::vector<std::size_t> &free) const
+{
+  const std::size_t n = 2 * m, count = free.size(), columns = 2 * count;
+  std::vector<double> drags(n * columns), found(count * count);
+  for (std::size_t k = 0; k < n; k++)
+    for (std::size_t f = 0; f < count; f++)
+      for (std::size_t half = 0; half < 2; half++) {
+        const std::size_t l = half * m + free[f];
+        drags[k * columns + half * count + f] = answers[k * n + l] * weights[l];
+      }
+  const std::vector<double> &velocity = now.velocities.solution();
+  const std::vector<double> changes = now.velocities.solve(drags, columns, free);
+  for (std::size_t k = 0; k < count; k++)
+    for (std::size_t f = 0; f < count; f++)
+      found[k * count + f] = changes[k * columns + f] * velocity[free[f]] +
+          changes[k * columns + count + f] * velocity[m + free[f]];
   return found;
 }
 
 /* Some thetas take Euler's implicit step, linearised: a short one follows the path, and a long one
    is Newton's. false: the step is too long for the partings that it expects, or, by a determinant
    that is not positive, to leave a state that does not last. */
-bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, double time,
+bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free,
+                                      const std::vector<double> &slopes, double time,
                                       double allowed, std::vector<double> &thetas,
                                       Found &now) const
 {
@@ -50,23 +68,25 @@ bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, doub
   std::vector<double> matrix(count * columns), next(thetas);
   for (std::size_t k = 0; k < count; k++) {
     for (std::size_t l = 0; l < count; l++)
-      matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
+      matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * slopes[k * count + l];
     matrix[k * columns + count] = -time * now.partings[free[k]];
   }
-  if (!(solve_dense(matrix, count, columns) > 0.0)) return false;
+  const DenseSolver step(std::move(matrix), count);
+  if (!(step.determinant() > 0.0)) return false;
   for (std::size_t k = 0; k < count; k++) {
     double &theta = next[free[k]];
-    theta = std::clamp(theta + matrix[k * columns + count], 0.0, 1.0);
+    theta = std::clamp(theta + step.solution()[k], 0.0, 1.0);
     if (fabs(theta - thetas[free[k]]) > PACE) return false;
   }
-  const Found later = find(next);
-  for (const std::size_t e : free) {
-    double expected = now.partings[e];
-    for (const std::size_t f : free) expected += now.slopes[e * m + f] * (next[f] - thetas[f]);
-    if (!(fabs(later.partings[e] - expected) <= allowed)) return false;
+  Found later = find(next);
+  for (std::size_t k = 0; k < count; k++) {
+    double expected = now.partings[free[k]];
+    for (std::size_t l = 0; l < count; l++)
+      expected += slopes[k * count + l] * (next[free[l]] - thetas[free[l]]);
+    if (!(fabs(later.partings[free[k]] - expected) <= allowed)) return false;
   }
   thetas = next;
-  now = later;
+  now = std::move(later);
   return true;
 }
 
@@ -87,7 +107,8 @@ bool MarginalContactSolver::relax(std::vector<double> &thetas) const
     }
     if (off <= RESTS * fastest) return true;
     if (time == 0.0) time = PACE / off;
-    while (!take_step(free, time, AGREES * off, thetas, now))
+    const std::vector<double> slope = slopes(now, free);
+    while (!take_step(free, slope, time, AGREES * off, thetas, now))
       if (!((time /= GROWTH) > 0.0)) return false;
     time *= GROWTH;
   }

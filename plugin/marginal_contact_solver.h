@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dense_solver.h"
+
 #include <cstddef>
 #include <vector>
 
@@ -22,11 +24,14 @@ struct MarginalContactSolver {
 
  private:
   struct Found {
-    std::vector<double> partings, slips, slopes;    // m, m, m by m: of partings by thetas
+    DenseSolver velocities;
+    std::vector<double> partings, slips;    // m, m
   };
   Found find(const std::vector<double> &thetas) const;
-  bool take_step(const std::vector<std::size_t> &free, double time, double allowed,
-                 std::vector<double> &thetas, Found &now) const;
+  // of the partings of some pairs by their thetas, as many rows as columns
+  std::vector<double> slopes(const Found &, const std::vector<std::size_t> &free) const;
+  bool take_step(const std::vector<std::size_t> &free, const std::vector<double> &slopes,
+                 double time, double allowed, std::vector<double> &thetas, Found &now) const;
 };
 
 }    // namespace LAMMPS_NS

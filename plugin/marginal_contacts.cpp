@@ -275,9 +275,10 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
   }
   for (std::size_t a = 0; a < m; a++)
     for (std::size_t b = 0; free[a] && b <= m; b++) matrix[a * columns + b] = a == b ? 1.0 : 0.0;
-  solve_dense(matrix, m, columns, SINGULAR, &free);
+  const DenseSolver solved(std::move(matrix), m, SINGULAR);
+  solved.mark_undetermined(free);
   for (std::size_t a = 0; a < m; a++) {
-    const double q = -matrix[a * columns + m];
+    const double q = -solved.solution()[a];
     marginal[rubs[a]].free = free[a];
     marginal[rubs[a]].held += q;
     field_add(u, q, answers[a].velocity, nlocal);
