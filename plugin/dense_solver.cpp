@@ -25,8 +25,8 @@ JAMLAB_WIDE_VECTORS static void subtract_row(const double *__restrict row, std::
   }
 }
 
-/* The same for rows whose factors stand before them; finds the largest magnitude that is left in each,
-   but for its last number. */
+/* The same for rows whose factors stand before them; finds the largest magnitude that is left in
+   each, but for its last number. */
 JAMLAB_WIDE_VECTORS static void
 subtract_row_and_compare(const double *__restrict row, std::size_t length, double *__restrict rows,
                          std::size_t stride, std::size_t count, double *__restrict largest)
