@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -152,55 +153,70 @@ template <int D> void BlockCholesky<D>::order_children_first()
   for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
-/* Blocks below a column are those of its row in the matrix, and those below its children. */
+/* Numbers of blocks in each column of the factors, the diagonal too: J. R. Gilbert, E. G. Ng and B. W.
+   Peyton, SIAM J. Matrix Anal. Appl. 15, 1075 (1994). A row has blocks in the columns of a subtree,
+   whose leaves are counted, less the columns where two of its branches meet. */
+template <int D>
+std::vector<int> BlockCholesky<D>::count_blocks(const std::vector<int> &parent) const
+{
+  const int size = static_cast<int>(row.size());
+  std::vector<int> count(size), first(size, -1), seen(size, -1), leaf(size, -1), up(size);
+  for (int c = 0; c < size; c++) {
+    count[c] = first[c] < 0;    // a leaf of the tree
+    for (int i = c; i >= 0 && first[i] < 0; i = parent[i]) first[i] = c;
+  }
+  std::iota(up.begin(), up.end(), 0);
+  for (int c = 0; c < size; c++) {
+    if (parent[c] >= 0) count[parent[c]]--;
+    for (int n = graph.first[row[c]]; n < graph.first[row[c] + 1]; n++) {
+      const int r = rank[graph.other[n]];
+      if (r < c || first[c] <= seen[r]) continue;    // not a leaf of the subtree of row r
+      count[c]++;
+      if (leaf[r] >= 0) {
+        int meet = leaf[r];
+        while (meet != up[meet]) meet = up[meet];
+        for (int i = leaf[r]; i != meet;) i = std::exchange(up[i], meet);
+        count[meet]--;
+      }
+      seen[r] = first[c];
+      leaf[r] = c;
+    }
+    if (parent[c] >= 0) up[c] = parent[c];
+  }
+  for (int c = 0; c < size; c++)
+    if (parent[c] >= 0) count[parent[c]] += count[c];
+  return count;
+}
+
 template <int D> void BlockCholesky<D>::find_fill()
 {
   order_children_first();
-  const int size = static_cast<int>(row.size());
-  below.resize(size);
-  std::vector<int> seen(size, -1), first_child(size, -1), next_child(size, -1);
+  const std::vector<int> parent = find_parents(), count = count_blocks(parent);
   filled = updated = 0.0;
-  for (int c = 0; c < size; c++) {
-    seen[c] = c;
-    below[c].clear();
-    const auto take = [&](int r) {
-      if (r < c || seen[r] == c) return;
-      seen[r] = c;
-      below[c].push_back(r);
-    };
-    for (int n = graph.first[row[c]]; n < graph.first[row[c] + 1]; n++) take(rank[graph.other[n]]);
-    for (int child = first_child[c]; child >= 0; child = next_child[child])
-      for (const int r : below[child]) take(r);
-    std::sort(below[c].begin(), below[c].end());
-    if (!below[c].empty()) {
-      next_child[c] = first_child[below[c].front()];
-      first_child[below[c].front()] = c;
-    }
-    const double count = static_cast<double>(below[c].size());
-    filled += count;
-    updated += 0.5 * count * (count + 1.0);
+  for (const int blocks : count) {
+    const double below = blocks - 1.0;
+    filled += below;
+    updated += 0.5 * below * (below + 1.0);
   }
-  make_panels();
+  make_panels(parent, count);
 }
 
 /* A column joins the panel of the columns before it if its first child is the last of them, and few
    blocks of the panel stay zero. Below its columns, a panel has the rows of its last column. */
-template <int D> void BlockCholesky<D>::make_panels()
+template <int D>
+void BlockCholesky<D>::make_panels(const std::vector<int> &parent, const std::vector<int> &count)
 {
-  const int size = static_cast<int>(below.size());
+  const int size = static_cast<int>(count.size());
   std::vector<std::pair<int, double>> parts;    // first column and number of nonzero blocks
   const auto worthwhile = [&](int begin, int last, double blocks) {
     const double width = last - begin + 1;
-    const double all = 0.5 * width * (width + 1.0) + width * below[last].size();
+    const double all = 0.5 * width * (width + 1.0) + width * (count[last] - 1);
     return all - blocks <= ZEROS * all;
-  };
-  const auto child_of = [&](int c, int parent) {
-    return !below[c].empty() && below[c].front() == parent;
   };
   for (int c = 0; c < size; c++) {
     int begin = c;
-    double blocks = 1.0 + below[c].size();
-    while (!parts.empty() && child_of(begin - 1, begin) &&
+    double blocks = count[c];
+    while (!parts.empty() && parent[begin - 1] == begin &&
            worthwhile(parts.back().first, c, parts.back().second + blocks)) {
       begin = parts.back().first;
       blocks += parts.back().second;
@@ -210,25 +226,49 @@ template <int D> void BlockCholesky<D>::make_panels()
   }
 
   panels.clear();
-  lower.clear();
   panel_of.resize(size);
   std::size_t room = 0;
-  int tallest = 0;
+  int tallest = 0, rows = 0;
   for (std::size_t k = 0; k < parts.size(); k++) {
     const int begin = parts[k].first, end = k + 1 < parts.size() ? parts[k + 1].first : size;
-    const auto &rows = below[end - 1];
-    const int first = static_cast<int>(lower.size()), count = static_cast<int>(rows.size());
-    Panel panel = {begin, end, first, count, 0, room};
+    Panel panel = {begin, end, rows, count[end - 1] - 1, 0, room};
+    rows += panel.rows;
     panel.stride = padded(panel.height());
     room += panel.stride * panel.width();
     tallest = std::max(tallest, panel.height());
-    lower.insert(lower.end(), rows.begin(), rows.end());
     std::fill(panel_of.begin() + begin, panel_of.begin() + end, static_cast<int>(panels.size()));
     panels.push_back(panel);
   }
+  lower.resize(rows);
+  find_rows(parent);
   values.resize(room + PANEL_ROWS);
   gathered.resize(TOGETHER * tallest);
   product.resize(std::max<std::size_t>(product.size(), PANEL_COLUMNS * padded(tallest)));
+}
+
+/* Rows below a panel are those of its columns in the matrix, and those below the panels whose first
+   row is one of its columns. */
+template <int D> void BlockCholesky<D>::find_rows(const std::vector<int> &parent)
+{
+  const int many = static_cast<int>(panels.size());
+  std::vector<int> seen(row.size(), -1), child(many, -1), next(many, -1);
+  for (int k = 0; k < many; k++) {
+    const Panel &panel = panels[k];
+    int *to = lower.data() + panel.below;
+    const auto take = [&](int r) {
+      if (r < panel.end || seen[r] == k) return;
+      seen[r] = k;
+      *to++ = r;
+    };
+    for (int c = panel.begin; c < panel.end; c++)
+      for (int n = graph.first[row[c]]; n < graph.first[row[c] + 1]; n++)
+        take(rank[graph.other[n]]);
+    for (int j = child[k]; j >= 0; j = next[j])
+      for (int n = 0; n < panels[j].rows; n++) take(lower[panels[j].below + n]);
+    std::sort(lower.data() + panel.below, to);
+    if (const int above = parent[panel.end - 1]; above >= 0)
+      next[k] = std::exchange(child[panel_of[above]], k);
+  }
 }
 
 /* Entries are added panel by panel, so that the places of rows are found once for each panel. */

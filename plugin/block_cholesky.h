@@ -53,7 +53,6 @@ template <int D> class BlockCholesky {
 
   Graph graph;
   std::vector<int> rank, row;    // place of each row in the order of elimination, and the reverse
-  std::vector<std::vector<int>> below;    // rows of each column, of which panels hold more
   std::vector<int> lower, panel_of;       // rows of panels; panel of each column
   std::vector<int> place;                 // of each row in the panel at hand
   struct Copy {
@@ -70,7 +69,9 @@ template <int D> class BlockCholesky {
   void find_order();
   void order_children_first();
   void find_fill();
-  void make_panels();
+  std::vector<int> count_blocks(const std::vector<int> &parent) const;
+  void make_panels(const std::vector<int> &parent, const std::vector<int> &count);
+  void find_rows(const std::vector<int> &parent);
   void add(const Panel &, const Entry &);
   std::vector<int> find_parents() const;
   void subtract_product(const Panel &);

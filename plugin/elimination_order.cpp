@@ -6,11 +6,12 @@
 using namespace LAMMPS_NS;
 
 EliminationOrder::EliminationOrder(const std::vector<int> &first, const std::vector<int> &others) :
-    rows(first.size() - 1), elements(rows.size(), {{}, 0, -1}), of_degree(rows.size() + 1, -1),
-    mark(rows.size(), -1)
+    near(others), rows(first.size() - 1), elements(rows.size(), {0, 0, 0, -1}),
+    of_degree(rows.size() + 1, -1), mark(rows.size(), -1)
 {
+  members.reserve(2 * others.size());
   for (std::size_t i = rows.size(); i-- > 0;) {
-    rows[i] = {{others.begin() + first[i], others.begin() + first[i + 1]}, {}, 0, -1, -1};
+    rows[i] = {first[i], 0, first[i], first[i + 1], 0, -1, -1};
     put(static_cast<int>(i), first[i + 1] - first[i]);
   }
 }
@@ -18,6 +19,7 @@ EliminationOrder::EliminationOrder(const std::vector<int> &first, const std::vec
 std::vector<int> EliminationOrder::find()
 {
   std::vector<int> order;
+  order.reserve(rows.size());
   least = 0;
   while (order.size() < rows.size()) {
     while (of_degree[least] < 0) least++;
@@ -50,44 +52,54 @@ void EliminationOrder::eliminate(int p)
 {
   take(p);
   mark[p] = p;
-  std::vector<int> joined;
-  const auto join = [&](const std::vector<int> &from) {
-    for (const int i : from)
-      if (mark[i] != p) {
-        mark[i] = p;
-        joined.push_back(i);
-      }
+  const int begin = static_cast<int>(members.size());
+  const auto join = [&](int i) {
+    if (mark[i] == p) return;
+    mark[i] = p;
+    members.push_back(i);
   };
-  join(rows[p].rows);
-  for (const int e : rows[p].elements) {
-    join(elements[e].rows);
-    elements[e].rows = {};
+  const Row &own = rows[p];
+  for (int n = own.others; n < own.end; n++) join(near[n]);
+  for (int n = own.first; n < own.first + own.elements; n++) {
+    Element &element = elements[near[n]];
+    for (int k = element.first; k < element.end; k++) join(members[k]);
+    element.end = element.first;
   }
-  rows[p] = {{}, {}, 0, -1, -1};
-  elements[p].rows = joined;
+  const int end = static_cast<int>(members.size());
+  elements[p] = {begin, end, 0, -1};
 
-  for (const int i : joined)
-    for (const int e : rows[i].elements) {
-      Element &element = elements[e];
-      if (element.seen != p) element.outside = static_cast<int>(element.rows.size());
+  for (int k = begin; k < end; k++) {
+    const Row &row = rows[members[k]];
+    for (int n = row.first; n < row.first + row.elements; n++) {
+      Element &element = elements[near[n]];
+      if (element.seen != p) element.outside = element.end - element.first;
       element.seen = p;
       element.outside--;
     }
-  for (const int i : joined) renew(i, p);
+  }
+  for (int k = begin; k < end; k++) renew(members[k], p);
 }
 
-/* Row i now has the neighbors of element p; elements that lie within p are dropped. */
+/* Row i now has the neighbors of element p; elements that lie within p are dropped. There is room
+   for p, as p is no longer a neighbor or an element of p no longer one of row i. */
 void EliminationOrder::renew(int i, int p)
 {
   Row &row = rows[i];
   take(i);
-  const auto drop = [](std::vector<int> &from, auto which) {
-    from.erase(std::remove_if(from.begin(), from.end(), which), from.end());
-  };
-  drop(row.rows, [&](int j) { return mark[j] == p; });
-  drop(row.elements, [&](int e) { return elements[e].rows.empty() || elements[e].outside <= 0; });
-  std::size_t degree = row.rows.size() + elements[p].rows.size() - 1;
-  for (const int e : row.elements) degree += elements[e].outside;
-  row.elements.push_back(p);
+  std::size_t degree = elements[p].end - elements[p].first - 1;
+  int to = row.end;
+  for (int n = row.end; n-- > row.others;)
+    if (mark[near[n]] != p) near[--to] = near[n];
+  row.others = to;
+  degree += row.end - to;
+  to = row.first;
+  for (int n = row.first; n < row.first + row.elements; n++) {
+    const Element &element = elements[near[n]];
+    if (element.first == element.end || element.outside <= 0) continue;
+    near[to++] = near[n];
+    degree += element.outside;
+  }
+  near[to++] = p;
+  row.elements = to - row.first;
   put(i, static_cast<int>(std::min(degree, rows.size() - 1)));
 }

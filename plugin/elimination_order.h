@@ -17,15 +17,17 @@ class EliminationOrder {
 
  private:
   struct Row {
-    std::vector<int> rows, elements;    // neighbors that are left; elements that it is in
-    int degree, before, after;          // the same degree
+    int first, elements;          // in `near`: from `first` on, so many elements that it is in
+    int others, end;              // then free room, and neighbors that are left
+    int degree, before, after;    // the same degree
   };
   struct Element {
-    std::vector<int> rows;
+    int first, end;       // in `members`: its rows; none of an absorbed element
     int outside, seen;    // rows that are not in the newest element, if looked at for it
   };
+  std::vector<int> near, members;
   std::vector<Row> rows;
-  std::vector<Element> elements;    // by the row that made them; absorbed elements are empty
+  std::vector<Element> elements;    // by the row that made them
   std::vector<int> of_degree;       // first row of each degree, -1 if none
   std::vector<int> mark;            // the newest element that a row is in
   int least = 0;
