@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <vector>
 
 using namespace jamlab;
@@ -20,7 +21,7 @@ constexpr int64_t STAYS = -1, ABSENT = -2;  // rows of sites that the matrix doe
 
 using Factors = LAMMPS_NS::BlockCholesky<2>;
 using PerStrain = std::array<double, STRAINS>;
-using Columns = std::array<std::vector<double>, STRAINS>;
+using Columns = std::vector<PerStrain>;  // of each coordinate
 
 // Terms between the same number of sites, see jamlab.packing.terms.Terms.
 struct TermGroup {
@@ -40,7 +41,7 @@ struct TermGroup {
 class Stiffness {
  public:
   std::vector<Factors::Entry> entries;  // of K_uu
-  std::vector<PerStrain> couplings;     // K_uE, of each coordinate
+  Columns couplings;                    // K_uE
   double ee[STRAINS][STRAINS] = {};     // K_EE
 
   // row (sites): of each site in the matrix, or STAYS, or ABSENT: terms of absent sites are left
@@ -73,25 +74,28 @@ class Stiffness {
     return *std::max_element(diagonal.begin(), diagonal.end());
   }
 
-  // Subtracts K_uu times each column x from one of r.
+  // Subtracts K_uu times x from r.
   void subtract_product(const Columns &x, Columns &r) const
   {
     for (const auto &e : entries) {
       const int i = 2 * e.i, j = 2 * e.j;
       const auto &b = e.block;
-      for (int q = 0; q < STRAINS; ++q) {
-        r[q][i] -= b[0] * x[q][j] + b[1] * x[q][j + 1];
-        r[q][i + 1] -= b[2] * x[q][j] + b[3] * x[q][j + 1];
-        if (i == j) continue;
-        r[q][j] -= b[0] * x[q][i] + b[2] * x[q][i + 1];
-        r[q][j + 1] -= b[1] * x[q][i] + b[3] * x[q][i + 1];
-      }
+      subtract(b[0], b[1], x[j], x[j + 1], r[i]);
+      subtract(b[2], b[3], x[j], x[j + 1], r[i + 1]);
+      if (i == j) continue;
+      subtract(b[0], b[2], x[i], x[i + 1], r[j]);
+      subtract(b[1], b[3], x[i], x[i + 1], r[j + 1]);
     }
   }
 
  private:
   const int64_t *row;
   std::vector<Vector> local;
+
+  static void subtract(double a, double b, const PerStrain &x, const PerStrain &y, PerStrain &from)
+  {
+    for (int q = 0; q < STRAINS; ++q) from[q] -= a * x[q] + b * y[q];
+  }
 
   // h: (2 m, 2 m) Hessian of a term between m sites
   void add_term(int64_t m, const int64_t *sites, const double *h)
@@ -125,16 +129,12 @@ class Stiffness {
   }
 };
 
-double product(const std::vector<double> &a, const std::vector<double> &b)
+// Products of columns p of one and q of the other.
+double product(const Columns &a, int p, const Columns &b, int q)
 {
   double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k][p] * b[k][q];
   return sum;
-}
-
-void add(std::vector<double> &to, const std::vector<double> &more)
-{
-  for (std::size_t k = 0; k < to.size(); ++k) to[k] += more[k];
 }
 
 }  // namespace
@@ -165,30 +165,26 @@ try {
   factors.set_pattern(static_cast<int>(rows), stiffness.entries);
   factors.set(stiffness.entries);
   if (!factors.factorise(0.0)) return NOT_POSITIVE;
-  Columns right, x;
-  for (int q = 0; q < STRAINS; ++q) {
-    for (const PerStrain &c : stiffness.couplings) right[q].push_back(c[q]);
-    x[q] = right[q];
-    factors.solve(x[q]);
-  }
-  Columns left = right;  // of which rounding leaves some, and one more solution takes it away
-  stiffness.subtract_product(x, left);
-  for (int q = 0; q < STRAINS; ++q) {
-    factors.solve(left[q]);
-    add(x[q], left[q]);
-    if (!(product(x[q], right[q]) >= floppy * product(x[q], x[q]))) return NOT_POSITIVE;
-  }
+  const Columns &right = stiffness.couplings;
+  Columns x = right, left = right;
+  factors.solve(x[0].data(), STRAINS);
+  stiffness.subtract_product(x, left);  // rounding leaves some, and one more solution takes it away
+  factors.solve(left[0].data(), STRAINS);
+  for (std::size_t k = 0; k < x.size(); ++k)
+    for (int q = 0; q < STRAINS; ++q) x[k][q] += left[k][q];
+  for (int q = 0; q < STRAINS; ++q)
+    if (!(product(x, q, right, q) >= floppy * product(x, q, x, q))) return NOT_POSITIVE;
   for (int p = 0; p < STRAINS; ++p)
-    for (int q = 0; q < STRAINS; ++q) response[STRAINS * p + q] = product(x[p], right[q]);
+    for (int q = 0; q < STRAINS; ++q) response[STRAINS * p + q] = product(x, p, right, q);
   for (int64_t i = 0; i < sites; ++i)
     for (int k = 0; k < 2 && row[i] >= 0; ++k)
       for (int q = 0; q < STRAINS; ++q)
-        displacements[STRAINS * (2 * i + k) + q] = -x[q][2 * row[i] + k];
+        displacements[STRAINS * (2 * i + k) + q] = -x[2 * row[i] + k][q];
 
   std::vector<double> yields(push, push + 2 * rows);
-  const double pushed = product(yields, yields);
   factors.solve(yields);
+  const auto square = [&](const double *v) { return std::inner_product(v, v + 2 * rows, v, 0.0); };
   const double bound = near * floppy;
-  return pushed <= bound * bound * product(yields, yields) ? LOOSE : FIRM;
+  return square(push) <= bound * bound * square(yields.data()) ? LOOSE : FIRM;
 }
 JAMLAB_OR_NO_MEMORY
