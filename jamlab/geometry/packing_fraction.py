@@ -7,11 +7,10 @@ import numpy as np
 from jamlab.arguments.choices import FractionMethod
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.particle_shape import particle_areas
+from jamlab.errors import InputError
+from jamlab.geometry.droplet_cover import shared_areas
 from jamlab.geometry.power_cells import disk_cells, radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.voids import bound_voids
 from jamlab.packing.packing import Packing
 
 FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
@@ -49,11 +48,8 @@ def packing_fraction(packing: Packing, method: FractionMethod = "exact") -> floa
 
 
 def cover_by_droplets(packing: Packing) -> float:
-    """rho of a DP packing: 1 minus the voids, or, where outlines cross, by their overlaps."""
-    try:
-        return 1.0 - float(bound_voids(packing)[0].sum() / packing.area)
-    except BoundaryError:
-        return float(particle_areas(packing).sum() / packing.area)
+    """rho of a DP packing: areas with rims, overlaps shared, over the cell."""
+    return float(shared_areas(packing).sum() / packing.area)
 
 
 def cover_by_disks(packing: Packing) -> float:

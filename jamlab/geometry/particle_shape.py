@@ -19,8 +19,9 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 
-# version, see jamlab.campaign.tasks; in 1 contact lengths were those of drawn arcs, off by up to 3e-4
-SHAPE_DEFINITION = 2
+# version, see jamlab.campaign.tasks; in 1 contact lengths were those of drawn arcs, off by up to 3e-4, in 2 areas of
+# droplets, by up to 1e-6
+SHAPE_DEFINITION = 3
 
 
 @checked

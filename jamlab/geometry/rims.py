@@ -1,4 +1,4 @@
-"""Outlines of droplets, polygons grown by their rim delta/2, and the places where they overlap.
+"""Drawn outlines of droplets: polygons grown by their rim delta/2.
 
 Circulo-lines have width delta, so a particle fills its polygon and a rim of half that width around it: the Minkowski
 sum with a disk of radius w = delta/2. Its outline is drawn here as a polygon: edges moved outwards by w, joined at
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.geometry.edge_capsules import edge_rings
-from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
 shapely: Any = lazy_loader.load("shapely")  # only where outlines are drawn: disks have none
@@ -72,43 +71,3 @@ def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
     steps = np.maximum(np.ceil(turn / ARC_STEP), 2).astype(np.int64)
     share = 0.5 * steps / np.sinc(turn / (steps * np.pi))
     return steps, 2 * share / (1 + np.sqrt(1 + 2 * (steps - 2) * share))
-
-
-def shared_areas(packing: Packing) -> Array:
-    """(n,) area of each grown outline, every overlap shared equally between the particles that meet there.
-
-    A point that m outlines cover counts 1/m for each of them. By inclusion and exclusion, with the sums over the
-    overlaps O_a = (outline of the particle) intersected with that of its neighbour a,
-
-        area - (1/2) sum_a |O_a| + (1/3) sum_{a<b} |O_a O_b| - (1/4) sum_{a<b<c} |O_a O_b O_c| + ...
-
-    The series ends by itself where no more outlines meet; the sum over particles is the area of their union.
-    """
-    grown, n = rims(packing), packing.n
-    reach = np.hypot(*np.abs(shapely.bounds(grown.outlines)).reshape(-1, 2, 2).max(axis=1).T)
-    near = periodic_pairs(packing.centroids, packing.box, reach)
-    common = shapely.intersection(grown.outlines[near.i], moved(grown.outlines[near.j], near.r))
-    real = shapely.area(common) > 0
-    near, common = near.select(real), common[real]
-    # every overlap from both sides, relative to the centroid of the owner; owners ascend
-    owner = np.concatenate([near.i, near.j])
-    order = np.argsort(owner, kind="stable")
-    owner, overlaps = owner[order], np.concatenate([common, moved(common, -near.r)])[order]
-    stop = np.searchsorted(owner, np.arange(n), side="right")
-    shares, covers, regions, last = grown.area.copy(), 2, overlaps, np.arange(len(owner))
-    while len(regions):
-        sign = 1 if covers % 2 else -1
-        shares += sign / covers * np.bincount(owner, shapely.area(regions), minlength=n)
-        more = stop[owner] - last - 1
-        region = np.repeat(np.arange(len(regions)), more)
-        added = last[region] + 1 + np.arange(len(region)) - np.searchsorted(region, region)
-        common = shapely.intersection(regions[region], overlaps[added])
-        real = shapely.area(common) > 0
-        owner, regions, last, covers = owner[region[real]], common[real], added[real], covers + 1
-    return shares
-
-
-def moved(shapes: Geometries, r: Array) -> Geometries:
-    """The same shapes, each moved by its row of r, (m, 2)."""
-    points, index = shapely.get_coordinates(shapes, return_index=True)
-    return np.asarray(shapely.set_coordinates(shapes.copy(), points + r[index]))

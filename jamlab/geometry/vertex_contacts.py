@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
+from jamlab.geometry.droplet_cover import Meeting, droplet_cover
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
@@ -146,20 +147,27 @@ def _check_apart(packing: Packing) -> None:
     delta, areas = packing.params["delta"], packing.polygons.areas[~packing.flat_walls]
     long_edges = bool(np.hypot(*packing.polygons.edges.T).max() > 2 * delta)
     if long_edges or areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2:
-        refuse_crossings(packing, within=not long_edges)
+        refuse_crossings(packing)
 
 
-def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
+def refuse_crossings(packing: Packing) -> None:
     """Refuse droplets whose outlines cross, and one in the middle of another: no contact form keeps them apart from
-    there. `within`: look only at those that may lie in the middle of others."""
+    there. Those that touch each other within rounding are judged by shapely."""
+    found = droplet_cover(packing)
+    if found.meeting is Meeting.DOUBTFUL:
+        _refuse_overlaps(packing)
+    elif found.meeting is not Meeting.APART:
+        raise crossing_error(*found.met)
+
+
+def _refuse_overlaps(packing: Packing) -> None:
     import shapely
 
     starts, shapes = np.asarray(packing.offsets)[:-1], packing.polygons.shapes()
     low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
     middle, size = 0.5 * (low + high), high - low
     near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
-    reach = size[near.i] - size[near.j] if within else size[near.i] + size[near.j]
-    suspect = np.all(np.abs(near.r) <= 0.5 * np.abs(reach), axis=1)
+    suspect = np.all(np.abs(near.r) <= 0.5 * (size[near.i] + size[near.j]), axis=1)
     i, j = near.i[suspect], near.j[suspect]
     shift = np.repeat(near.r[suspect] - (middle[j] - middle[i]), shapely.get_num_coordinates(shapes[j]), axis=0)
     others = shapely.transform(shapes[j], lambda x: x + shift)

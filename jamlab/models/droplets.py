@@ -18,9 +18,8 @@ from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError, typed
 from jamlab.geometry.contact_network import ContactForces, per_length
-from jamlab.geometry.edge_capsules import edge_rings
+from jamlab.geometry.droplet_cover import droplet_cover, shared_areas
 from jamlab.geometry.packing_fraction import cover_by_droplets
-from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
@@ -231,15 +230,10 @@ class Droplets(Model[Packing]):
         return shared_areas(packing)
 
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
-        area, perimeter, w = packing.polygons.areas, packing.polygons.perimeters, 0.5 * packing.params["delta"]
         if not rim:
-            return area, perimeter
-        area, perimeter = area + w * perimeter + np.pi * w**2, perimeter + 2 * np.pi * w  # Steiner, of convex polygons
-        edges = edge_rings(packing)
-        if (dented := np.bincount(edges.particle, edges.turn < 0, packing.n) > 0).any():
-            grown = rims(packing.select(dented))
-            area[dented], perimeter[dented] = grown.area, grown.perimeter
-        return area, perimeter
+            return packing.polygons.areas, packing.polygons.perimeters
+        found = droplet_cover(packing)
+        return found.area, found.perimeter
 
     def relative_areas(self, packing: Packing) -> Array:
         return np.asarray(packing.polygons.areas / packing.params["a0"])

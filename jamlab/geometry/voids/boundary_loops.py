@@ -4,12 +4,8 @@ Every piece runs counter-clockwise around its particle, so that the void lies on
 particle begins, and the loop continues along that particle. Loops live on a torus: each piece has a periodic image
 relative to the first piece of its loop, and a loop may wind around the torus instead of closing.
 
-A polygon with its rim is the union of the polygon and of a capsule around every edge: the points within w = delta/2 of
-the edge. Its outline runs along the edges, moved outwards by w, and along arcs of radius w around convex corners. Each
-of these elements is cut by the capsules of other edges: those of other particles, and of the same particle where it is
-not convex. Each capsule hides one interval of an element, and what no capsule hides is free boundary.
-
-Disks leave free arcs, each followed by the arc of the disk that it meets.
+The pieces of droplets come from `jamlab.geometry.droplet_cover`. Disks leave free arcs, each followed by the arc of the
+disk that it meets.
 
 A void with islands of particles has several loops. From the extreme point of an island in some direction a ray
 continues in that direction, through the void, until it hits a loop of the same void. The extreme of what it hits lies
@@ -23,10 +19,10 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import BoundaryError
-from jamlab.geometry.edge_capsules import EdgeRings, cut_arcs, cut_lines, edge_rings, free_parts, near_edges
+from jamlab.geometry.boundary_pieces import Pieces
+from jamlab.geometry.droplet_cover import Meeting, droplet_cover
 from jamlab.geometry.power_cells import free_arcs
 from jamlab.packing.neighbors import periodic_neighbors
-from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 
@@ -45,20 +41,6 @@ class Rays:
 
 
 RAYS = Rays()
-
-
-@dataclass(frozen=True)
-class Pieces:
-    """Pieces of a boundary, straight (radius 0) or circular, not yet chained."""
-
-    particle: Indices  # (k,) int64, particle that each piece belongs to
-    # start, end: (k, 2) end points
-    start: Array
-    end: Array
-    centre: Array  # (k, 2) of the circle; of a straight piece its middle
-    radius: Array  # (k,) of the circle; 0 for a straight piece
-    begin: Array  # (k,) angle at which a circular piece begins; it runs counter-clockwise
-    angle: Array  # (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece
 
 
 @dataclass(frozen=True)
@@ -179,57 +161,14 @@ def trace_disks(packing: Packing) -> Boundary:
 
 def trace_polygons(packing: Packing) -> Boundary:
     """Trace the boundary of the union of the polygons of a DP packing, each grown by its rim delta/2."""
-    edges, near = edge_rings(packing), near_edges(packing)
-    w, i, j, r, own = edges.rim, near.i, near.j, near.r, near.own
-    _refuse_crossings(edges, i[~own], j[~own], r[~own])
-    # neighbors on one polygon hide each other only at reflex corners; on an image of it they are like any others
-    dented = np.bincount(edges.particle, edges.turn < 0, packing.n) > 0
-    before, after = own & (j == edges.before[i]), own & (j == edges.after[i])
-    beside = (after & (edges.turn[j] >= 0)) | (before & (edges.turn[i] >= 0))
-    apart = ~own | dented[edges.particle[i]]
-    cut, round_cut = apart & ~beside, apart & ~before & (edges.turn[i] > 0)
-    i_cut = i[cut]
-    rows, low, high = cut_lines(edges, i_cut, j[cut], r[cut] - w * edges.normal[i_cut], w)
-    lines = free_parts(edges.length, i_cut[rows], low, high)
-    arcs = free_parts(edges.turn, *cut_arcs(edges, i[round_cut], j[round_cut], r[round_cut]))
-    pieces, following = _draw(edges, lines, arcs)
-    shift = np.zeros((len(following), 2), dtype=np.int64)
-    return chain_pieces(pieces, following, shift, packing.box, w)
-
-
-def _refuse_crossings(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> None:
-    a, b = edges.along[i], edges.along[j]
-    end_i, end_j = edges.length[i, None] * a, r + edges.length[j, None] * b
-    crossing = (cross(a, r) * cross(a, end_j) < 0) & (cross(b, -r) * cross(b, end_i - r) < 0)
-    if crossing.any():
-        m, n = (int(edges.particle[edge[crossing][0]]) for edge in (i, j))
-        raise BoundaryError(f"outlines of polygons {m} and {n} cross: separate them; only their rims may overlap")
-
-
-_Parts = tuple[Indices, Array, Array]
-
-
-def _draw(edges: EdgeRings, lines: _Parts, arcs: _Parts) -> tuple[Pieces, Indices]:
-    """Pieces, first the straight ones, and the piece that comes next on the same outline; -1: another particle's."""
-    (line, low, high), (arc, begin, end), w = lines, arcs, edges.rim
-    tail, along, aside = edges.tail[line], edges.along[line], w * edges.normal[line]
-    starts, stops = (tail + (along * place[:, None] + aside) for place in (low, high))
-    normal = edges.normal[edges.before[arc]]
-    angle = np.arctan2(normal[:, 1], normal[:, 0])
-    corner, rim = edges.tail[arc], np.full(len(arc), w)
-    rounds = [corner + w * np.column_stack([np.cos(angle + at), np.sin(angle + at)]) for at in (begin, end)]
-    ends = (np.concatenate([starts, rounds[0]]), np.concatenate([stops, rounds[1]]))
-    centre, none = np.concatenate([0.5 * (starts + stops), corner]), np.zeros(len(line))
-    of_circle = [np.concatenate([none, values]) for values in (rim, angle + begin, end - begin)]
-    pieces = Pieces(edges.particle[np.concatenate([line, arc])], *ends, centre, *of_circle)
-    line_at, arc_at = np.full((2, len(edges.tail)), -1)  # pieces that begin where their element does
-    line_at[line[low == 0]] = np.flatnonzero(low == 0)
-    arc_at[arc[begin == 0]] = len(line) + np.flatnonzero(begin == 0)
-    after = edges.after[line]
-    behind_line = np.where(edges.turn[after] > 0, arc_at[after], line_at[after])
-    behind_line[high != edges.length[line]] = -1
-    behind_arc = np.where(end == edges.turn[arc], line_at[arc], -1)
-    return pieces, np.concatenate([behind_line, behind_arc])
+    found = droplet_cover(packing)
+    i, j = found.met
+    if found.meeting is Meeting.CROSSING:
+        raise BoundaryError(f"outlines of polygons {i} and {j} cross: separate them; only their rims may overlap")
+    if found.meeting is Meeting.INSIDE:
+        raise BoundaryError(f"of polygons {i} and {j} one lies inside the other: move or remove it")
+    shift = np.zeros((len(found.following), 2), dtype=np.int64)
+    return chain_pieces(found.pieces, found.following.copy(), shift, packing.box, 0.5 * packing.params["delta"])
 
 
 # rays through voids -------------------------------------------------------------------------------------------------
