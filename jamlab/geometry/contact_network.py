@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
+from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 from jamlab.laws.pair_law import LEAST_CONTACTS
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
@@ -23,6 +24,9 @@ from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER, RED
 # In 2 contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices on edges in flows.
 CONTACTS_DEFINITION = 3
 
+_PAIRS = (INTEGER, INTEGERS, INTEGERS)
+_find_rattlers = kernel("find_rattlers", *_PAIRS, INTEGER, INTEGERS, INTEGER, INTEGERS, INTEGERS)
+
 
 def find_rattlers(
     pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS, places: Indices | None = None
@@ -31,15 +35,11 @@ def find_rattlers(
     (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
     of a particle that is held; `places`: (m,) at which each pair touches, by default one. Returns (n,) rattlers, and
     (m,) contacts that bear force, those between two particles that do not rattle."""
-    rattlers = np.zeros(len(suspects), dtype=bool)
-    places = np.ones(len(pairs), dtype=np.int64) if places is None else places
-    while True:
-        bearing = ~rattlers[pairs].any(axis=1)
-        degree = np.bincount(pairs[bearing].ravel(), np.repeat(places[bearing], 2), minlength=len(suspects))
-        loose = (degree < least) & suspects & ~rattlers
-        if not loose.any():
-            return rattlers, np.asarray(bearing)
-        rattlers |= loose
+    pairs, suspects = np.ascontiguousarray(pairs), suspects.astype(np.int64)
+    places = np.ones(len(pairs), dtype=np.int64) if places is None else np.ascontiguousarray(places)
+    rattlers, bearing = np.empty(len(suspects), dtype=np.int64), np.empty(len(pairs), dtype=np.int64)
+    _find_rattlers(len(pairs), pairs, places, len(suspects), suspects, least, rattlers, bearing)
+    return rattlers.astype(bool), bearing.astype(bool)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.droplet_cover import Meeting, droplet_cover
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
-from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
+from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, search_lattice
 from jamlab.packing.packing import Packing
 
 
@@ -72,6 +72,7 @@ def _near_walls(packing: Packing, reach: Array) -> Pairs:
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
 _meetings = kernel("vertex_meetings", INTEGER, INTEGERS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, *_OUT)
 _OUTLINES_CROSS = -3
+_named_pairs = kernel("named_pairs", INTEGER, INTEGERS, INTEGERS, INTEGERS, INTEGERS, INTEGERS, INTEGERS)
 
 
 @dataclass(frozen=True)
@@ -194,14 +195,16 @@ def name_pairs(packing: Packing) -> PairNames:
 
 
 def _images(packing: Packing, found: VertexContacts) -> NDArray[np.int64]:
-    return np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
+    second = found.shift[:, 1] / packing.box[1, 1]
+    first = (found.shift[:, 0] - second * packing.box[1, 0]) / packing.box[0, 0]
+    return np.round(np.column_stack([first, second])).astype(np.int64)
 
 
 def named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
     """Seen from both sides a pair has one name: the lower number first, and the image counted from it."""
-    swapped = (i > j) | ((i == j) & ~positive_image(image))
-    image = np.where(swapped[:, None], -image, image)
-    return *unique_rows(np.column_stack([np.minimum(i, j), np.maximum(i, j), image])), swapped
+    names, (row, swapped) = np.empty((len(i), 4), dtype=np.int64), np.empty((2, len(i)), dtype=np.int64)
+    count = _named_pairs(len(i), i, j, image, names, row, swapped)
+    return names[:count], row, swapped.astype(bool)
 
 
 def unique_rows(rows: Indices) -> tuple[Indices, Indices]:

@@ -58,10 +58,8 @@ class ForceNetwork:
     @property
     def _force_scale(self) -> float:
         """`force_scale` of the bearing packing."""
-        i, j, *_ = contacts(self.whole).pairs.T
-        first = np.flatnonzero(np.diff(self.whole.particle, prepend=-1))  # site of each particle
-        held = self.held[first]
-        size = self.whole.kind.contact_forces(self.whole).size[held[i] & held[j]]
+        pairs, bears = contacts(self.whole).pairs, ~without_load(self.whole)
+        size = self.whole.kind.contact_forces(self.whole).size[bears[pairs].all(axis=1)]
         return float(size.mean()) if len(size) else 0.0
 
 

@@ -31,7 +31,15 @@ from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
-from jamlab.packing.terms import ContactJacobian, Terms, area_terms, central_terms, edge_contact_terms, spread
+from jamlab.packing.terms import (
+    ContactJacobian,
+    Terms,
+    area_terms,
+    central_terms,
+    edge_contact_terms,
+    spread,
+    tension_terms,
+)
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -365,18 +373,12 @@ def _check_outlines(positions: Array, offsets: Indices, areas: Array, flat: Mask
 
 def _tension(packing: Packing) -> Terms:
     """gamma sqrt(l^2 + eta^2) for every edge, Boromand et al. eq 7, first term."""
-    gamma, eta = packing.params["gamma"], packing.params["eta"]
     edge = packing.polygons.edges
-    length = np.sqrt(np.einsum("ij,ij->i", edge, edge) + eta**2)
-    inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
-    unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
     pairs = np.column_stack([np.arange(len(edge)), packing.polygons.successor])
-    bound = ~packing.frame.flat_sites
-    unit, inverse, length = unit[bound], inverse[bound], length[bound]
-    slope = np.full(len(length), gamma)
-    return central_terms(
-        "tension", pairs[bound], edge[bound], unit, gamma * length, slope, np.zeros_like(inverse), inverse
-    )
+    if packing.frame.is_flat:
+        bound = ~packing.frame.flat_sites
+        pairs, edge = pairs[bound], edge[bound]
+    return tension_terms("tension", pairs, edge, packing.params["gamma"], packing.params["eta"])
 
 
 def _areas(packing: Packing) -> list[Terms]:

@@ -35,6 +35,7 @@ class Terms:
 
 _OUT = (REALS, REALS, REALS)  # local, gradient, hessian
 _central_terms = kernel("central_terms", INTEGER, REALS, REALS, REALS, REALS, REALS, *_OUT)
+_tension_terms = kernel("tension_terms", INTEGER, REALS, REAL, REAL, REALS, *_OUT)
 _edge_contact_terms = kernel("edge_contact_terms", INTEGER, REALS, REALS, REALS, REALS, REALS, *_OUT)
 _area_terms = kernel("area_terms", INTEGER, INTEGER, REALS, INTEGERS, REAL, REALS, *_OUT)
 
@@ -53,6 +54,13 @@ def central_terms(
     local, gradient, hessian = _room(len(r), 2)
     given = [np.ascontiguousarray(each, dtype=np.float64) for each in (r, normal, slope, along, across)]
     _central_terms(len(r), *given, local, gradient, hessian)
+    return Terms(name, pairs, local, energy, gradient, hessian)
+
+
+def tension_terms(name: str, pairs: Indices, edge: Array, gamma: float, eta: float) -> Terms:
+    """gamma sqrt(l^2 + eta^2) of edges (k, 2) of length l."""
+    energy, (local, gradient, hessian) = np.empty(len(edge)), _room(len(edge), 2)
+    _tension_terms(len(edge), edge, gamma, eta, energy, local, gradient, hessian)
     return Terms(name, pairs, local, energy, gradient, hessian)
 
 

@@ -7,29 +7,62 @@
 
 using namespace jamlab;
 
-// A force along the vector r from one site to another.
+namespace {
+
+// A force along the vector r from one site to another, or along another normal.
+struct Central {
+  Vector r, normal;
+  double slope, along, across;  // dU/dr, and stiffness
+};
+
+void put_central(const Central &term, double *local, double *gradient, double *hessian)
+{
+  const double n[2] = {term.normal.x, term.normal.y};
+  put(local, 0, {0.0, 0.0});
+  put(local, 1, term.r);
+  for (int i = 0; i < 2; ++i) {
+    const double force = term.slope * n[i];
+    gradient[i] = -force;
+    gradient[2 + i] = force;
+    for (int j = 0; j < 2; ++j) {
+      const double projected = n[i] * n[j];
+      const double block = term.along * projected + term.across * ((i == j) - projected);
+      double *const h = hessian + 4 * i + j;  // of both sites
+      h[0] = h[10] = block;
+      h[2] = h[8] = -block;
+    }
+  }
+}
+
+}  // namespace
+
+// Forces along vectors from one site to another.
 //   r, normal (terms, 2); slope (terms): dU/dr along the normal; along, across (terms): stiffness;
 //   local, gradient (terms, 2, 2), hessian (terms, 2, 2, 2, 2) out. Returns 0.
 JAMLAB_KERNEL central_terms(int64_t terms, const double *r, const double *normal,
                             const double *slope, const double *along, const double *across,
                             double *local, double *gradient, double *hessian)
 try {
+  for (int64_t k = 0; k < terms; ++k)
+    put_central({point(r, k), point(normal, k), slope[k], along[k], across[k]}, local + 4 * k,
+                gradient + 4 * k, hessian + 16 * k);
+  return 0;
+}
+JAMLAB_OR_NO_MEMORY
+
+// The energy gamma sqrt(l^2 + eta^2) of edges of length l.
+//   edge (terms, 2): head less tail;
+//   energy (terms), local, gradient (terms, 2, 2), hessian (terms, 2, 2, 2, 2) out. Returns 0.
+JAMLAB_KERNEL tension_terms(int64_t terms, const double *edge, double gamma, double eta,
+                            double *energy, double *local, double *gradient, double *hessian)
+try {
   for (int64_t k = 0; k < terms; ++k) {
-    const double n[2] = {normal[2 * k], normal[2 * k + 1]};
-    put(local, 2 * k, {0.0, 0.0});
-    put(local, 2 * k + 1, point(r, k));
-    for (int i = 0; i < 2; ++i) {
-      const double force = slope[k] * n[i];
-      gradient[4 * k + i] = -force;
-      gradient[4 * k + 2 + i] = force;
-      for (int j = 0; j < 2; ++j) {
-        const double projected = n[i] * n[j];
-        const double block = along[k] * projected + across[k] * ((i == j) - projected);
-        double *const h = hessian + 16 * k + 4 * i + j;  // of both sites
-        h[0] = h[10] = block;
-        h[2] = h[8] = -block;
-      }
-    }
+    const Vector e = point(edge, k);
+    const double length = std::sqrt(dot(e, e) + eta * eta);
+    const double inverse = length > 0 ? 1.0 / length : 0.0;
+    energy[k] = gamma * length;
+    put_central({e, e * inverse, gamma, 0.0, gamma * inverse}, local + 4 * k, gradient + 4 * k,
+                hessian + 16 * k);
   }
   return 0;
 }

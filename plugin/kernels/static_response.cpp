@@ -52,6 +52,7 @@ class Stiffness {
   {
     const int64_t m = group.width;
     local.resize(m);
+    entries.reserve(entries.size() + group.count * m * (m + 1) / 2);
     for (int64_t k = 0; k < group.count; ++k) {
       const int64_t *const sites = group.sites + k * m;
       if (std::any_of(sites, sites + m, [&](int64_t i) { return row[i] == ABSENT; })) continue;
