@@ -29,6 +29,7 @@ from jamlab.packing.recipe import changed
 from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.makings import making_of
+from jamlab.protocols.minimising import minimising_of
 from jamlab.protocols.relaxation import Relaxed, usual_force_tolerance
 from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
 
@@ -280,31 +281,46 @@ class _Sweep:
         """Go to a packing fraction, which answers to the nominal one almost linearly: one or two secant steps. What the
         last minimisation reached, and the largest relative error of a pressure that was predicted."""
         value, step_error = fraction_by(self.last, self.by), 0.0
-        for _ in range(SWEEP.secant_steps):
+        known = self.last.phi, value  # of the last state at rest: a rough one tells little of the slope beside it
+        for trial in range(SWEEP.secant_steps):
             phi = self.last.phi + (target - value) / self.slope
             if self.error is None:
-                found = self._reach(phi)
-                if found.converged and abs(self._reached() - target) <= tolerance:
+                found = self._reach(phi, None if trial else target)
+                rests = found.tolerance <= self.force
+                if rests and found.converged and abs(self._reached() - target) <= tolerance:
                     found = self._settle(found)
             else:
                 found, missed = self._follow(phi, self.error)
-                step_error = max(step_error, missed)
+                step_error, rests = max(step_error, missed), True
             reached, state = self._reached(), self.session.packing()
-            if abs(reached - target) <= tolerance or not found.converged:
+            if rests and (abs(reached - target) <= tolerance or not found.converged):
                 break
-            if state.phi != self.last.phi:
-                slope = (reached - value) / (state.phi - self.last.phi)
+            if state.phi != known[0]:
+                slope = (reached - known[1]) / (state.phi - known[0])
                 self.slope = slope if slope > SWEEP.least_slope else self.slope
             self.last, value = state, reached
+            known = (state.phi, value) if rests else known
         return found, step_error
 
     def _reached(self) -> float:
         return fraction_by(self.session.packing(), self.by)
 
-    def _reach(self, phi: float) -> Relaxed:
-        """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps."""
+    def _reach(self, phi: float, target: float | None) -> Relaxed:
+        """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps.
+
+        Args:
+            phi: nominal packing fraction.
+            target: packing fraction; where it is missed, which shows long before forces balance, the state is left
+                at the larger `tolerance` of what is returned. None: relax to the end in any case.
+        """
         self.session.load(at_phi(self.last, phi))
-        found = minimizer(self.last.ensemble)(self.session, self.force)
+        relax_state, rough = minimizer(self.last.ensemble), minimising_of(self.last.model).rough
+        if rough is not None and target is not None and self.by == "rho":
+            found = relax_state(self.session, max(self.force, rough * self.session.evaluate().max_force))
+            missed = abs(self._reached() - target) > SWEEP.met * abs(target - fraction_by(self.last, self.by))
+            if missed and found.converged:
+                return found
+        found = relax_state(self.session, self.force)
         return found if found.converged else self._reach_by_steps(phi)
 
     def _settle(self, found: Relaxed) -> Relaxed:

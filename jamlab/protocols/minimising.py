@@ -18,11 +18,14 @@ class Minimising:
             the tolerance.
         loose: largest force with which a state near onset, followed by linear response, is judged first; None: it is
             relaxed to the end at once.
+        rough: largest force of a state of `compress`, over that at the start of its descent, at which its packing
+            fraction is looked at first; None: it is relaxed to the end at once.
     """
 
     descent: Descent = DescentOfBonds()
     settled: ClassVar[float] = 0.0
     loose: ClassVar[float | None] = None
+    rough: ClassVar[float | None] = None
 
 
 MAKINGS: Registry[Minimising] = Registry("jamlab.makings", "making of the model")
