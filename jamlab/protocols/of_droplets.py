@@ -65,8 +65,8 @@ class MakingOfDroplets(Making):
     outlines = ("eps", "nv_small", "nv_large", "vertices")
     way = ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))
     settled = 1e-6  # tells a state jammed by step_fine from a loose one
-    # rho is known to 1 % of a step of 0.005 after 2 to 20 steps of L-BFGS of 60 to 700, two states of 22 to 2 and 4 %
-    rough = 0.03
+    # rho is known to 0.1 % of a step of 0.005 after 12 to 60 steps of L-BFGS of 70 to 700, two states of 22 to 0.8 %
+    rough = 0.01
     loose = 5e-8  # forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
 
     def check_stiffness(self, law: Mapping[str, Any], tolerance: float) -> None:
