@@ -19,7 +19,7 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.registry import EXTENDING
 from jamlab.rheology.damping import StokesDrag
-from jamlab.rheology.drag_law import DragLaw, contact_velocities
+from jamlab.rheology.drag_law import DragLaw, slips
 
 _DIGITS = 1e-8  # to which both sides agree, but for the following
 _ROUNDING = 1e-14  # of distances: over the mean overlap, the part of a force that is rounding
@@ -132,8 +132,8 @@ def _share_of_thin(packing: Packing, overlap: Array, rates: Array) -> float:
     ratio = packing.law.drag_stiffness(size, reached - least) / packing.law.drag_stiffness(
         size, reached - overlap[thin]
     )
-    approach, slide, stiffness = contact_velocities(packing, "simple")
-    power = stiffness * ((approach @ rates) ** 2 + (slide @ rates) ** 2)
+    approach, slide, stiffness = slips(packing, rates)
+    power = stiffness * (approach**2 + slide**2)
     return float(np.abs(ratio - 1) @ power[thin] / power.sum()) if power.any() else np.inf
 
 
@@ -162,14 +162,7 @@ def _power(packing: Packing, law: DragLaw, background: float) -> Callable[[Array
     """Power per area that is dissipated at some rates, by the Rayleigh functions of the analysis."""
     beside = StokesDrag(eta_f=0.0, tau=background * law.tau) if background else None
     laws = [each for each in (law, beside) if each is not None]
-    matrices = [each.matrix(packing, packing, "simple") for each in laws if each.alpha == 1]
-    others = [each for each in laws if each.alpha != 1]
-
-    def power(rates: Array) -> float:
-        linear = sum(float(rates @ (matrix @ rates)) for matrix in matrices)
-        return (linear + sum(each.power(packing, rates) for each in others)) / packing.area
-
-    return power
+    return lambda rates: sum(each.power(packing, rates) for each in laws) / packing.area
 
 
 def _check(what: str, found: float, expected: float, allowed: float, who: str) -> None:

@@ -25,7 +25,7 @@ from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-from jamlab.packing.terms import ContactJacobian, Terms, central_terms, spread
+from jamlab.packing.terms import ContactJacobian, SparseRows, Terms, central_terms
 
 
 class Disks(Model[Packing]):
@@ -120,7 +120,7 @@ class Disks(Model[Packing]):
             stiffness=packing.law.drag_stiffness(s, distance),
             sites=pairs,
             weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
-            rolling=spread(arms_of_pairs, 2 * packing.n + pairs, size),
+            rolling=SparseRows(arms_of_pairs, 2 * packing.n + pairs, size),
             levers=arms_of_pairs,
         )
 

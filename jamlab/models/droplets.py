@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -33,16 +33,13 @@ from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import (
     ContactJacobian,
+    SparseRows,
     Terms,
     area_terms,
     central_terms,
     edge_contact_terms,
-    spread,
     tension_terms,
 )
-
-if TYPE_CHECKING:
-    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -201,6 +198,7 @@ class Droplets(Model[Packing]):
         if not np.all(distance > 0):
             raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
         sites = np.column_stack([found.vertex, found.tail, packing.polygons.successor[found.tail]])
+        turning = _outline_rotation(packing, generator)
         half = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
         return ContactJacobian(
             normal=found.separation / distance[:, None],
@@ -208,7 +206,7 @@ class Droplets(Model[Packing]):
             stiffness=packing.law.drag_stiffness(np.full(len(t), packing.params["delta"]), distance),
             sites=sites,
             weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
-            rolling=spread(half, sites, len(packing.positions)) @ _outline_rotation(packing, generator),
+            rolling=SparseRows(half, sites, turning.size, turning),
         )
 
     def rigidity(self, packing: Packing) -> Array:
@@ -419,24 +417,20 @@ def _contacts(packing: Packing) -> list[Terms]:
     return [points, edges]
 
 
-def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
+def _outline_rotation(packing: Packing, generator: Array) -> SparseRows:
     """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
     velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
     edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
-    from scipy import sparse
-
     edges, head = packing.polygons.edges, packing.polygons.successor
-    tail, size = np.arange(len(head), dtype=np.int32), 2 * len(head) + 1
+    tail, size = np.arange(len(head)), 2 * len(head) + 1
     square = np.einsum("ij,ij->i", edges, edges)
     around = square.copy()  # of both edges at a vertex
     around[head] += square
     around[packing.frame.flat_sites] = 1.0  # they do not turn
     if not np.all(around > 0):
         raise InputError(f"vertex {np.argmin(around)} coincides with both its neighbours; move it")
-    rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
-    columns = np.column_stack([2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, size - 1)]).ravel()
+    columns = np.column_stack([2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, size - 1)])
     (x, y), (flow_x, flow_y) = edges.T, generator @ edges.T
     turn = np.column_stack([y, -x, -y, x, x * flow_y - y * flow_x])  # e x e', with e' = u_head - u_tail + gamma' M e
-    values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
-    places = rows, np.tile(columns.astype(np.int32), 2)
-    return sparse.coo_array((values.ravel(), places), shape=(len(tail), size)).tocsr()
+    before = np.argsort(head)  # every edge turns its tail and its head
+    return SparseRows(np.hstack([turn, turn[before]]) / around[:, None], np.hstack([columns, columns[before]]), size)

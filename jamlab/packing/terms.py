@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
@@ -91,15 +90,34 @@ class ContactJacobian:
     stiffness: Array  # (m,)
     sites: Indices  # (m, j) that each contact joins
     weights: Array  # (m, j) of their velocities in the difference
-    # (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating
-    rolling: sparse.csr_array
+    rolling: SparseRows  # (m, size) part of the tangential velocity that both surfaces take back by rotating
     levers: Array | None = None  # (m, 2) arms of two particles that turn
 
+    @property
+    def tangent(self) -> Array:
+        """(m, 2) unit vectors, the normal turned counterclockwise."""
+        return np.column_stack([-self.normal[:, 1], self.normal[:, 0]])
 
-def spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:
-    """(m, size) sparse, with values (m, j) in the columns (m, j) of each row."""
-    from scipy import sparse
 
-    rows = np.repeat(np.arange(len(values), dtype=np.int32), values.shape[1])
-    places = (rows, columns.ravel().astype(np.int32))  # else all that is made of it has indices twice as long
-    return sparse.coo_array((values.ravel(), places), shape=(len(values), size)).tocsr()
+@dataclass(frozen=True)
+class SparseRows:
+    """(m, size) matrix with as many numbers in each row; its product with a vector needs no scipy."""
+
+    values: Array  # (m, j)
+    columns: Indices  # (m, j); one may stand twice, and its values add up
+    size: int  # of what they are multiplied with
+    inner: SparseRows | None = None  # whose rows the columns are
+
+    def __matmul__(self, vector: Array) -> Array:
+        found = vector if self.inner is None else self.inner @ vector
+        return np.einsum("mj,mj->m", self.values, found[self.columns])
+
+    def matrix(self) -> sparse.csr_array:
+        """The same as a matrix of scipy."""
+        from scipy import sparse
+
+        width = self.size if self.inner is None else len(self.inner.values)
+        rows = np.repeat(np.arange(len(self.values), dtype=np.int32), self.values.shape[1])
+        places = (rows, self.columns.ravel().astype(np.int32))  # else all that is made of it has indices twice as long
+        own = sparse.coo_array((self.values.ravel(), places), shape=(len(self.values), width)).tocsr()
+        return own if self.inner is None else own @ self.inner.matrix()

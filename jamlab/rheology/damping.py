@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import ClassVar, get_args
+from typing import TYPE_CHECKING, ClassVar, get_args
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arguments.choices import Direction, LeverArms
 from jamlab.arrays import Array
@@ -16,7 +14,10 @@ from jamlab.errors import InputError
 from jamlab.mechanics.factors import FLOPPY
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter
+from jamlab.rheology.drag_law import DragLaw, contact_velocities, parameter, slips
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,8 @@ class ContactDamping(DragLaw):
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Hessian B of the Rayleigh function in the coordinates of `dynamical_matrices`: a sum over contacts of what
         their approach and sliding cost. `direction`: of the shear whose rate comes last."""
+        from scipy import sparse
+
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
@@ -114,8 +117,8 @@ class ContactDamping(DragLaw):
 
     def power(self, packing: Packing, rates: Array) -> float:
         """Power that the drag dissipates, (alpha + 1) times the Rayleigh function; see `DragLaw`."""
-        approach, slide, stiffness = contact_velocities(packing, "simple", self.lever_arms)
-        squares = self.tau**2 * ((approach @ rates) ** 2 + self.beta * (slide @ rates) ** 2)
+        approach, slide, stiffness = slips(packing, rates, self.lever_arms)
+        squares = self.tau**2 * (approach**2 + self.beta * slide**2)
         return float(stiffness @ squares ** (0.5 * (self.alpha + 1.0))) / self.tau
 
     def resists_shear(self, packing: Packing) -> bool:
@@ -127,6 +130,9 @@ class ContactDamping(DragLaw):
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
+        from scipy import sparse
+        from scipy.sparse.csgraph import breadth_first_order
+
         levers = packing.kind.jacobian(packing, self.lever_arms, np.zeros((2, 2))).levers
         if levers is None:  # nothing turns
             return []
@@ -193,13 +199,22 @@ class StokesDrag(DragLaw):
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """As in `ContactDamping`: drag on every site, and that of the fluid on the shear rate. `whole`: the packing
         with its rattlers, whose mean size is the unit of drag."""
+        from scipy import sparse
+
+        return sparse.diags_array(self._diagonal(packing, whole), format="csc")
+
+    def _diagonal(self, packing: Packing, whole: Packing) -> Array:
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(2 * sites + packing.kind.rotations(packing) + 1)
         stiffness = stiffness_scale(whole)
         diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share * packing.frame.free_sites, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
-        return sparse.diags_array(diagonal, format="csc")
+        return diagonal
+
+    def power(self, packing: Packing, rates: Array) -> float:
+        """Power that the drag dissipates; see `DragLaw`."""
+        return float(self._diagonal(packing, packing) @ rates**2)
 
     def lammps_variables(self) -> dict[str, float | str]:
         """All drag is background drag; contacts have none."""

@@ -10,10 +10,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array
@@ -23,8 +22,11 @@ from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.floppy_modes import PASSES
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_direction
-from jamlab.packing.terms import spread
+from jamlab.packing.terms import ContactJacobian, SparseRows
 from jamlab.registry import Registry
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 _KEY = "drag"  # of a declaration in the metadata of a field
 
@@ -213,19 +215,32 @@ def contact_velocities(
     Returns:
         Two sparse (m, size) matrices, of approach and of sliding, and (m,) the stiffness of each contact in drag laws.
     """
-    jacobian = packing.kind.jacobian(
-        packing, "radius" if lever_arms == "none" else lever_arms, shear_direction(packing, direction).generator
-    )
-    normal, size = jacobian.normal, jacobian.rolling.shape[1]
+    jacobian = _jacobian(packing, direction, lever_arms)
+    normal, size = jacobian.normal, jacobian.rolling.size
     columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(normal), 1), size - 1)])
 
     def along(axis: Array) -> sparse.csr_array:
         flow = np.sum(jacobian.flow * axis, axis=1, keepdims=True)
         weights = [jacobian.weights * axis[:, [0]], jacobian.weights * axis[:, [1]], flow]
-        return spread(np.hstack(weights), columns, size)
+        return SparseRows(np.hstack(weights), columns, size).matrix()
 
-    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    return along(normal), along(tangent) - (lever_arms != "none") * jacobian.rolling, jacobian.stiffness
+    slide = along(jacobian.tangent) - (lever_arms != "none") * jacobian.rolling.matrix()
+    return along(normal), slide, jacobian.stiffness
+
+
+def slips(packing: Packing, rates: Array, lever_arms: str = "radius") -> tuple[Array, Array, Array]:
+    """(m,) velocities of approach and of sliding at contacts, and their stiffness: those of `contact_velocities` at the
+    rates (size,) of all coordinates, the last one of simple shear."""
+    jacobian = _jacobian(packing, "simple", lever_arms)
+    columns = 2 * jacobian.sites[:, :, None] + np.arange(2)
+    velocity = np.einsum("mj,mjk->mk", jacobian.weights, rates[columns]) + rates[-1] * jacobian.flow
+    approach, slide = (np.einsum("mk,mk->m", velocity, axis) for axis in (jacobian.normal, jacobian.tangent))
+    return approach, slide - (jacobian.rolling @ rates if lever_arms != "none" else 0.0), jacobian.stiffness
+
+
+def _jacobian(packing: Packing, direction: Direction, lever_arms: str) -> ContactJacobian:
+    arms = "radius" if lever_arms == "none" else lever_arms
+    return packing.kind.jacobian(packing, arms, shear_direction(packing, direction).generator)
 
 
 def refuse_slip(packing: Packing, law: DragLaw, background: float = 0.0) -> None:
@@ -245,6 +260,9 @@ def nothing_along_walls(packing: Packing, law: DragLaw) -> str:
 def turns_without_drag(packing: Packing, matrix: sparse.csc_array) -> list[int]:
     """Particles to hold, so that the others cannot turn without drag: as many as the drag on rotations has null
     vectors, which inverse iteration finds."""
+    from scipy import sparse
+    from scipy.sparse import linalg
+
     first = 2 * len(packing.positions)
     turning = np.flatnonzero(packing.frame.free[: packing.kind.rotations(packing)])
     diagonal = matrix.diagonal()[first + turning]
@@ -253,7 +271,7 @@ def turns_without_drag(packing: Packing, matrix: sparse.csc_array) -> list[int]:
         return []
     scale = sparse.diags_array(1 / np.sqrt(diagonal))
     scaled = sparse.csc_array(scale @ matrix[first + turning][:, first + turning] @ scale)
-    count, solver = 1, sparse.linalg.splu(scaled + FLOPPY * sparse.eye_array(len(turning), format="csc"))
+    count, solver = 1, linalg.splu(scaled + FLOPPY * sparse.eye_array(len(turning), format="csc"))
     while True:
         vectors = np.random.default_rng(1).standard_normal((len(turning), count))
         for _ in range(PASSES):

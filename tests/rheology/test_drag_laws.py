@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab import ContactDamping
 from jamlab.mechanics.force_network import force_network
-from jamlab.rheology.drag_law import law_of_record
+from jamlab.rheology.drag_law import contact_velocities, law_of_record, slips
 
 LAWS = (
     jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, lever_arms="contact"),
@@ -20,6 +20,18 @@ LAWS = (
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_a_record_is_read_back_as_the_same_law(law):
     assert law_of_record(law.record()) == law and law.record()["law"] == type(law).__name__
+
+
+@pytest.mark.parametrize("arms", ["radius", "contact", "none"])
+@pytest.mark.parametrize("model", ["sp", "dp"])
+def test_slips_are_those_of_the_sparse_matrices(model, arms):
+    packing = jamlab.jam(8, model, 1)
+    approach, slide, stiffness = contact_velocities(packing, "simple", arms)
+    rates = np.random.default_rng(1).standard_normal(approach.shape[1])
+    found = slips(packing, rates, arms)
+    np.testing.assert_allclose(found[0], approach @ rates, atol=1e-12)
+    np.testing.assert_allclose(found[1], slide @ rates, atol=1e-11)
+    np.testing.assert_array_equal(found[2], stiffness)
 
 
 def test_linear_laws_keep_all_but_the_exponent():
