@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
@@ -179,6 +178,8 @@ def find_power_walls(points: Array, radius: Array, box: Array) -> PowerWalls:
 
 
 def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> PowerWalls:
+    from scipy.spatial import ConvexHull
+
     source, shift = periodic_copies(points, box, reach)
     x, r = points[source] + shift @ box, radius[source]
     middle = x.mean(axis=0)

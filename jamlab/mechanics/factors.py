@@ -10,19 +10,22 @@ floppy: a load that does not push it has a response, the one that leaves the mod
 none. A mode that is negative beyond rounding is an instability.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import linalg
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.laws.pair_law import PairLaw
 from jamlab.storage.blas import load_cholmod
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class PositiveSolver:
@@ -82,6 +85,8 @@ class SymmetricFactors:
     real or complex."""
 
     def __init__(self, matrix: sparse.csc_array) -> None:
+        from scipy.sparse import linalg
+
         try:
             self._factors = linalg.splu(
                 matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
@@ -162,6 +167,8 @@ def response_and_looseness(
 
 def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, named: int) -> Array:
     """The response beside floppy modes, by proximal steps: all add the same along these, and ever less else."""
+    from scipy import sparse
+
     solver = PositiveSolver()
     try:
         solver.factorise(matrix + floppy * sparse.eye_array(matrix.shape[0], format="csc"))
@@ -191,6 +198,8 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
 
 def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
     """The error for a matrix with negative eigenvalues, with those next to zero."""
+    from scipy.sparse import linalg
+
     most = max(named, matrix.shape[0] // SOFT.per_named)
     if matrix.shape[0] <= SOFT.dense:
         values, vectors = np.linalg.eigh(matrix.toarray())

@@ -5,14 +5,18 @@ Response to strain is not unique along floppy modes. Whatever else acts on the p
 drag does, so that the response is the one that dissipates least.
 """
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.mechanics.factors import SOFT, PositiveSolver, SymmetricFactors
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 PASSES = 3  # of inverse iteration: each divides what is not floppy by its stiffness over that of rounding, 1e3 or more
 
@@ -24,6 +28,8 @@ def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
     if size <= SOFT.dense:
         values, vectors = np.linalg.eigh(matrix.toarray())
         return np.asarray(vectors[:, values <= least])
+    from scipy import sparse
+
     raised = least * sparse.eye_array(size, format="csc")
     count = SymmetricFactors(matrix - raised).negative
     if not count:

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from jamlab.arrays import Array, Mask
 from jamlab.errors import ConvergenceError
@@ -111,6 +109,9 @@ def without_load(packing: Packing) -> Mask:
     network, least = contacts(packing), packing.law.least_bearing
     rattlers = network.rattlers
     if packing.law.range:  # clusters beside the largest, which hang on nothing and no wall, follow no strain
+        from scipy import sparse
+        from scipy.sparse import csgraph
+
         pairs = network.pairs[network.bearing]
         joined = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(packing.n, packing.n))
         cluster = csgraph.connected_components(joined, directed=False)[1]

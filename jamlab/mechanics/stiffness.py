@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
@@ -22,12 +22,17 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.strain_map import shapes_of_curvature, shapes_of_stress
 from jamlab.packing.terms import Terms
 
+if TYPE_CHECKING:
+    from scipy import sparse
+
 MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 32 bits
 
 
 def assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
     """(2 size, 2 size) CSC sum of the Hessians of terms between `size` sites, with sorted indices; every pair of sites
     that shares a term has its 2 x 2 elements, zeros as well, so that terms between the same sites have one pattern."""
+    from scipy import sparse
+
     rows, columns = [], []
     for term in terms:
         place = (2 * term.sites[:, :, None] + np.arange(2)).astype(np.int32)

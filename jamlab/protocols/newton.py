@@ -4,10 +4,12 @@ References: D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Noced
 algorithm 4.1.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.engine.evaluation import Evaluation
 from jamlab.engine.session import Session
@@ -15,6 +17,9 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.deformation import at_positions
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -105,6 +110,8 @@ def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) ->
     Returns:
         The shift used.
     """
+    from scipy import sparse
+
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     highest = 1e6 * max(1.0, float(np.abs(matrix.diagonal()).max()))
     while shift < highest:

@@ -12,10 +12,12 @@ Reference: J. Nocedal & S. J. Wright, Numerical Optimization, sections 4.1 and 1
 cell: M. Parrinello & A. Rahman, J. Appl. Phys. 52, 7182 (1981).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.engine.evaluation import Evaluation
@@ -28,6 +30,9 @@ from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.descent import load
 from jamlab.protocols.newton import NEWTON, factorise
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Step:
         """-dH/dt along the step."""
         return float(np.vdot(state.forces, self.u) - gradient @ self.e)
 
-    def within(self, reach: float, strain: float, part: float = 1.0) -> tuple["Step", float]:
+    def within(self, reach: float, strain: float, part: float = 1.0) -> tuple[Step, float]:
         """A part of the step that moves no coordinate and strains the box no further, and which part that is."""
         limits = ((reach, np.abs(self.u).max()), (strain, np.abs(self.e).max()))
         # of loose disks the box alone moves
@@ -80,7 +85,7 @@ class EnthalpyModel:
     strains: Array
 
     @classmethod
-    def of(cls, packing: Packing, box_strains: BoxStrains, state: Evaluation) -> "EnthalpyModel":
+    def of(cls, packing: Packing, box_strains: BoxStrains, state: Evaluation) -> EnthalpyModel:
         """The model of the enthalpy at a packing."""
         k, m = stiffness(packing), box_strains.strains
         coupling = np.einsum("nij,aij->na", k.ue, m)

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from jamlab.arrays import Array, ArrayLike, Mask
 from jamlab.checks import checked
 from jamlab.errors import InputError, JamlabError
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth, and of new packings that keep what is promised
-STANDARD_ERRORS = float(ndtri(0.5 + 0.5 * CONFIDENCE))  # on either side of such an interval: 1.96
+STANDARD_ERRORS = 1.959963984540054  # on either side of such an interval, where the error is known
 
 
 def room(error: float, bias_error: float) -> float:
@@ -144,6 +143,8 @@ def _by_one_packing(arrays: list[Array], statistic: Callable[[list[Array]], Arra
 @cache
 def _stretch(packings: int, level: float) -> float:
     """Width of the t interval of a mean over that of its percentiles, whose variance lacks the factor n/(n - 1)."""
+    from scipy.special import ndtri, stdtrit
+
     tail = 0.5 * (1 + level)
     return float(stdtrit(packings - 1, tail) / ndtri(tail) * (packings / (packings - 1)) ** 0.5)
 
@@ -227,6 +228,8 @@ def _error_of_mean(series: Array) -> tuple[float, float]:
 
 def _with_t(error: float, count: float) -> float:
     """A standard error from so many independent values, wider by Student's t."""
+    from scipy.special import stdtrit
+
     return float(error * stdtrit(count - 1, 0.5 * (1 + CONFIDENCE)) / STANDARD_ERRORS)
 
 

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components, depth_first_order
 
 from jamlab.arguments.choices import Law, ModelName, Registered, Units
 from jamlab.arrays import Array, ArrayLike, Indices
@@ -169,6 +167,9 @@ class Rings:
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
     """Rings that bonds (m, 2), of which one may occur twice, close between so many points; one without bonds is alone,
     as a flat wall."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components, depth_first_order
+
     ends = np.unique(np.sort(bonds, axis=1), axis=0)
     degree = np.bincount(ends.ravel(), minlength=count)
     odd = np.flatnonzero((degree != 2) & (degree > 0))

@@ -1,0 +1,41 @@
+"""What a process loads for its first results: slow libraries wait until something needs them."""
+
+import subprocess
+import sys
+
+import jamlab
+
+# what most results do without
+NEVER = ("scipy.stats", "scipy.optimize", "scipy.spatial", "scipy.special", "pandas", "matplotlib", "MDAnalysis", "dask")
+FLOW = """
+p = jamlab.read({path!r})
+jamlab.shear(p, rate=1e-2, strain=1e-3, rows=2)
+jamlab.oscillate(p, amplitude=1e-4, omega=1.0, cycles=2, points_per_cycle=16)
+"""
+OTHERS = """
+p = jamlab.pack(n=16, pressure=1e-2, seed=1)
+jamlab.jam(n=8, seed=1)
+jamlab.measure(p)
+jamlab.complex_modulus(p, [1.0, 2.0])
+next(jamlab.compress(p, to=p.phi + 1e-3, step=1e-3))
+"""
+
+
+def loaded(code):
+    """Modules that a process has loaded after these lines."""
+    lines = f"import sys, jamlab\n{code}\nprint(*sys.modules)"
+    found = subprocess.run([sys.executable, "-W", "ignore", "-c", lines], capture_output=True, text=True, timeout=300)
+    assert found.returncode == 0, found.stderr
+    return set(found.stdout.split())
+
+
+def test_flow_of_disks_loads_no_scipy(tmp_path):
+    path = tmp_path / "packing.h5"
+    jamlab.write(path, jamlab.pack(n=16, pressure=1e-2, seed=1))
+    modules = loaded(FLOW.format(path=str(path)))
+    assert not modules.intersection(NEVER)
+    assert not {name for name in modules if name.partition(".")[0] in ("scipy", "cvxopt")}
+
+
+def test_first_packing_and_its_measures_load_what_they_need():
+    assert not loaded(OTHERS).intersection(NEVER)
