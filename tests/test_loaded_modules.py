@@ -6,7 +6,7 @@ import sys
 import jamlab
 
 # what most results do without
-NEVER = ("scipy.stats", "scipy.optimize", "scipy.spatial", "scipy.special", "pandas", "matplotlib", "MDAnalysis", "dask")
+NEVER = ("scipy.stats", "scipy.optimize", "scipy.spatial", "scipy.special", "pandas", "matplotlib", "MDAnalysis")
 FLOW = """
 p = jamlab.read({path!r})
 jamlab.shear(p, rate=1e-2, strain=1e-3, rows=2)
