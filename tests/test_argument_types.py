@@ -32,7 +32,7 @@ STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object(
 # good values, with which a function would run: a class may stand for a function
 GOOD = {"progress": [int, True], "statistic": [int], "quantities": [int], "path": ["text"], "law": [{}]}
 NUMBERS = "size_ratio background_drag direction discard duration error rate rates strain".split()
-GOOD |= dict.fromkeys(NUMBERS, [2.5])
+GOOD |= {name: [2.5] for name in NUMBERS}
 REQUIRED = {
     **dict.fromkeys(("omega", "rate", "duration", "force", "alpha", "stress", "stiffness"), 1.0),
     **dict.fromkeys(("strain", "amplitude", "error"), 0.1),

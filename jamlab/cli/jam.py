@@ -210,6 +210,9 @@ def relax(
     print_packings([packing], out, json)
 
 
+_DEMO_STEP, _ON_PAGE = 2.5e-3, 50  # of rho; states of each model on the page, at most
+
+
 @command()
 def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None:
     """Compress disks and droplets through jamming: tables, a page."""
@@ -229,7 +232,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
     check_number("to", to, 1.0)
     make_folder(folder)
     check_target(folder / "index.html", replace=overwrite)
-    task = {"--n": n, "--seed": seed, "--to": to}
+    task = {"--n": n, "--seed": seed, "--to": to, "step": _DEMO_STEP}
     models = {model.name: model for model in (DISKS, DROPLETS)}
     sweeps = {name: SweepFile(folder / f"{name}.h5", task | {"model": name}, replace=overwrite) for name in models}
     describe_kept(lambda: _describe_demo(folder))
@@ -249,16 +252,17 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
             sweep.make(partial(_compress_for_demo, to, progress))
         file = sweep.path
         print_packings(packings, file, False, save=sweep.write)
-        # states of each model on the page, at most
-        kept = np.linspace(0, len(packings) - 1, min(len(packings), 40)).round().astype(int)
+        kept = np.linspace(0, len(packings) - 1, min(len(packings), _ON_PAGE)).round().astype(int)
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)
         sections.append((f"Sweep of {model.particles}", shown))
     title = "Jamming of disks and deformable polygons"
     lead = (
-        "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.001 in ρ to dense packings. "
+        "From a random start at φ = 0.20 to jamming onset, "
+        f"and from there in steps of {_DEMO_STEP} in ρ to dense packings. "
         "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
-        "The page shows up to 40 states of each model, from onset to the densest; the HDF5 files hold all of them."
+        f"The page shows up to {_ON_PAGE} states of each model, from onset to the densest; "
+        "the HDF5 files hold all of them."
     )
     write_sections(folder / "index.html", title, lead, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {folder / 'index.html'}")
@@ -269,7 +273,7 @@ def _compress_for_demo(
 ) -> "Iterator[Packing]":
     from jamlab.protocols.compression import go_on
 
-    return go_on(last, start, done, to, 1e-3, progress=progress)
+    return go_on(last, start, done, to, _DEMO_STEP, progress=progress)
 
 
 def _describe_demo(folder: Path) -> str:
