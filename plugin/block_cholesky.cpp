@@ -5,13 +5,16 @@
 #include "elimination_order.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 using namespace LAMMPS_NS;
 
 static constexpr double GROWN = 1.3;    // blocks of the factors, over those in a new order
+static constexpr double GROWTH = 1e7;   // of the numbers of L S L^T, over the largest of the matrix
 static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks that stay zero
 
 template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<Entry> &entries)
@@ -58,7 +61,7 @@ void BlockCholesky<D>::set_pattern(int size, const int *first, const int *rows)
 template <int D> void BlockCholesky<D>::set(const double *numbers)
 {
   std::fill(values.begin(), values.end(), 0.0);
-  for (const Copy &copy : copies) values[copy.to] = numbers[copy.from];
+  for (const Copy &copy : copies) values[copy.to] += numbers[copy.from];
 }
 
 template <int D> void BlockCholesky<D>::use(Graph &&found)
@@ -316,15 +319,57 @@ template <int D> double BlockCholesky<D>::mean_diagonal() const
   return rank.empty() ? 0.0 : total / (D * rank.size());
 }
 
-/* The diagonal block of each panel is replaced by its factor, a lower triangle. The rows B below it
-   become L = B factor^-T, and L L^T is subtracted from the rest of the matrix. */
 template <int D> bool BlockCholesky<D>::factorise(double shift)
 {
+  signs.clear();
+  return eliminate(shift, 0.0);
+}
+
+/* Without pivoting, a small pivot makes large factors: rounding has the effect of a change of the
+   matrix by some 1e-16 of the largest row of L, squared. */
+template <int D> bool BlockCholesky<D>::factorise_indefinite(double shift)
+{
+  double largest = 0.0;
+  for (const double number : values) largest = std::max(largest, std::abs(number));
+  signs.resize(D * rank.size());
+  if (!eliminate(shift, std::numeric_limits<double>::min())) return false;
+  solved.assign(std::max(solved.size(), signs.size()), 0.0);    // rows of L, squared
+  for (const Panel &panel : panels)
+    for (int k = 0; k < panel.width(); k++) {
+      const double *const own = &values[panel.values + k * panel.stride];
+      solved[D * panel.begin + k] += 1.0 / (own[k] * own[k]);
+      for (int r = k + 1; r < panel.width(); r++) solved[D * panel.begin + r] += own[r] * own[r];
+      for (int r = 0; r < D * panel.rows; r++)
+        solved[D * lower[panel.below + r / D] + r % D] += std::pow(own[panel.width() + r], 2);
+    }
+  for (std::size_t k = 0; k < signs.size(); k++)
+    if (!(solved[k] <= GROWTH * largest)) {
+      stopped = D * row[k / D] + static_cast<int>(k % D);
+      return false;
+    }
+  return true;
+}
+
+template <int D> int BlockCholesky<D>::negative() const
+{
+  return static_cast<int>(std::count(signs.begin(), signs.end(), -1.0));
+}
+
+/* The diagonal block of each panel is replaced by its factor, a lower triangle. The rows B below it
+   become L = B factor^-T S, and L S L^T is subtracted from the rest of the matrix. */
+template <int D> bool BlockCholesky<D>::eliminate(double shift, double least)
+{
+  stopped = -1;
+  const auto factor = signs.empty() ? dense->factorise : dense->factorise_signed;
   for (const Panel &panel : panels) {
     double *const own = &values[panel.values];
     for (int k = 0; k < panel.width(); k++) own[k * (panel.stride + 1)] += shift;
-    if (!factorise_panel(own, panel.width(), panel.height(), panel.stride, product.data()))
+    const int done = factor(own, panel.width(), panel.height(), panel.stride, product.data(),
+                            signs.data() + (signs.empty() ? 0 : D * panel.begin), least);
+    if (done < panel.width()) {
+      stopped = D * row[panel.begin + done / D] + done % D;
       return false;
+    }
     if (panel.rows) subtract_product(panel);
   }
   return true;
@@ -335,8 +380,9 @@ template <int D> void BlockCholesky<D>::subtract_product(const Panel &panel)
   const int size = D * panel.rows;
   const std::size_t stride = padded(size);
   product.resize(std::max(product.size(), stride * stride));
-  multiply_panel(&values[panel.values + panel.width()], panel.width(), size, panel.stride,
-                 product.data(), stride);
+  const auto multiply = signs.empty() ? dense->multiply : dense->multiply_signed;
+  multiply(&values[panel.values + panel.width()], panel.width(), size, panel.stride,
+           signs.data() + (signs.empty() ? 0 : D * panel.begin), product.data(), stride);
 
   const int *const rows = lower.data() + panel.below;
   for (int n = 0; n < panel.rows;) {    // for the columns of one other panel at a time
@@ -387,13 +433,16 @@ template <int D> void BlockCholesky<D>::solve_one(double *r, int apart)
   };
   for (const Panel &p : panels) {
     gather(p);
-    solve_down(D, &values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
+    double *const own = &solved[D * p.begin];
+    dense->down[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, own, x);
+    if (!signs.empty())
+      for (int k = 0; k < p.width(); k++) own[k] *= signs[D * p.begin + k];
     for (int n = 0; n < p.rows; n++) std::copy_n(x + D * n, D, row_below(p, n));
   }
   for (std::size_t k = panels.size(); k-- > 0;) {
     const Panel &p = panels[k];
     gather(p);
-    solve_up(D, &values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
+    dense->up[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
   }
   for (int c = 0; c < size; c++)
     for (int a = 0; a < D; a++) r[apart * (D * row[c] + a)] = solved[D * c + a];
@@ -417,13 +466,16 @@ template <int D> void BlockCholesky<D>::solve_four(double *r, int apart, int cou
   };
   for (const Panel &p : panels) {
     gather(p);
-    solve_down_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
+    double *const own = &solved[SIZE * p.begin];
+    dense->down_four(&values[p.values], p.width(), D * p.rows, p.stride, own, x);
+    if (!signs.empty())
+      for (int k = 0; k < TOGETHER * p.width(); k++) own[k] *= signs[D * p.begin + k / TOGETHER];
     for (int n = 0; n < p.rows; n++) std::copy_n(x + SIZE * n, SIZE, row_below(p, n));
   }
   for (std::size_t k = panels.size(); k-- > 0;) {
     const Panel &p = panels[k];
     gather(p);
-    solve_up_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
+    dense->up_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
   }
   for (int c = 0; c < size; c++)
     for (int a = 0; a < D; a++)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "dense_panel.h"
 #include "vector_bytes.h"
 
 #include <array>
@@ -29,6 +30,11 @@ template <int D> class BlockCholesky {
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
   void set(const double *numbers);               // of the matrix by columns that set the pattern
   bool factorise(double shift);    // shift: added to the diagonal; false: not positive definite
+  // The same as L S L^T with signs S, without pivoting. False: a pivot is so small that rounding
+  // would take more than half of the digits; another shift may do.
+  bool factorise_indefinite(double shift);
+  int negative() const;                        // number of negative eigenvalues
+  int stopped_at() const { return stopped; }    // number of a row without a pivot, -1 if none
   void solve(std::vector<double> &r);    // D numbers of each row: right-hand side in, solution out
   void solve(double *r, int count);      // for several; those of one number of a row lie together
   int size() const { return static_cast<int>(rank.size()); }
@@ -60,7 +66,10 @@ template <int D> class BlockCholesky {
   };
   std::vector<Copy> copies;    // of numbers of a matrix by columns, to values
   std::vector<Panel> panels;
+  const DensePanels *dense = &dense_panels();
   std::vector<double> values, product, solved, gathered;
+  std::vector<double> signs;    // in the order of elimination; none of a positive definite matrix
+  int stopped = -1;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
   Graph read(int size, const std::vector<Entry> &) const;
@@ -74,6 +83,7 @@ template <int D> class BlockCholesky {
   void find_rows(const std::vector<int> &parent);
   void add(const Panel &, const Entry &);
   std::vector<int> find_parents() const;
+  bool eliminate(double shift, double least);
   void subtract_product(const Panel &);
   void solve_one(double *r, int apart);
   void solve_four(double *r, int apart, int count);
