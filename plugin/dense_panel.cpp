@@ -33,7 +33,7 @@ namespace avx2 {
 }    // namespace avx2
 #pragma GCC pop_options
 #pragma GCC push_options
-#pragma GCC target("avx512f")
+#pragma GCC target("avx512f,prefer-vector-width=256")
 namespace avx512 {
   using Wide = Eight;
   static constexpr int TILE = 8, TILE_ROWS = 8;
