@@ -20,7 +20,7 @@ from jamlab.errors import EngineError, InputError, SelfCrossingError, typed
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.droplet_cover import droplet_cover, shared_areas
 from jamlab.geometry.packing_fraction import cover_by_droplets
-from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
+from jamlab.geometry.vertex_contacts import name_pairs, refuse_crossings, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
 from jamlab.laws.pair_law import check_derivatives
@@ -152,6 +152,12 @@ class Droplets(Model[Packing]):
         return packing.with_state(params={**packing.params, "delta": delta}) if delta > 0 else None
 
     # contacts ---------------------------------------------------------------------------------------------------------
+
+    def check_apart(self, packing: Packing) -> None:
+        if packing.frame.is_flat:
+            self.points(packing)
+        else:
+            refuse_crossings(packing)
 
     def pairs(self, packing: Packing) -> Pairs:
         """Each once, however many vertices meet; of two periodic images of one, as in very small boxes, either. r joins

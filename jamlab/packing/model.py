@@ -168,6 +168,11 @@ class Contacts(Part[P]):
         `per_packing`, from which all other methods of this part take their contacts: analysis leaves some out."""
         self.lacks("points")
 
+    def check_apart(self, packing: P) -> None:
+        """Refuse outlines that have come through each other, and disks behind a wall, by default where `points` does:
+        their contacts would pull where they should push."""
+        self.points(packing)
+
     def pairs(self, packing: P) -> Pairs:
         """Pairs of particles i <= j in contact."""
         self.lacks("pairs")

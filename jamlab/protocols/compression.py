@@ -25,7 +25,7 @@ from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
-from jamlab.packing.recipe import changed
+from jamlab.packing.recipe import made_by, recipe_of
 from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import minimizer
 from jamlab.protocols.makings import making_of
@@ -150,9 +150,10 @@ def go_on(
 
 def _with_recipes(states: Iterator[Packing], start: Packing, done: int, how: dict[str, Any]) -> Iterator[Packing]:
     how |= {"repeatable": how["repeatable"] or None}
+    recipe = recipe_of(start)
     for state, packing in enumerate(states, done + 1):
         number = -1 if packing.provenance["target"] == how["to"] else state
-        yield changed(start, packing, "compress", **how, state=number)
+        yield made_by(packing, None if recipe is None else recipe.then("compress", **how, state=number))
 
 
 @in_natural_units()
@@ -240,6 +241,7 @@ def _sweep(
                 session,
                 packing,
                 found,
+                on_target=bool(abs(before - target) <= tolerance),
                 by=by,
                 compression_version=making.compression_version,
                 target=float(target),
@@ -247,7 +249,7 @@ def _sweep(
                 wall_time=time.perf_counter() - began,
                 **({} if error is None else {"pressure_error": off}),
                 **{_SLOPE: sweep.slope},
-            ).with_state(on_target=bool(abs(before - target) <= tolerance))
+            )
             sweep.last = packing
             if progress is not None:  # states far above onset take less time than those near it
                 part = 1.0 if target == targets[-1] else min(0.999, abs((before - start) / (targets[-1] - start)))

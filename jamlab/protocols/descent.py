@@ -162,7 +162,7 @@ def entangled(session: Session) -> bool:
     if not (packing.kind.has_outlines or packing.frame.has_walls):
         return False
     try:
-        packing.kind.points(packing)
+        packing.kind.check_apart(packing)
     except InputError:
         return True
     return False
