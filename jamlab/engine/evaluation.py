@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+import numpy as np
+
 from jamlab.arrays import Array
+from jamlab.packing.area_change import compression
+from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import ENERGY, FORCE, STRESS
 from jamlab.packing.result import Result
 
@@ -57,3 +61,14 @@ class DescentCounts(NamedTuple):
     largest_force: float
     shift: float  # to try first the next time
     crossed: float  # 1 if outlines crossed on the way
+
+
+def evaluation_by_terms(packing: Packing) -> Evaluation:
+    """The same in numpy, for forms of contact that LAMMPS does not have."""
+    from jamlab.mechanics.stiffness import energy_terms, forces, stress
+
+    energies = [(term.name, float(term.energy.sum())) for term in energy_terms(packing)]
+    energy, of_contacts = sum(u for _, u in energies), sum(u for name, u in energies if name == "contact")
+    found, total = forces(packing), stress(packing)
+    largest = float(np.hypot(*found.T).max())
+    return Evaluation(energy, of_contacts, found, total, compression(packing).pressure(total), largest)

@@ -26,7 +26,7 @@ from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_disks, fire_forces, kernel_has
-from jamlab.engine.evaluation import DescentCounts, Evaluation
+from jamlab.engine.evaluation import DescentCounts, Evaluation, evaluation_by_terms
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
 from jamlab.engine.lammps_units import check_fits
 from jamlab.engine.lammps_words import plain_name, text
@@ -101,6 +101,7 @@ class Session(Hinted):
         self._compiled_steps = 0
         self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
+        self.detours: Counter[str] = Counter()  # what was done beside one minimisation, since then
         self._own_forces = False  # whether commands of the user may have changed them
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with lammps_errors("start"):
@@ -256,8 +257,7 @@ class Session(Hinted):
                 f"box_strains, fire: minimizer = {minimizer!r} does not use them for these {self.kind.particles}; "
                 "leave them out, or use minimizer='fire' with repulsive disks, none of them fixed"
             )
-        stretch = min(stretch or steps, steps)
-        component = LIMITS.component * force_tolerance
+        stretch, component = min(stretch or steps, steps), LIMITS.component * force_tolerance
         if by_kernel:
             found = fire_disks(self._state(), force_tolerance, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
@@ -376,9 +376,8 @@ class Session(Hinted):
     # building ---------------------------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        packing = self._packing
-        table, kind = types(packing), packing.kind
-        section = section_of_sizes(packing, table)
+        packing, table = self._packing, types(self._packing)
+        kind, section = packing.kind, section_of_sizes(packing, table)
         settings = kind.lammps_variables(packing)
         settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
@@ -493,19 +492,9 @@ def evaluate(packing: Packing) -> Evaluation:
     """
     packing.kind.points(packing)  # refuses outlines that cross
     if packing.params.get("contact") == "segment":
-        return _evaluation_by_terms(packing)
+        return evaluation_by_terms(packing)
     with Session(packing) as session:
         found = session.evaluate()
     if not np.isfinite(found.pressure + found.max_force):
         raise EngineError("forces are not finite: two particles have the same position; move one of them")
     return found
-
-
-def _evaluation_by_terms(packing: Packing) -> Evaluation:
-    from jamlab.mechanics.stiffness import energy_terms, forces, stress
-
-    energies = [(term.name, float(term.energy.sum())) for term in energy_terms(packing)]
-    energy, of_contacts = sum(u for _, u in energies), sum(u for name, u in energies if name == "contact")
-    found, total = forces(packing), stress(packing)
-    largest = float(np.hypot(*found.T).max())
-    return Evaluation(energy, of_contacts, found, total, compression(packing).pressure(total), largest)

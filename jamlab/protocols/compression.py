@@ -28,6 +28,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import made_by, recipe_of
 from jamlab.processes.progress import Progress, told
 from jamlab.protocols.box_relaxation import minimizer
+from jamlab.protocols.dear_states import Costs, name_detours
 from jamlab.protocols.makings import making_of
 from jamlab.protocols.minimising import minimising_of
 from jamlab.protocols.relaxation import Relaxed, usual_force_tolerance
@@ -101,6 +102,8 @@ def compress(
         converge, the state has `converged` False and the sweep ends; if rattlers block a sliding droplet, it has
         `on_rattlers`. A state that misses its packing fraction has `on_target` False. With `pressure_tolerance`,
         `provenance["pressure_error"]` is the largest relative error of a predicted pressure since the previous state.
+        `provenance["force_evaluations"]` counts them, and `provenance["detours"]` names what a state took beside one
+        minimisation, such as slides along modes that give way.
 
     Raises:
         InputError: an argument is out of range.
@@ -226,17 +229,19 @@ def _sweep(
     making = making_of(packing.model)
     start, before = fraction_by(first, by), fraction_by(packing, by)
     with Session(packing, ranks=ranks) as session:
-        slope = packing.provenance.get(_SLOPE, 1.0) if done else 1.0
+        slope, costs = packing.provenance.get(_SLOPE, 1.0) if done else 1.0, Costs()
         sweep = _Sweep(session, packing, by, error, force, slope)
         for target in targets[done:]:
             if repeatable:
                 session.load(sweep.last, anew=True)
                 session.last_descent = None
-            began, stride = time.perf_counter(), abs(target - before)
+            began, steps, stride = time.perf_counter(), session.steps(), abs(target - before)
             tolerance = min(SWEEP.met * stride, SWEEP.met_last if target == targets[-1] else 1.0)
             found, off = sweep.go_to(target, tolerance)
             packing = session.packing()
             before = fraction_by(packing, by)
+            evaluations, detours = session.steps() - steps, name_detours(session.detours)
+            costs.add(evaluations, f"{by} = {before:.6g}: {detours or 'one minimisation'}")
             packing = record(
                 session,
                 packing,
@@ -247,6 +252,8 @@ def _sweep(
                 target=float(target),
                 minimizer=making.descent.name(session),
                 wall_time=time.perf_counter() - began,
+                force_evaluations=evaluations,
+                detours=detours,
                 **({} if error is None else {"pressure_error": off}),
                 **{_SLOPE: sweep.slope},
             )
@@ -341,6 +348,7 @@ class _Sweep:
         squeezed by too much at once."""
         for halving in range(1, SWEEP.halvings + 1):
             state, last_way = self.last, halving == SWEEP.halvings
+            self.session.detours[f"way by {2**halving} steps"] += 1
             for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
                 self.session.load(at_phi(state, following))
                 found = relax_off_saddles(self.session, self.force, stopped=last_way)

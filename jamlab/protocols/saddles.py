@@ -110,6 +110,7 @@ def leave_saddles(
             break  # what stops them is taken out of the Hessian, rattlers
         tried = np.vstack([tried, modes[fresh]])
         for direction in unstable[0][fresh]:
+            session.detours["slides along modes that give way"] += 1
             session.set_positions(slid(session, session.packing(), direction, found.tolerance))
         state = session.evaluate()
         found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
@@ -148,6 +149,7 @@ def record(session: Session, packing: Packing, found: Relaxed, *, on_target: boo
         reasons = (f"{count} {reason}" for reason, count in session.tally.items() if count)
         _log.debug("%d factorisations: %s: %r", total, ", ".join(reasons), ended)
     session.tally.clear()
+    session.detours.clear()
     return ended
 
 

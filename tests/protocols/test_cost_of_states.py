@@ -43,3 +43,26 @@ def test_a_descent_leaves_energy_and_stress_of_its_end(onset):
     assert found.pressure > 1e-3 and found.max_force < 1e-10
     assert found.stress == pytest.approx(by_setup.stress, abs=1e-12)
     assert found.energy == pytest.approx(by_setup.energy, rel=1e-12)
+
+
+def test_a_dear_state_says_in_the_log_what_it_took(onset, monkeypatch, caplog):
+    """Here the second of five, which goes by 2 steps where one led to no minimum, and slides."""
+    settle, states = compression._Sweep._settle, []
+
+    def dear(sweep, found):
+        states.append(found)
+        if len(states) != 2:
+            return settle(sweep, found)
+        for _ in range(8000):  # evaluations that count for it
+            sweep.session.forces_at(sweep.session.positions())
+        sweep.session.detours["slides along modes that give way"] += 3
+        return sweep._reach_by_steps(sweep.session.packing().phi)
+
+    monkeypatch.setattr(compression._Sweep, "_settle", dear)
+    with caplog.at_level("INFO", "jamlab"):
+        found = list(jamlab.compress(onset, to=jamlab.packing_fraction(onset) + 0.01, step=0.002))
+    said = "3 slides along modes that give way, 1 way by 2 steps"
+    (line,) = [each.getMessage() for each in caplog.records if "are usual" in each.getMessage()]
+    assert line.endswith(said) and f"{jamlab.packing_fraction(found[1]):.6g}" in line
+    assert [said in str(p.provenance.get("detours")) for p in found] == [False, True, False, False, False]
+    assert line.startswith(f"{found[1].provenance['force_evaluations']} force evaluations, where ")
