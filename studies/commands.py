@@ -1,5 +1,7 @@
 """`python -m studies`: list, draw and run evidence, compare with other codes, reduce campaigns to tables."""
 
+import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +23,9 @@ from studies.pages import file_names, write_page, write_verdicts
 from studies.panels import Drawing
 from studies.reference_data import open_tables, write_tables
 from studies.registry import GROUPS, chosen
-from studies.tables import DATA, measure
+from studies.speed_history.losses import changes
+from studies.speed_history.record import PROCESSES, RECORDS, measure_record, read_records, write_record
+from studies.tables import DATA, commit, measure
 
 app = typer.Typer(
     cls=Commands,
@@ -165,3 +169,41 @@ def reduce(
     check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=overwrite)
     for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
         print_line(f"wrote {path}")
+
+
+@app.command("speed", short_help="Compare speed with earlier commits.", epilog="Example: python -m studies speed")
+def speed(
+    python: Annotated[str, typer.Option(help="Python of another checkout to measure.")] = sys.executable,
+    stored: Annotated[str, typer.Option(help="Commit whose record is compared; nothing is measured.")] = "",
+    out: Annotated[Path, typer.Option(help="Folder of records.")] = RECORDS,
+    only: Annotated[list[str] | None, typer.Option("--only", help="Work to measure and show; no record.")] = None,
+    processes: Annotated[int, typer.Option(help="Processes, 20 s of one core each.", min=1)] = PROCESSES,
+    overwrite: Annotated[bool, option("overwrite")] = False,
+    as_json: Annotated[bool, option("json")] = False,
+) -> None:
+    """Record what fixed work costs at this commit; ends with 1 if work is slower than before, beyond its error."""
+    known = read_records(out)
+    if stored:
+        check_choice("stored", stored, [record.commit for record in known])
+        record = next(record for record in known if record.commit == stored)
+    else:
+        expect_output(out)
+        if not only:
+            check_targets(out, [f"{commit()}.json"] if python == sys.executable else [], replace=overwrite)
+        record = measure_record(python, processes, only=only or (), progress=tell)
+        if not only and record.commit.endswith("-dirty"):
+            raise InputError(f"the record of {record.commit} would be of no commit: commit first, or give --only")
+        if not only:
+            check_targets(out, [record.name], replace=overwrite)
+            print_line(f"wrote {write_record(record, out)}", err_console)
+    found = changes(record, known)
+    if as_json:
+        print_json({"commit": record.commit, "changes": [asdict(one) | {"lost": one.lost} for one in found]})
+    elif found:
+        lines = [[one.work, one.against, *one.cells] for one in found]
+        heads = ["work", "against", "ratio", "error", "said"]
+        print_table(f"{record.commit}: time over plain work, over that of earlier records", heads, lines)
+    else:
+        print_line(f"{record.commit}: no earlier record")
+    if any(one.lost for one in found):
+        raise typer.Exit(1)

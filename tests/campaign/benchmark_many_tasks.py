@@ -72,7 +72,7 @@ def test_packings_of_sixteen_disks(which, tmp_path):
     """In files of several, at most 6 kB and 5 ms a packing beyond making and measuring."""
     python = PYTHONS[which]
     found = steps(python, tmp_path, PACKINGS, empty=False)
-    work = taken(python, "work", write_campaign(tmp_path / "work", 100, empty=False))
+    work = taken(python, "work", write_campaign(tmp_path / "work", PACKINGS, empty=False))
     tell(f"{PACKINGS} packings of 16 disks, {which}", found, PACKINGS)
     few, many = found["run"]
     each = (many["children"] - few["children"]) / (PACKINGS - 10) * 1e3
