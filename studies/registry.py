@@ -10,7 +10,16 @@ from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
 from studies.papers.baumgarten import motion, spectra
 from studies.papers.boromand import contacts_and_modulus, geometry, onset_and_confluence, pictures, voids
-from studies.speed_accuracy import flow, moduli, other_codes, packings, size_scaling
+from studies.speed_accuracy import (
+    droplet_vertices,
+    ensemble_means,
+    flow,
+    moduli,
+    other_codes,
+    packing_fractions,
+    packings,
+    size_scaling,
+)
 from studies.speed_accuracy.chart import LEAD as LEAD_OF_CHARTS
 from studies.speed_accuracy.chart import Chart
 from studies.stability import flow as flow_of_maps
@@ -57,7 +66,8 @@ BEYOND = (
     *_figures(droplet_modes.FIGURES | droplet_voids.FIGURES),
     *(each.STUDY for each in (polydispersity, dilatancy, couette, sticky)),
 )
-CHARTS: dict[str, Chart] = {each.name: each for file in (packings, moduli, flow, other_codes) for each in file.CHARTS}
+_FILES = (packings, packing_fractions, moduli, droplet_vertices, flow, ensemble_means, other_codes)
+CHARTS: dict[str, Chart] = {each.name: each for file in _FILES for each in file.CHARTS}
 MAPS: dict[str, Map] = {
     each.name: each for file in (packings_of_maps, moduli_of_maps, flow_of_maps) for each in file.MAPS
 }

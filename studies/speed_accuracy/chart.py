@@ -82,8 +82,9 @@ class Panel:
 # averages over packings -----------------------------------------------------------------------------------------------
 
 
-def points_of(trials: pd.DataFrame) -> pd.DataFrame:
-    """Average trials (columns of `Trial`) over packings: a row for each setting, in their order.
+def points_of(trials: pd.DataFrame, better: float = BETTER) -> pd.DataFrame:
+    """Average trials (columns of `Trial`) over packings: a row for each setting, in their order. Errors are told from
+    those of the reference down to `better` times these.
 
     Columns: panel, method, setting; seconds: median CPU time, as other programs on a busy machine would carry a mean;
     error, low, high: mean and 10 and 90 % quantiles of the magnitudes; packings, failed: how many gave a number, and
@@ -101,7 +102,12 @@ def points_of(trials: pd.DataFrame) -> pd.DataFrame:
     points["packings"], points["failed"], points["cut"] = of["cost"].count(), of["missed"].sum(), of["cut"].sum()
     points["default"], points["note"] = of["default"].any(), of["note"].first().fillna("")
     points = points.reindex(pd.MultiIndex.from_frame(trials[keys].drop_duplicates())).reset_index()
-    points["floor"] = points["panel"].map(BETTER * trials.groupby("panel")["reference_error"].median())
+    points["floor"] = points["panel"].map(better * trials.groupby("panel")["reference_error"].median())
+    return ranked(points)
+
+
+def ranked(points: pd.DataFrame) -> pd.DataFrame:
+    """Add the columns `price` and `on_front`."""
     return points.assign(**_ranked(points))
 
 
@@ -218,6 +224,7 @@ class Chart:
     name: str  # of its table and its files
     measure: Callable[[int], Iterable[Trial]]  # function of a seed that makes the trials of one packing
     rehearsed: bool = True  # whether a process measures its first packing twice: the first time also loads libraries
+    points: Callable[[pd.DataFrame], pd.DataFrame] = points_of  # of all its trials
 
     @property
     def words(self) -> dict[str, Any]:
@@ -232,7 +239,7 @@ class Chart:
 
     def draw(self, tables: EnsembleTables) -> Drawing:
         """Draw the mean cost and error of every setting, and say which defaults lie off their front."""
-        points, words = points_of(tables.read(self.name)), self.words
+        points, words = self.points(tables.read(self.name)), self.words
         figure = curve_figure(words["title"], words["error"], points)
         caption = f"Reference: {words['reference']}. Settings: {words['parameter']}."
         columns = ("panel", "method", "setting", "time [s]", words["error"], "price")

@@ -33,6 +33,7 @@ from studies.speed_accuracy.chart import Chart, Panel, Trial
 _N, DROPLETS = 64, 8
 _PRESSURES = (1e-2, 1e-4)
 RHO = 0.92
+_FEW, _RHO = 16, (0.87, 0.92, 0.97)
 _STRAINS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _TOLERANCES = {"sp": (1e-6, 1e-8, 1e-10, 1e-12, 1e-13), "dp": (1e-6, 1e-8, 1e-10, 1e-12)}
 _TIGHT = {"sp": (1e-13, 1e-14), "dp": (1e-11, 1e-12)}  # of the packing that the reference is taken from, ten apart
@@ -46,6 +47,14 @@ def measure_moduli(seed: int) -> Iterator[Trial]:
         yield from _measure_packing(f"{_N} disks, p = {pressure:g} k", packing, _MOVES * pressure, seed)
     droplets = bring_on(default_way(DROPLETS), jam(DROPLETS, "sp", seed), RHO)
     yield from _measure_packing(f"{DROPLETS} droplets, ρ = {RHO}", droplets, 1e-5, seed)
+
+
+def measure_droplet_moduli(seed: int) -> Iterator[Trial]:
+    """Measure droplets near onset and dense ones."""
+    onset = jam(_FEW, "sp", seed)
+    for rho in _RHO:
+        droplets = bring_on(default_way(_FEW), onset, rho)
+        yield from _measure_packing(f"ρ = {rho}", droplets, 1e-5, seed)
 
 
 def _measure_packing(name: str, packing: Packing, moves: float, seed: int) -> Iterator[Trial]:
@@ -177,6 +186,7 @@ def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: DragL
 
 CHARTS = (
     Chart("shear-modulus", measure_moduli),
+    Chart("droplet-modulus", measure_droplet_moduli),
     Chart("spectrum", measure_spectra),
     Chart("droplet-spectrum", measure_droplets),
 )
