@@ -7,6 +7,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import blas_threads  # noqa: F401  before NumPy
 import bytecode  # noqa: F401  before all that takes long to compile
 import numpy as np
 import pytest

@@ -14,7 +14,7 @@ import jamlab
 
 ROOT = Path(jamlab.__file__).parent
 PICTURES = {"Micrograph", "track_droplets", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
-SLOW = PICTURES | {"FlowCurve.plot", "estimate"}  # a second and more
+SLOW = PICTURES | {"FlowCurve.plot", "Running", "estimate", "write_movie"}  # a second and more
 
 
 def documented(tree, prefix=""):
@@ -42,12 +42,12 @@ FOUND = list(examples())
 
 
 def once(function):
-    """The function, called once for the same arguments."""
+    """The function, called once for the same arguments; packings are the same where they are one object."""
     made = {}
 
     @functools.wraps(function)
     def call(*args, **kwargs):
-        key = repr((args, kwargs))
+        key = repr(([id(each) if isinstance(each, jamlab.Packing) else each for each in args], kwargs))
         return made[key] if key in made else made.setdefault(key, function(*args, **kwargs))
 
     return call
@@ -57,7 +57,7 @@ def once(function):
 def made_once():
     """Names that examples use; the packings that most of them start from are made once."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("jam", "pack"):
+        for name in ("jam", "pack", "flow_curve"):
             patch.setattr(jamlab, name, once(getattr(jamlab, name)))
         yield {"jamlab": jamlab, "np": np}
 

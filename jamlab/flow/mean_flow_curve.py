@@ -63,10 +63,10 @@ class MeanFlowCurve(Result):
 
     Example:
         >>> packings = [jamlab.pack(16, 1e-2, seed=seed) for seed in (1, 2)]
-        >>> curves = [jamlab.flow_curve(p, [0.3, 1.0], strain=2.0, discard=0.5) for p in packings]
+        >>> curves = [jamlab.flow_curve(p, [0.1, 0.3, 1.0], strain=1.0, discard=0.2) for p in packings]
         >>> mean = jamlab.mean_flow_curve(curves)
-        >>> mean.packings, bool(np.all(mean.stress_stderr > 0))
-        (array([2, 2]), True)
+        >>> len(mean.rate), bool(np.all(mean.stress_stderr > 0))
+        (3, True)
     """
 
     _rows = ("rate", "packings", *(f"{name}{end}" for name in _MEANS for end in _ENDS))

@@ -282,7 +282,16 @@ def test_a_folder_that_is_full_as_a_mark_is_made_ends_the_run(tmp_path, cheap, m
     assert campaign.run(InProcess()).finished == 2
 
 
-@pytest.mark.parametrize("content", [b"", b'{"task": "abc', b"\xff\0" * 200, b"[1]" + b" " * 317])
+SLOW = pytest.mark.slow
+HALVES = [
+    pytest.param(b"", marks=SLOW),
+    b'{"task": "abc',
+    b"\xff\0" * 200,
+    pytest.param(b"[1]" + b" " * 317, marks=SLOW),
+]
+
+
+@pytest.mark.parametrize("content", HALVES)
 def test_a_mark_that_was_half_written_is_still_a_beginning(tmp_path, cheap, monkeypatch, content):
     """Of a task alone it says who died; of a chunk that it is to be cut, until it is known."""
     campaign = campaign_of(tmp_path, 4, chunk=4)

@@ -67,7 +67,7 @@ def test_steps_are_those_of_lammps(random_disks, units, tilt):
     assert np.abs(moved.positions - start.positions).max() > 0.3  # neighbors have changed
 
 
-@pytest.mark.parametrize("threads", [2, 3])
+@pytest.mark.parametrize("threads", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_threads_do_not_change_a_digit(threads):
     """Three shares of disks, whose pairs across are computed twice: one thread, several threads and LAMMPS."""
     start = disks_of(12_500, 1, phi=0.9, units="k")

@@ -35,7 +35,10 @@ LONG = {"power law": pytest.mark.slow}  # the linear laws have the same contacts
 
 @pytest.mark.parametrize(
     ("law", "rate"),
-    [("contact", 1.0), *(pytest.param(law, 0.1, marks=LONG.get(law, ())) for law in LAWS)],
+    [
+        pytest.param("contact", 1.0, marks=pytest.mark.slow),
+        *(pytest.param(law, 0.1, marks=LONG.get(law, ())) for law in LAWS),
+    ],
 )
 def test_errors_stay_below_the_tolerance(packing, law, rate):
     """Contacts open, close and rub on the way: drag then acts in part."""
@@ -80,7 +83,7 @@ def test_power_laws_below_jamming_are_exact(n, seed, rate):
     assert errors(run, stress).max() < 2e-4
 
 
-@pytest.mark.parametrize("exponent", [2.5, 3.0])
+@pytest.mark.parametrize("exponent", [pytest.param(2.5, marks=pytest.mark.slow), 3.0])
 def test_drag_that_sets_in_from_nothing_is_exact(exponent):
     """Contacts stiffen from 0 on; a disk that presses on one alone turns and slips within a thin layer."""
     packing, background = jamlab.pack(8, 1e-3, 2, law={"exponent": exponent}), 1e-4

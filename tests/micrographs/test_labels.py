@@ -6,7 +6,7 @@ import label_masks
 import numpy as np
 import pytest
 from commands import call
-from label_masks import FAULTS, judge, wrong
+from label_masks import FAULTS, judge, judged, seen, wrong
 from PIL import Image
 
 import jamlab
@@ -37,12 +37,12 @@ def test_no_good_number_is_wrong(drawn, fault):
     labels, truth, sizes = drawn
     faulty, scale = FAULTS[fault](labels, np.random.default_rng(1)), 4 if fault == "twice the pixels" else 1
     truth = truth | {"area": truth["area"] * scale}
-    row = judge(faulty, truth)
+    found = seen(faulty)
+    row = judged(found, truth)
     assert wrong(row, truth) == []
     if fault.startswith("inverted"):
         assert {quality for _, quality in row.values()} == {"doubtful"}
     if fault in EXACT:
-        found = jamlab.micrograph(labels=faulty)
         np.testing.assert_allclose(np.sort(found.areas), sizes, atol=3)
         assert found.label_notes
 

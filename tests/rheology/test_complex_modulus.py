@@ -80,8 +80,14 @@ def extended_precision(motion, omega):
     return np.array(values)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=str)
-@pytest.mark.parametrize("prestress", [True, False])
+@pytest.mark.parametrize(
+    ("law", "prestress"),
+    [
+        pytest.param(law, prestress, id=f"{prestress}-{law}", marks=[pytest.mark.slow] * (prestress != (k % 2 == 0)))
+        for k, law in enumerate(LAWS)
+        for prestress in (True, False)
+    ],
+)
 def test_solvers_are_exact_and_know_their_error(packing, law, prestress):
     """Sixteen decades: G' and G'' to 1e-9; the estimate is never ten times too low, nor useless."""
     exact = extended_precision(equation_of_motion(force_network(packing), law, prestress=prestress), OMEGA)

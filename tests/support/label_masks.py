@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Indices
 from jamlab.errors import InputError
+from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 
 
@@ -152,10 +153,21 @@ def motes(labels: Indices, rng: Any, count: int = 40, size: int = 2) -> Indices:
 
 
 def judge(source: Any, truth: dict[str, float], **how: Any) -> dict[str, tuple[float, str]]:
-    """Error and quality of every number whose truth is known; all "refused" where the image is refused."""
+    """Error and quality of every number whose truth is known, see `judged`."""
+    return judged(seen(source, **how), truth)
+
+
+def seen(source: Any, **how: Any) -> Micrograph | None:
+    """What is measured of labels; None where the image is refused."""
     try:
-        found = micrograph(labels=source, **how)
+        return micrograph(labels=source, **how)
     except InputError:
+        return None
+
+
+def judged(found: Micrograph | None, truth: dict[str, float]) -> dict[str, tuple[float, str]]:
+    """Error and quality of every number whose truth is known; all "refused" where the image was refused."""
+    if found is None:
         return dict.fromkeys(truth, (np.nan, "refused"))
     return {name: (found.numbers[name].value - value, found.numbers[name].quality) for name, value in truth.items()}
 

@@ -1,5 +1,6 @@
 """Contact networks and films: read back by hand, by OVITO and by VTK where they are installed."""
 
+from functools import cache
 from xml.etree import ElementTree
 
 import matplotlib
@@ -10,14 +11,16 @@ from PIL import Image
 import jamlab
 
 
-def states():
-    tilted = jamlab.pack(24, 5e-3, 2, law={"stickiness": 0.05}, ensemble="shear-stabilized")
-    return {"sp": tilted, "dp": jamlab.jam(6, "dp", 1)}
+@cache
+def state(model):
+    if model == "dp":
+        return jamlab.jam(6, "dp", 1)
+    return jamlab.pack(24, 5e-3, 2, law={"stickiness": 0.05}, ensemble="shear-stabilized")
 
 
 @pytest.fixture(scope="module", params=["sp", "dp"])
 def written(request, tmp_path_factory):
-    packing, folder = states()[request.param], tmp_path_factory.mktemp("contacts")
+    packing, folder = state(request.param), tmp_path_factory.mktemp("contacts")
     for name in ("net.dump", "net.vtp"):
         jamlab.write_contacts(folder / name, packing)
     return packing, jamlab.contacts(packing), folder
@@ -91,14 +94,14 @@ def test_films_have_a_frame_for_each_packing(tmp_path):
 BAD = {
     "ending of a network": lambda f: f("net.png"),
     "no ending of bonds": lambda f: f("net.h5"),
-    "a film of one": lambda f: jamlab.write_movie("a.gif", [states()["sp"]]),
+    "a film of one": lambda f: jamlab.write_movie("a.gif", [state("sp")]),
     "no packings": lambda f: jamlab.write_movie("a.gif", []),
     "words": lambda f: jamlab.write_movie("a.gif", ["frame"] * 2),
-    "ending of a film": lambda f: jamlab.write_movie("a.avi", [states()["sp"]] * 2),
-    "no frames per second": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=0),
-    "too many": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=500),
-    "half a frame": lambda f: jamlab.write_movie("a.gif", [states()["sp"]] * 2, fps=2.5),
-    "a packing alone": lambda f: jamlab.write_movie("a.gif", states()["sp"]),
+    "ending of a film": lambda f: jamlab.write_movie("a.avi", [state("sp")] * 2),
+    "no frames per second": lambda f: jamlab.write_movie("a.gif", [state("sp")] * 2, fps=0),
+    "too many": lambda f: jamlab.write_movie("a.gif", [state("sp")] * 2, fps=500),
+    "half a frame": lambda f: jamlab.write_movie("a.gif", [state("sp")] * 2, fps=2.5),
+    "a packing alone": lambda f: jamlab.write_movie("a.gif", state("sp")),
 }
 NAMED = {"ending of a network": "net.png", "no ending of bonds": "net.h5", "ending of a film": "a.avi"}
 NAMED |= {"too many": "500", "words": "frame", "half a frame": "2.5", "a film of one": "1"}
@@ -108,7 +111,7 @@ NAMED |= {"too many": "500", "words": "frame", "half a frame": "2.5", "a film of
 def test_bad_input_is_refused_before_a_file_is_written(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(jamlab.InputError) as caught:
-        BAD[name](lambda file: jamlab.write_contacts(file, states()["sp"]))
+        BAD[name](lambda file: jamlab.write_contacts(file, state("sp")))
     assert NAMED.get(name, "") in str(caught.value) and not list(tmp_path.iterdir())
 
 
