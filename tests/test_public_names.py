@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import jamlab
 
@@ -94,7 +95,7 @@ def arguments_of(function):
                 vars(jamlab)
                 | vars(jamlab.results)
                 | vars(typing)
-                | {"Axes": object, "pd": object}
+                | {"Axes": object, "pd": object, "sparse": sparse}
                 | function.__globals__
             )
             yield name, eval(hint, known) if isinstance(hint, str) else hint

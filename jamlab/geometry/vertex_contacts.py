@@ -203,7 +203,8 @@ def _images(packing: Packing, found: VertexContacts) -> NDArray[np.int64]:
 def named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
     """Seen from both sides a pair has one name: the lower number first, and the image counted from it."""
     names, (row, swapped) = np.empty((len(i), 4), dtype=np.int64), np.empty((2, len(i)), dtype=np.int64)
-    count = _named_pairs(len(i), i, j, image, names, row, swapped)
+    given = (np.ascontiguousarray(numbers, dtype=np.int64) for numbers in (i, j, image))
+    count = _named_pairs(len(i), *given, names, row, swapped)
     return names[:count], row, swapped.astype(bool)
 
 

@@ -35,14 +35,15 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
         return np.empty(0, dtype=np.int64)
     suspects = np.empty(len(offsets) - 1, dtype=np.int64)
     bounds = np.ascontiguousarray(offsets, dtype=np.int64)
-    suspects = suspects[: _suspects(len(suspects), bounds, np.ascontiguousarray(positions), suspects)]
+    count = _suspects(len(suspects), bounds, np.ascontiguousarray(positions), suspects)
+    suspects = suspects[:count]
     if not len(suspects):
         return suspects
     import shapely  # judges what no arithmetic with a margin for rounding does
 
     sites = np.concatenate([np.arange(bounds[p], bounds[p + 1]) for p in suspects])
     shapes = outlines(positions[sites], np.append(0, np.cumsum(np.diff(bounds)[suspects])))
-    crossed = ~shapely.is_valid(shapes)
+    crossed = np.asarray(~shapely.is_valid(shapes), dtype=np.bool_)
     suspects, shapes = suspects[crossed], shapes[crossed]
     if not len(suspects):
         return suspects

@@ -110,7 +110,7 @@ class SparseRows:
 
     def __matmul__(self, vector: Array) -> Array:
         found = vector if self.inner is None else self.inner @ vector
-        return np.einsum("mj,mj->m", self.values, found[self.columns])
+        return np.asarray(np.einsum("mj,mj->m", self.values, found[self.columns]))
 
     def matrix(self) -> sparse.csr_array:
         """The same as a matrix of scipy."""
