@@ -9,7 +9,7 @@ adds (p x q)/2 and the bulge of an arc, with weight 1/(k + 1), to the area of th
 1/(k + 1) - 1/k to those of the others. The area of the union is the sum of these shares.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -55,10 +55,28 @@ class DropletCover:
 @per_packing
 def droplet_cover(packing: Packing) -> DropletCover:
     """Cut the outlines of a DP packing where they overlap. An edge shorter than 1e-12 of the perimeter has no direction
-    and is left out."""
+    and is left out. Where outlines coincide, or more than two cross in one point, so that the cuts do not fit, vertices
+    are moved by 1e-10 of the rim, or by ten times their rounding."""
     if "delta" not in packing.params:
         raise InputError(f"{packing.kind.particles} (model {packing.model}) have no edges with rims: use droplets")
-    n, w = packing.n, 0.5 * packing.params["delta"]
+    found = _cut(packing, packing.positions)
+    if found.gap <= LARGEST_GAP * 0.5 * packing.params["delta"]:
+        return found
+    return replace(_cut(packing, packing.positions + _aside(packing)), meeting=found.meeting, met=found.met)
+
+
+def _aside(packing: Packing) -> Array:
+    """(n_vertices, 2) moves that no two polygons share, alike for vertices in one place."""
+    rng, n, w = np.random.default_rng(1), packing.n, 0.5 * packing.params["delta"]
+    rounding = np.finfo(np.float64).eps * float(np.abs(packing.positions).max() + np.abs(packing.box).max())
+    wave, phase = rng.normal(size=(n, 2, 2)) / w, rng.uniform(0, 2 * np.pi, (n, 2))
+    x = packing.positions - packing.positions[packing.polygons.offsets[:-1]][packing.particle]
+    angle = np.einsum("vj,vjk->vk", x, wave[packing.particle]) + phase[packing.particle]
+    return np.asarray(max(1e-10 * w, 10 * rounding) * np.sin(angle))
+
+
+def _cut(packing: Packing, positions: Array) -> DropletCover:
+    n = packing.n
     share, area, perimeter = np.empty((3, n))
     meeting, gap = np.empty(3, dtype=np.int64), np.empty(1)
 
@@ -68,12 +86,12 @@ def droplet_cover(packing: Packing) -> DropletCover:
         radius, begin, angle = np.empty((3, room))
         pieces = (particle, start, end, centre, radius, begin, angle, following)
         count = _cover(
-            n, packing.polygons.offsets, packing.positions, packing.box, w, MOST_IMAGES, room,
+            n, packing.polygons.offsets, positions, packing.box, 0.5 * packing.params["delta"], MOST_IMAGES, room,
             share, area, perimeter, meeting, gap, *pieces, search,
         )  # fmt: skip
         return count, pieces
 
-    *pieces, following = search_lattice(fill, 3 * len(packing.positions) + 64)
+    *pieces, following = search_lattice(fill, 3 * len(positions) + 64)
     how, i, j = meeting.tolist()
     return DropletCover(share, area, perimeter, Meeting(how), (i, j), float(gap[0]), Pieces(*pieces), following)
 

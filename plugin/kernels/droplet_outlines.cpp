@@ -34,8 +34,8 @@ bool lies_below(const RimEdge &a, const RimEdge &b, const NearEdge &near, double
 }
 
 // The part of the line of edge a, moved outwards, in the capsule around edge b.
-bool cut_line(const RimEdge &a, const RimEdge &b, const NearEdge &near, double w, double &low,
-              double &high)
+bool cut_line(const RimEdge &a, const RimEdge &b, const NearEdge &near, double w, double rounding,
+              double &low, double &high)
 {
   const Vector u = a.along, v = b.along;
   low = NEVER;
@@ -50,7 +50,8 @@ bool cut_line(const RimEdge &a, const RimEdge &b, const NearEdge &near, double w
     low = std::min(low, place - half);
     high = std::max(high, place + half);
   }
-  if (!(std::max(above[0], above[1]) > 0 && std::min(above[0], above[1]) < 2 * w)) return false;
+  if (std::max(above[0], above[1]) < -rounding) return false;
+  if (std::min(above[0], above[1]) > 2 * w + rounding) return false;
   const Vector start = a.normal * w - near.tail;
   double enter = -NEVER, leave = NEVER;
   const double sine = cross(u, v), cosine = dot(u, v), along = dot(start, v);
@@ -276,7 +277,7 @@ void OutlineCutter::collect_along(int64_t edge)
     // neighbors on one polygon hide each other only at reflex corners
     if (near.own && ((near.j == a.after && b.turn >= 0) || (near.j == a.before && a.turn >= 0))) continue;
     double low, high;
-    if (cut_line(a, b, near, outlines.w, low, high))
+    if (cut_line(a, b, near, outlines.w, outlines.rounding, low, high))
       found.push_back({{b.particle, near.shift}, near.own, low, high});
   }
 }

@@ -40,6 +40,8 @@ struct NearPolygon {
 class DropletOutlines : public EdgeRings {
  public:
   const double w;                   // width of the rim
+  const Lattice lattice;
+  const double rounding;            // of the distance of two vertices
   std::vector<int64_t> near_first;    // (edges + 1)
   std::vector<NearEdge> near;         // edges that may cover parts of an edge or of its arc
   std::vector<std::vector<NearPolygon>> entangled;  // (n), polygons whose inside may cover a polygon
@@ -71,8 +73,6 @@ class DropletOutlines : public EdgeRings {
     double low, high;
     int64_t edge;
   };
-  const Lattice lattice;
-  const double rounding;  // of the distance of two vertices
   std::vector<Found> found;
   std::vector<Extent> near_p, near_q;
 
