@@ -1,13 +1,18 @@
 """What a state of a sweep costs beside its minimisation: in which order what is asked, and how often."""
 
+from collections import Counter
 from dataclasses import replace
+from types import FunctionType
 
 import numpy as np
 import pytest
+import shapely
 
 import jamlab
 from jamlab.engine.session import Session
-from jamlab.packing.deformation import at_phi
+from jamlab.mechanics import stiffness
+from jamlab.packing.deformation import at_phi, at_positions
+from jamlab.packing.packing import Packing
 from jamlab.protocols import compression
 from jamlab.protocols.relaxation import relax_session
 
@@ -66,3 +71,36 @@ def test_a_dear_state_says_in_the_log_what_it_took(onset, monkeypatch, caplog):
     assert line.endswith(said) and f"{jamlab.packing_fraction(found[1]):.6g}" in line
     assert [said in str(p.provenance.get("detours")) for p in found] == [False, True, False, False, False]
     assert line.startswith(f"{found[1].provenance['force_evaluations']} force evaluations, where ")
+
+
+def counted(monkeypatch, owner, name, counts):
+    """Count the calls of a function."""
+    function = getattr(owner, name)
+
+    def call(*args, **kwargs):
+        counts[name] += 1
+        return function(*args, **kwargs)
+
+    monkeypatch.setattr(owner, name, call)
+
+
+def test_a_state_asks_neither_shapely_nor_numpy_for_a_hessian_and_is_copied_with_checks_once(onset, monkeypatch):
+    counts = Counter()
+    of_shapely = [name for name, each in vars(shapely).items() if isinstance(each, FunctionType)]
+    for name in of_shapely:
+        counted(monkeypatch, shapely, name, counts)
+    for name in ("assemble", "stiffness", "hessian"):
+        counted(monkeypatch, stiffness, name, counts)
+    counted(monkeypatch, Packing, "__post_init__", counts)
+    dense = jamlab.packing_fraction(onset) + 0.05
+    for state in jamlab.compress(onset, to=dense + 0.02, step=0.004):
+        if jamlab.packing_fraction(state) > dense:
+            assert counts == {"__post_init__": 1}
+        counts.clear()
+    assert len(of_shapely) > 50 and jamlab.packing_fraction(state) > dense
+    with pytest.raises(jamlab.SelfCrossingError):  # and the counts do count
+        at_positions(onset, np.where(np.arange(onset.offsets[-1]) == 2, -1.0, 1.0)[:, None] * onset.positions)
+    assert counts["is_valid"]
+    jamlab.hessian(onset)
+    onset.with_state(converged=False)
+    assert counts["assemble"] == counts["__post_init__"] == 1
