@@ -37,7 +37,7 @@ def assert_made_again(found):
         assert {name: getattr(packing.recipe, name) for name in known} == known
 
 
-@pytest.mark.parametrize("chunk", [1, 2])
+@pytest.mark.parametrize("chunk", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_packing_of_a_campaign_is_made_again_from_its_recipe(tmp_path, chunk):
     found = packings_of(tmp_path / "c.toml", **SWEEPS["phi"], chunk=chunk)
     assert len(found) == 4 and {packing.units for _, packing in found} == {"eps"}

@@ -136,7 +136,7 @@ def test_copied_decks_use_their_own_parts(tmp_path):
 ODD = "my ä b' $x#&中"  # a folder: every letter may stand in one, but for the quotation mark by which decks quote
 
 
-@pytest.mark.parametrize("deck", ["in.sp.jam", "in.dp.jam"])
+@pytest.mark.parametrize("deck", [pytest.param("in.sp.jam", marks=pytest.mark.slow), "in.dp.jam"])  # with molecules
 def test_decks_run_in_a_folder_of_any_name(tmp_path, deck):
     """By `jamlab deck` in that folder, and by plain lmp from outside, which looks for parts and molecules there."""
     folder = copy_decks(tmp_path / ODD)

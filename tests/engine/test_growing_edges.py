@@ -56,8 +56,14 @@ EXCLUDE = "group one molecule 1\ngroup two molecule 2\nneigh_modify exclude {}\n
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("form", outlines.FORMS)
-@pytest.mark.parametrize("excluded", ["", "group one two", "molecule/inter all"])
+@pytest.mark.parametrize(
+    ("form", "excluded"),
+    [
+        pytest.param(form, excluded, marks=[pytest.mark.slow] * bool(excluded and form != outlines.FORMS[0]))
+        for form in outlines.FORMS
+        for excluded in ("", "group one two", "molecule/inter all")
+    ],
+)
 def test_contacts_of_edges_that_grew(tmp_path, form, ranks, excluded):
     """0.4 long at the start, 2.3 at the end of the run: energy and forces as in a run that starts there. `neigh_modify
     exclude` holds where the neighbor lists no longer find the contacts."""

@@ -73,7 +73,7 @@ def test_power_laws_flow_below_jamming(seed, rate):
     assert run.finished and run.balanced
 
 
-@pytest.mark.parametrize(("n", "seed", "rate"), [(16, 3, 1e-2), (16, 2, 0.1)])
+@pytest.mark.parametrize(("n", "seed", "rate"), [(16, 3, 1e-2), pytest.param(16, 2, 0.1, marks=pytest.mark.slow)])
 def test_power_laws_below_jamming_are_exact(n, seed, rate):
     law = LAWS["power law"][1]
     start = jamlab.relax(random_disks(n, seed, phi=0.8, units="k"))

@@ -39,7 +39,11 @@ def test_a_small_step_relaxes_to_the_modulus_at_rest(few):
     assert np.all(np.diff(found.modulus) < 1e-3 * found.modulus[:-1])  # its tolerance
 
 
-@pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3)], ids=str)
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(jamlab.StokesDrag(eta_f=0.5), marks=pytest.mark.slow), jamlab.ContactDamping(beta=0.3)],
+    ids=str,
+)
 def test_creep_from_the_first_steps_on_has_the_compliance_of_the_frequency_domain(droplets, law):
     """Steps look ahead along a rate that is one of the unknowns."""
     found = jamlab.creep(droplets, 1e-6, 3.0, law, tolerance=1e-4)

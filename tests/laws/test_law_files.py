@@ -64,7 +64,12 @@ def test_a_number_of_a_choice_that_is_not_there_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "sizes"), [("wca", None), ("ramp", None), pytest.param("wca", 66, marks=pytest.mark.slow)]
+    ("name", "sizes"),
+    [
+        ("wca", None),
+        pytest.param("ramp", None, marks=pytest.mark.slow),
+        pytest.param("wca", 66, marks=pytest.mark.slow),
+    ],
 )
 def test_decks_minimise_it(tmp_path, name, sizes):
     """By `lmp -in in.sp.minimize -var ...`, to the same minimum as Python."""
@@ -76,7 +81,7 @@ def test_decks_minimise_it(tmp_path, name, sizes):
     assert jamlab.evaluate(q).energy == pytest.approx(jamlab.evaluate(jamlab.relax(p)).energy, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["wca", "ramp"])
+@pytest.mark.parametrize("name", [pytest.param("wca", marks=pytest.mark.slow), "ramp"])
 def test_frames_of_decks_say_the_law(tmp_path, name):
     p = packed(name)
     jamlab.write(tmp_path / "packing.data", p)

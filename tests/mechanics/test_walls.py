@@ -111,10 +111,18 @@ def test_fixed_particles_leave_no_translations(walled):
     assert network.isostatic == 2 * network.n_backbone + 1 - slips
 
 
+DAMPINGS = [jamlab.ContactDamping(), jamlab.ContactDamping(beta=0.0), jamlab.StokesDrag(eta_f=1.0)]
+SLABS = [("rough", 0), ("rough", 1), ("rough", 2), ("flat", 0), ("flat", 2), ("flat_dp", 1), ("flat_sticky", 1)]
+
+
 @pytest.mark.parametrize(
-    "damping", [jamlab.ContactDamping(), jamlab.ContactDamping(beta=0.0), jamlab.StokesDrag(eta_f=1.0)]
+    ("made", "damping"),
+    [
+        pytest.param(made, damping, marks=[pytest.mark.slow] * ((made, k) not in SLABS))
+        for made in ("rough", "flat", "flat_dp", "flat_sticky")
+        for k, damping in enumerate(DAMPINGS)
+    ],
 )
-@pytest.mark.parametrize("made", ["rough", "flat", "flat_dp", "flat_sticky"])
 def test_complex_modulus_of_a_slab_is_that_of_dense_solves(request, packing, damping, made):
     """Of the matrices of the periodic packing, with the motion of the rigid walls written out here."""
     smooth = made != "rough"

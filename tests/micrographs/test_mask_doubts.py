@@ -84,7 +84,7 @@ def test_a_merged_strip_at_the_edge_weighs_as_many_droplets_as_fit_in_it():
     assert set(found.table()["quality"]) == {"good"}  # whole droplets beside it are what they are
 
 
-@pytest.mark.parametrize("cut", [2, 3, 5])
+@pytest.mark.parametrize("cut", [*(pytest.param(each, marks=pytest.mark.slow) for each in (2, 5)), 3])
 def test_slivers_at_the_edge_and_motes_are_no_evidence_against_droplets(window, cut):
     at = int(np.flatnonzero((window.labels > 0).any(axis=1))[0])
     found = jamlab.micrograph(labels=window.labels[at + cut :])

@@ -112,7 +112,7 @@ def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start, monkeypatch):
     assert last.converged is False
 
 
-@pytest.mark.parametrize("error", [None, 3e-2])
+@pytest.mark.parametrize("error", [None, pytest.param(3e-2, marks=pytest.mark.slow)])
 def test_ensemble_is_kept(start, error):
     """Up and down; the box goes on shearing, or stays square."""
     stabilized = jamlab.pack(16, 1e-3, seed=1, ensemble="shear-stabilized")

@@ -155,7 +155,7 @@ def test_a_droplet_squeezed_by_two_others_bears_load():
     assert jamlab.shear_modulus(p) == pytest.approx(jamlab.shear_modulus(p, "finite-strain"), rel=1e-3)
 
 
-@pytest.mark.parametrize("lean", [0, 7])
+@pytest.mark.parametrize("lean", [pytest.param(0, marks=pytest.mark.slow), 7])
 @pytest.mark.parametrize("modulus", [jamlab.shear_modulus, jamlab.bulk_modulus])
 def test_rounding_of_positions_leaves_finite_strain_its_digits(packings, modulus, lean):
     """The same packing in a leaning box, whose sites lie further from the origin: forces cannot be brought to 1e-13."""

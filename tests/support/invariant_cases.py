@@ -44,7 +44,7 @@ def packings():
 
     Droplets put in the place of the disks at 1e-2 end in one of several minima, by the last digit of where they start.
     """
-    files = {"dp": "stable_droplets.h5", "square": "droplets_at_onset.h5"}
+    files = {"dp": "few_droplets.h5", "square": "droplets_at_onset.h5"}
     droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
     droplets["dp"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
     law = {"eps": 1.7, "exponent": 3.0}
