@@ -143,8 +143,11 @@ def test_all_24_catalogued_maxima_of_hard_disks_have_their_contacts(tolerance):
         assert found.rattlers.sum() == known["rattlers"]
 
 
+MORE = [(4, 1), (5, 1), (6, 1), (7, 1), (8, 2)]
+
+
 @pytest.mark.parametrize(
-    ("n", "seed"), [(n, 1) if n in (3, 8) else pytest.param(n, 1, marks=pytest.mark.slow) for n in range(3, 9)]
+    ("n", "seed"), [(3, 1), (8, 1), *(pytest.param(*each, marks=pytest.mark.slow) for each in MORE)]
 )
 def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
     side = np.sqrt(n * np.pi / 4 / 0.2 / np.linalg.det(TORUS))
