@@ -156,9 +156,9 @@ template <int D> void BlockCholesky<D>::order_children_first()
   for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
-/* Numbers of blocks in each column of the factors, the diagonal too: J. R. Gilbert, E. G. Ng and B. W.
-   Peyton, SIAM J. Matrix Anal. Appl. 15, 1075 (1994). A row has blocks in the columns of a subtree,
-   whose leaves are counted, less the columns where two of its branches meet. */
+/* Numbers of blocks in each column of the factors, the diagonal too: J. R. Gilbert, E. G. Ng and
+   B. W. Peyton, SIAM J. Matrix Anal. Appl. 15, 1075 (1994). A row has blocks in the columns of a
+   subtree, whose leaves are counted, less the columns where two of its branches meet. */
 template <int D>
 std::vector<int> BlockCholesky<D>::count_blocks(const std::vector<int> &parent) const
 {

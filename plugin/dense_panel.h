@@ -6,9 +6,9 @@
 namespace LAMMPS_NS {
 
 /* Factors consist of dense panels: `width` columns of `height` numbers, column by column, `stride`
-   apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond the height
-   have no meaning. The diagonal of factors holds reciprocals. Factors are L S L^T: S = 1 of a positive
-   definite matrix; of another one S holds signs. */
+   apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond the
+   height have no meaning. The diagonal of factors holds reciprocals. Factors are L S L^T: S = 1 of a
+   positive definite matrix; of another one S holds signs. */
 using Stride = std::ptrdiff_t;
 inline constexpr int PANEL_ROWS = 8;    // are read and written together, beyond the height too
 inline constexpr int PANEL_COLUMNS = 32;    // of a product that are found together

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Included by dense_panel.cpp once for each kind of processor: `Wide` is the type of its vectors, and
-// TILE the number of columns whose sums its registers hold. Sums have the same order in all of them.
+// Included by dense_panel.cpp once for each kind of processor: `Wide` is the type of its vectors;
+// its registers hold the sums of TILE columns and TILE_ROWS rows. Sums have one order in all of them.
 
 static constexpr int LANES = sizeof(Wide) / sizeof(double);
 static constexpr int PIECES = TILE_ROWS / LANES;    // vectors in a column of a tile
@@ -8,8 +8,8 @@ static constexpr int PIECES = TILE_ROWS / LANES;    // vectors in a column of a 
 #define wide(from) (*reinterpret_cast<const Wide *>(from))
 #define WIDE(to) (*reinterpret_cast<Wide *>(to))
 
-/* Adds to a tile, columns of it `apart`, the sums over k < depth of a[r] b[q] (in column k), or starts
-   with them. `signs`: of columns k, null for ones. */
+/* Adds to a tile, columns of it `apart`, the sums over k < depth of a[r] b[q] (in column k), or
+   starts with them. `signs`: of columns k. */
 template <int COUNT, bool SIGNED>
 static ALWAYS_INLINE void add_tile(const double *a, const double *b, int depth, Stride along,
                                    Stride beside, const double *signs, bool start, double *tile,
@@ -48,8 +48,8 @@ static ALWAYS_INLINE void add_rows(const double *a, const double *b, int depth, 
     add_tile<COUNT, SIGNED>(a + r, b, depth, along, beside, signs, start, tile + r, apart);
 }
 
-/* The first columns of the lower triangle of rows S rows^T, S of signs. Large panels do not fit into
-   the cache: copies of what is used again lie densely. */
+/* The first columns of the lower triangle of rows S rows^T, S of signs. Large panels do not fit
+   into the cache: copies of what is used again lie densely. */
 template <bool SIGNED>
 static void multiply_columns(const double *rows, int depth, int height, int columns, Stride stride,
                              const double *signs, double *product, Stride apart)

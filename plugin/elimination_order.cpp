@@ -24,7 +24,7 @@ std::vector<int> EliminationOrder::find()
   while (order.size() < rows.size()) {
     while (of_degree[least] < 0) least++;
     order.push_back(of_degree[least]);
-    eliminate(order.back());
+    eliminate(order.back(), order);
   }
   return order;
 }
@@ -47,8 +47,9 @@ void EliminationOrder::take(int i)
   if (row.after >= 0) rows[row.after].before = row.before;
 }
 
-/* Row p and its elements become one element. */
-void EliminationOrder::eliminate(int p)
+/* Row p and its elements become one element. Rows that it holds with all their neighbors follow at
+   once: they fill nothing more. */
+void EliminationOrder::eliminate(int p, std::vector<int> &order)
 {
   take(p);
   mark[p] = p;
@@ -77,29 +78,41 @@ void EliminationOrder::eliminate(int p)
       element.outside--;
     }
   }
-  for (int k = begin; k < end; k++) renew(members[k], p);
+  int to = begin;
+  for (int k = begin; k < end; k++)
+    if (const int i = members[k]; shorten(i, p))
+      members[to++] = i;
+    else
+      order.push_back(i);
+  elements[p].end = to;
+  for (int k = begin; k < to; k++) renew(members[k], p);
 }
 
-/* Row i now has the neighbors of element p; elements that lie within p are dropped. There is room
-   for p, as p is no longer a neighbor or an element of p no longer one of row i. */
-void EliminationOrder::renew(int i, int p)
+/* Row i now has the neighbors of element p; other neighbors and elements that lie within p are
+   dropped. There is room for p, as p is no longer a neighbor or an element of p no longer one of row
+   i. Returns whether row i has neighbors outside p. */
+bool EliminationOrder::shorten(int i, int p)
 {
   Row &row = rows[i];
   take(i);
-  std::size_t degree = elements[p].end - elements[p].first - 1;
   int to = row.end;
   for (int n = row.end; n-- > row.others;)
     if (mark[near[n]] != p) near[--to] = near[n];
   row.others = to;
-  degree += row.end - to;
   to = row.first;
-  for (int n = row.first; n < row.first + row.elements; n++) {
-    const Element &element = elements[near[n]];
-    if (element.first == element.end || element.outside <= 0) continue;
-    near[to++] = near[n];
-    degree += element.outside;
-  }
+  for (int n = row.first; n < row.first + row.elements; n++)
+    if (const Element &e = elements[near[n]]; e.first < e.end && e.outside > 0)
+      near[to++] = near[n];
   near[to++] = p;
   row.elements = to - row.first;
+  return row.elements > 1 || row.others < row.end;
+}
+
+void EliminationOrder::renew(int i, int p)
+{
+  const Row &row = rows[i];
+  std::size_t degree = elements[p].end - elements[p].first - 1 + row.end - row.others;
+  for (int n = row.first; n < row.first + row.elements - 1; n++)
+    degree += elements[near[n]].outside;
   put(i, static_cast<int>(std::min(degree, rows.size() - 1)));
 }

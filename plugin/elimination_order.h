@@ -34,7 +34,8 @@ class EliminationOrder {
 
   void put(int i, int degree);
   void take(int i);
-  void eliminate(int p);
+  void eliminate(int p, std::vector<int> &order);
+  bool shorten(int i, int p);
   void renew(int i, int p);
 };
 
