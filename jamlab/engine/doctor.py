@@ -39,7 +39,7 @@ def examine() -> list[Finding]:
         _check("Python", lambda: said_of_python(platform.python_version())),
         _check("jamlab", partial(metadata.version, "jamlab")),
         *_libraries(),
-        _check("solver", _solver),
+        _check("linear algebra", _blas),
         _check("LAMMPS", _lammps),
         _check("plugin", _plugin),
         _check("decks", lambda: str(installed("lammps_inputs"))),
@@ -64,9 +64,8 @@ def _libraries() -> list[Finding]:
         return []
 
 
-def _solver() -> str:
-    found = versions()
-    return f"CHOLMOD of cvxopt {found['cvxopt']}, BLAS kernels {found['blas_kernels']}"
+def _blas() -> str:
+    return f"BLAS kernels of numpy and scipy: {versions()['blas_kernels']}"
 
 
 def _lammps() -> str:

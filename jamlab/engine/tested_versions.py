@@ -20,7 +20,6 @@ TESTED_LAMMPS = (
 
 NEWEST = {
     "cryptography": "50.0.2",
-    "cvxopt": "1.3.3",
     "dask-jobqueue": "0.9.0",
     "distributed": "2026.8.0",
     "edt": "3.1.2",

@@ -30,6 +30,7 @@ class _Pointer:
 
 REALS: Any = _Pointer(np.float64)
 INTEGERS: Any = _Pointer(np.int64)
+INDICES: Any = _Pointer(np.int32)  # of sparse matrices
 REAL = ctypes.c_double
 INTEGER = ctypes.c_int64
 

@@ -1,9 +1,8 @@
 """Factors of sparse symmetric matrices, and the static response to a load by them.
 
-Positive definite matrices go by CHOLMOD, the supernodal Cholesky factors of cvxopt; any, with their number of negative
-eigenvalues, by SuperLU. Of CHOLMOD there is one library for everyone: another one rounds otherwise, and a search near
-jamming then ends at another packing. Y. Chen, T. A. Davis, W. W. Hager and S. Rajamanickam, ACM Trans. Math. Softw. 35,
-22 (2008).
+Real matrices go by compiled factors L S L^T of dense panels, in an order of minimum degree: P. R. Amestoy, T. A. Davis
+and I. S. Duff, SIAM J. Matrix Anal. Appl. 17, 886 (1996). S is 1 for positive definite ones, signs for others. Their
+digits depend on no library and no processor. Complex matrices go by SuperLU.
 
 Rounding of a Hessian moves its eigenvalues by about one part in 1e16 of the largest. A mode within that of zero is
 floppy: a load that does not push it has a response, the one that leaves the mode alone; a load that does push it has
@@ -14,75 +13,123 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from threading import Lock
 from typing import TYPE_CHECKING, Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Complex
 from jamlab.errors import ConvergenceError
+from jamlab.kernels.library import INDICES, INTEGER, REAL, REALS, kernel
 from jamlab.laws.pair_law import PairLaw
-from jamlab.storage.blas import load_cholmod
 
 if TYPE_CHECKING:
     from scipy import sparse
 
+OTHER_ORDERS = 2  # of rows that are tried where a pivot vanishes
+
+_MAKE = kernel("sparse_factors_make")
+_FREE = kernel("sparse_factors_free", INTEGER)
+_FACTORISE = kernel("sparse_factors_factorise", INTEGER, INTEGER, INDICES, INDICES, REALS, REAL, INTEGER)
+_NEGATIVE = kernel("sparse_factors_negative", INTEGER)
+_SOLVE = kernel("sparse_factors_solve", INTEGER, INTEGER, REALS)
+
+
+class _CompiledFactors:
+    """Factors L S L^T of a real matrix, and the order of elimination that the next matrix is taken in too, until its
+    factors have 1.3 times the entries."""
+
+    def __init__(self) -> None:
+        self._handle = _MAKE()
+        self._lock = Lock()  # compiled functions let other threads run
+        self._size = 0
+        finalize(self, _FREE, self._handle)
+
+    def factorise(self, matrix: sparse.csc_array, shift: float, indefinite: bool) -> int | None:
+        """Factorise a matrix plus a shift of its diagonal; return the row without a pivot, None if all have one."""
+        self._size = matrix.shape[0]
+        numbers = np.ascontiguousarray(matrix.data, dtype=np.float64)
+        if not np.isfinite(numbers).all():
+            raise ConvergenceError("a matrix has elements that are not finite")
+        first, rows = (np.ascontiguousarray(each, dtype=np.int32) for each in (matrix.indptr, matrix.indices))
+        with self._lock:
+            done = _FACTORISE(self._handle, self._size, first, rows, numbers, shift, int(indefinite))
+        return None if done == self._size else done
+
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues, after indefinite factors."""
+        return _NEGATIVE(self._handle)
+
+    def solve(self, right: NDArray[Any]) -> Array:
+        """Solve for (n,) or (n, k) right-hand sides."""
+        solution = np.array(right, dtype=np.float64, order="C")
+        if len(solution) != self._size:
+            raise ValueError(f"{len(solution)} numbers of a right-hand side for {self._size} rows")
+        with self._lock:
+            _SOLVE(self._handle, 1 if solution.ndim == 1 else solution.shape[1], solution)
+        return solution
+
 
 class PositiveSolver:
-    """A solver that holds one factorisation of a lower triangle at a time; its symbolic analysis is used again.
-    `tally`: counts its factorisations, and what they were for, `use`."""
+    """A solver that holds one factorisation at a time, and its order of elimination for the next. `tally`: counts its
+    factorisations, and what they were for, `use`."""
 
     def __init__(self, tally: Counter[str] | None = None, use: str = "") -> None:
         self._tally, self._use = Counter() if tally is None else tally, use
-        self._cholmod, self._dense, self._sparse = load_cholmod()
-        self._indptr = self._indices = np.zeros(0, dtype=np.int32)
-        self._lower = np.zeros(0, dtype=np.bool_)
-        self._matrix: Any = None
-        self._factors: Any = None
+        self._factors = _CompiledFactors()
 
-    def factorise(self, matrix: sparse.csc_array) -> None:
-        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again. `matrix`: both
-        triangles."""
-        _check_finite(matrix)
-        if not matrix.has_sorted_indices:
-            matrix = matrix.sorted_indices()
-        known = np.array_equal(matrix.indptr, self._indptr) and np.array_equal(matrix.indices, self._indices)
-        self._indptr, self._indices = matrix.indptr, matrix.indices
-        if known:
-            self._matrix.V = self._dense(matrix.data[self._lower])
-        else:
-            column = np.repeat(np.arange(matrix.shape[0], dtype=np.int64), np.diff(matrix.indptr))
-            self._lower = matrix.indices >= column
-            row = matrix.indices[self._lower].astype(np.int64)
-            self._matrix = self._sparse(matrix.data[self._lower], row, column[self._lower], matrix.shape)
-            self._factors = None
-        if self._factors is None:
-            self._factors = self._cholmod.symbolic(self._matrix)
-        try:
-            self._cholmod.numeric(self._matrix, self._factors)
-        except ArithmeticError as error:
+    def factorise(self, matrix: sparse.csc_array, shift: float = 0.0) -> None:
+        """Factorise a matrix (n, n), of both triangles, with a shift added to its diagonal."""
+        row = self._factors.factorise(matrix, shift, indefinite=False)
+        if row is not None:
             self._tally.update(("factorisations", "not positive definite"))
-            self._factors = None  # used again, it would give other last digits from one process to the next
-            raise ConvergenceError(f"a matrix is not positive definite from column {error.args[0]} on") from error
+            raise ConvergenceError(f"a matrix is not positive definite: the pivot of row {row} is not positive")
         self._tally.update(("factorisations", self._use))
 
     def solve(self, right: Array) -> Array:
         """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""
-        solution = self._dense(right)
-        self._cholmod.solve(self._factors, solution)
-        return np.asarray(solution).reshape(right.shape)
-
-
-def _check_finite(matrix: sparse.csc_array) -> None:
-    if not np.isfinite(matrix.data).all():  # CHOLMOD takes them for numbers
-        raise ConvergenceError("a matrix has elements that are not finite")
+        return self._factors.solve(right)
 
 
 class SymmetricFactors:
-    """L U factors of a symmetric matrix without pivoting, ordered for a symmetric pattern. Without pivoting U = D
-    L^T, so by Sylvester's law the signs on the diagonal of U count the negative eigenvalues. COLAMD ordering with
-    pivoting, scipy's default, is several times slower here and hides the signs. `matrix`: (n, n) sparse, symmetric;
-    real or complex."""
+    """Factors L S L^T of a real symmetric matrix without pivoting: by Sylvester's law the signs S count the negative
+    eigenvalues. A small pivot makes large factors. Where these would take half of the digits, the rows are taken in
+    another order, whose pivots are other ones. `matrix`: (n, n) sparse, both triangles; `shift`: added to its
+    diagonal."""
+
+    def __init__(self, matrix: sparse.csc_array, shift: float = 0.0) -> None:
+        self._factors, self._order = _CompiledFactors(), np.arange(matrix.shape[0])
+        row = self._factors.factorise(matrix, shift, indefinite=True)
+        for seed in range(OTHER_ORDERS):
+            if row is None:
+                break
+            self._factors, self._order = _CompiledFactors(), np.random.default_rng(seed).permutation(matrix.shape[0])
+            mixed = matrix.tocsr()[self._order][:, self._order].tocsc()
+            row = self._factors.factorise(mixed, shift, indefinite=True)
+        if row is not None:
+            raise ConvergenceError(
+                f"a matrix is singular, the packing has a floppy mode: in {1 + OTHER_ORDERS} orders of its rows a "
+                f"pivot vanishes, here of row {self._order[row]}"
+            )
+
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues."""
+        return self._factors.negative
+
+    def solve(self, right: Array) -> Array:
+        """Solution for one right-hand side (n,) or several (n, k)."""
+        solution = np.empty(right.shape)
+        solution[self._order] = self._factors.solve(right[self._order])
+        return solution
+
+
+class ComplexFactors:
+    """L U factors of a complex symmetric matrix by SuperLU, without pivoting, ordered for a symmetric pattern; COLAMD
+    ordering with pivoting, scipy's default, is several times slower here. `matrix`: (n, n) sparse."""
 
     def __init__(self, matrix: sparse.csc_array) -> None:
         from scipy.sparse import linalg
@@ -94,14 +141,9 @@ class SymmetricFactors:
         except RuntimeError as error:
             raise ConvergenceError(f"a matrix is singular, the packing has a floppy mode: {error}") from error
 
-    @property
-    def negative(self) -> int:
-        """Number of negative eigenvalues of a real matrix."""
-        return int(np.count_nonzero(self._factors.U.diagonal() < 0))
-
-    def solve(self, right: NDArray[Any]) -> NDArray[Any]:
+    def solve(self, right: NDArray[Any]) -> Complex:
         """Solution for one right-hand side (n,) or several (n, k)."""
-        solution: NDArray[Any] = self._factors.solve(right)
+        solution: Complex = self._factors.solve(right)
         return solution
 
 
@@ -167,11 +209,9 @@ def response_and_looseness(
 
 def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, named: int) -> Array:
     """The response beside floppy modes, by proximal steps: all add the same along these, and ever less else."""
-    from scipy import sparse
-
     solver = PositiveSolver()
     try:
-        solver.factorise(matrix + floppy * sparse.eye_array(matrix.shape[0], format="csc"))
+        solver.factorise(matrix, floppy)
     except ConvergenceError as error:
         raise _instability(matrix, named) from error
     x, left, last, count = np.zeros_like(load), load, np.inf, 0

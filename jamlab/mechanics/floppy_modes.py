@@ -28,14 +28,11 @@ def floppy_modes(matrix: sparse.csc_array, floppy: float) -> Array:
     if size <= SOFT.dense:
         values, vectors = np.linalg.eigh(matrix.toarray())
         return np.asarray(vectors[:, values <= least])
-    from scipy import sparse
-
-    raised = least * sparse.eye_array(size, format="csc")
-    count = SymmetricFactors(matrix - raised).negative
+    count = SymmetricFactors(matrix, -least).negative
     if not count:
         return np.zeros((size, 0))
     solver, modes = PositiveSolver(), np.random.default_rng(0).standard_normal((size, count))
-    solver.factorise(matrix + raised)
+    solver.factorise(matrix, least)
     for _ in range(PASSES):
         modes, _ = np.linalg.qr(solver.solve(modes))
     return modes

@@ -274,8 +274,7 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     shift = _rounding(packing, matrix, prestress)
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
-    identity = sparse.eye_array(matrix.shape[0], format="csc")
-    return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
+    return SymmetricFactors(matrix, -shift).negative - SymmetricFactors(matrix, shift).negative
 
 
 def _rounding(packing: Packing, matrix: sparse.csc_array, prestress: bool) -> float:
@@ -294,9 +293,8 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
     scale = float(sparse.linalg.norm(matrix, np.inf))
     if scale == 0:  # nothing touches
         return np.zeros(count), null[:, :count].toarray()
-    identity = sparse.eye_array(matrix.shape[0], format="csc")
     shift = ITERATION.shift * scale
-    while (factors := SymmetricFactors(matrix + shift * identity)).negative:
+    while (factors := SymmetricFactors(matrix, shift)).negative:
         shift *= ITERATION.growth
 
     def without_null(x: Array) -> Array:
@@ -312,7 +310,7 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
     order = np.argsort(values, kind="stable")[:count]
     highest = values[order[-1]] - ITERATION.zero * scale
     below = int(np.sum(values[order] < highest))  # found; the factors count all there are
-    if SymmetricFactors(matrix - highest * identity).negative > below:
+    if SymmetricFactors(matrix, -highest).negative > below:
         raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")
     return values[order], np.hstack([null.toarray(), vectors])[:, order]
 

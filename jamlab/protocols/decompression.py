@@ -26,7 +26,7 @@ from jamlab.protocols.relaxation import Relaxed, check_tolerance, usual_force_to
 from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
 
-PRESSURE_PROTOCOL = 1  # version of `pack` and `decompress`, see jamlab.campaign.tasks
+PRESSURE_PROTOCOL = 2  # version of `pack` and `decompress`, see jamlab.campaign.tasks: 1 and 2 differ by rounding
 LEAST_NOISE = 1e-4  # force tolerance over p d at most: z and G have few digits else
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
 _ANOTHER = "start from a packing at a lower pressure, or from another seed"

@@ -110,13 +110,10 @@ def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) ->
     Returns:
         The shift used.
     """
-    from scipy import sparse
-
-    identity = sparse.eye_array(matrix.shape[0], format="csc")
     highest = 1e6 * max(1.0, float(np.abs(matrix.diagonal()).max()))
     while shift < highest:
         try:
-            solver.factorise(matrix + shift * identity)
+            solver.factorise(matrix, shift)
             return shift
         except ConvergenceError:
             shift *= NEWTON.definite

@@ -18,8 +18,9 @@ class MakingOfDisks(Making):
 
     name = DISKS.name
     descent = DescentOfDisks()
-    stiffening_version = 2  # 1 left forces beside the contact forces
-    compression_version = 3  # asks what rattlers stop before it goes by steps, 2 leaves saddles
+    version = 2  # 1 rounded otherwise, by the factors of another library
+    stiffening_version = 3  # 2 rounded otherwise, 1 left forces beside the contact forces
+    compression_version = 4  # 3 rounded otherwise; asks what rattlers stop before it goes by steps, 2 leaves saddles
 
     def check(self, recipe: Recipe) -> None:
         self.check_start(recipe)

@@ -15,7 +15,7 @@ from jamlab.protocols.descent import USUAL, Effort, entangled
 from jamlab.protocols.minimising import minimising_of
 from jamlab.protocols.newton import descend_by_newton
 
-QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
+QUENCH_PROTOCOL = 2  # version, see jamlab.campaign.tasks: 1 and 2 differ by rounding
 
 LEAST_TOLERANCE = argument("force_tolerance").ends()[0]  # forces of order 1 hold no smaller differences
 

