@@ -22,8 +22,11 @@ from jamlab.errors import BoundaryError
 from jamlab.geometry.boundary_pieces import Pieces
 from jamlab.geometry.droplet_cover import Meeting, droplet_cover
 from jamlab.geometry.power_cells import free_arcs
+from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.packing import Packing
+
+_chain = kernel("chain_loops", INTEGER, *[INTEGERS] * 6)
 
 
 @dataclass(frozen=True)
@@ -59,20 +62,11 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices, box: Array,
     """Chain k pieces into loops. `following`: (k,) piece that comes next, -1 where it is not known; `shift`: (k, 2)
     which periodic image of it; `size`: radius that `RAYS.joint` refers to."""
     _join_loose_ends(pieces, following, shift, box, RAYS.joint * size)
-    assert (np.bincount(following, minlength=len(following)) == 1).all(), "every piece follows one other"
-    first, ahead = np.arange(len(following)), following
-    while not np.array_equal(lower := np.minimum(first, first[ahead]), first):  # twice as far ahead every time
-        first, ahead = lower, ahead[ahead]
-    behind, image = np.empty_like(following), np.zeros_like(shift)
-    behind[following], image[following] = np.arange(len(following)), shift
-    origin = np.flatnonzero(first == np.arange(len(first)))
-    last, winding = behind[origin], image[origin].copy()
-    behind[origin], image[origin] = origin, 0
-    while (behind != first).any():
-        image, behind = image + image[behind], behind[behind]
-    loop = np.empty_like(following)
-    loop[origin] = np.arange(len(origin))
-    return Boundary(pieces, following, loop[first], image, image[last] + winding, origin)
+    count = len(following)
+    (loop, origin), (image, winding) = np.empty((2, count), np.int64), np.empty((2, count, 2), np.int64)
+    loops = _chain(count, following, shift, loop, image, winding, origin)
+    assert loops >= 0, "every piece follows one other"
+    return Boundary(pieces, following, loop, image, winding[:loops], origin[:loops])
 
 
 def _join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, tolerance: float) -> None:

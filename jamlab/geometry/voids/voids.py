@@ -23,8 +23,8 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.power_cells import CELL_ROUNDING
 from jamlab.geometry.rims import ARC_STEP
-from jamlab.geometry.vertex_contacts import unique_rows
 from jamlab.geometry.voids.boundary_loops import Boundary, find_first_hits, follow_rays, trace
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.outlines import cross
@@ -36,6 +36,10 @@ from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 VOIDS_DEFINITION = 1  # version, see jamlab.campaign.tasks
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below `empty`
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706
+
+
+_IN = (INTEGERS, *[REALS] * 5, INTEGERS, INTEGERS, INTEGERS, REAL, REALS)
+_sums = kernel("void_sums", INTEGER, *_IN, INTEGER, REALS, INTEGERS, REALS, REALS)
 
 
 @dataclass(frozen=True)
@@ -150,29 +154,16 @@ def voids(packing: Packing) -> Voids:
     area, percolating, islands, boundary, kind, void_of_loop, image_of_loop = bound_voids(packing)
     pieces, count = boundary.pieces, len(area)
     void, image = void_of_loop[boundary.loop], boundary.image + image_of_loop[boundary.loop]
-    bounding = np.flatnonzero(void >= 0)
-    owner, where, place = pieces.particle[bounding], void[bounding], image[bounding] @ packing.box
-    start, end, radius, angle = (values[bounding] for values in (pieces.start, pieces.end, pieces.radius, pieces.angle))
-    chord, reference = end - start, np.empty((count, 2))
-    reference[where[::-1]] = (start + place)[::-1]  # where the first piece of each void begins
-    move = place - reference[where]
-    # of the area between an arc and its chord: (2/3) R^3 sin(angle/2)^3 towards the middle of the arc
-    bulging = (pieces.centre[bounding] + move) * _bulge(radius, angle)[:, None]
-    bulging += np.where(radius > 0, (chord**2).sum(axis=1) / 12, 0.0)[:, None] * np.column_stack(
-        [chord[:, 1], -chord[:, 0]]
-    )
-    p, q = start + move, end + move
-    parts = (p + q) * cross(p, q)[:, None] / 6 + bulging
-    moment = -np.column_stack([np.bincount(where, part, count) for part in parts.T])
-    length = np.where(radius > 0, radius * angle, np.hypot(*chord.T))
-    perimeter = np.asarray(np.bincount(where, length, count), dtype=np.float64)
     # of a void that percolates the particles on all loops are sides, of others those on the loop around it
     percolates = percolating > 0
-    counts = (kind == LoopKind.AROUND) | np.append(percolates, False)[void_of_loop]
-    side = counts[boundary.loop[bounding]] & (length > SLIVER * np.sqrt(packing.area / packing.n))
-    images = np.where(percolates[where, None], 0, image[bounding])
-    corners = unique_rows(np.column_stack([where, owner, images])[side])[0]
-    sides = np.bincount(corners[:, 0], minlength=count)
+    counts = (kind == LoopKind.AROUND) + 2 * np.append(percolates, False)[void_of_loop]
+    perimeter, sides = np.empty(count), np.empty(count, dtype=np.int64)
+    reference, moment = np.empty((2, count, 2))
+    _sums(
+        len(void), pieces.particle, pieces.start, pieces.end, pieces.centre, pieces.radius, pieces.angle, void, image,
+        counts[boundary.loop], SLIVER * np.sqrt(packing.area / packing.n), packing.box,
+        count, perimeter, sides, reference, moment,
+    )  # fmt: skip
     centre = reference + moment / area[:, None]
     centre += moves_home(centre, packing.box)
     centre[percolates] = np.nan
