@@ -10,15 +10,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.mechanics.factors import SOFT, UnstableError, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes, least_along
-from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
-from jamlab.mechanics.static_response import static_response_of
-from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
+from jamlab.mechanics.static_response import StrainStiffness, respond, rows_of, strain_stiffness
+from jamlab.mechanics.stiffness import energy_terms, solved_coordinates, stiffness, stress
 from jamlab.packing.area_change import ISOTROPIC, compression
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
@@ -131,44 +132,59 @@ def linear_response(packing: Packing, *, prestress: bool = True, named: int = SO
 
 @per_packing
 def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
-    found = static_response_of(packing, prestress)
-    if found is None:
-        found = _by_sparse_matrix(packing, prestress, named)
+    network, frame = force_network(packing), packing.frame
+    network.check_known()
+    row = rows_of(network.held, frame.free_sites, frame.all_free)
+    if frame.kept_shapes.any():
+        network.check_at_rest()
+        found = _beside_floppy_modes(network, row, _of_fixed_droplets(network, prestress), named)
+    else:
+        terms = energy_terms(packing, prestress=prestress)
+        quick = respond(terms, row, packing.law.floppy)
+        network.check_balance(frame.hold(quick.forces))
+        found = (quick.affine, quick.back, quick.displacements)
+        if not quick.firm:
+            found = _beside_floppy_modes(network, row, strain_stiffness(terms, row), named)
     affine, back, displacements = found
     moduli = (affine / packing.area, (affine - back) / packing.area)
-    return ElasticTensor(
-        *moduli, displacements, packing.unit_names.stress, compression(packing).pressure(stress(packing))
-    )
+    unit = packing.unit_names.stress
+    return ElasticTensor(*moduli, displacements, unit, compression(packing).pressure(stress(packing)))
 
 
-def _by_sparse_matrix(packing: Packing, prestress: bool, named: int) -> tuple[Array, Array, Array]:
-    """K_EE, K_uE^T K_uu^-1 K_uE, and the displacements of all sites, beside floppy modes and with fixed droplets."""
-    network = force_network(packing)
-    network.check_at_rest()
-    k = stiffness(network.packing, prestress=prestress)
-    right = k.ue.reshape(-1, 4)
-    solution = np.zeros_like(right)
-    moving = solved_coordinates(network.packing)
-    if len(moving):  # one particle that presses on its own images moves with the box alone
-        try:
-            matrix = k.uu[moving][:, moving].tocsc()
-            solution[moving], loose = response_and_looseness(matrix, right[moving], packing.law.floppy, named)
-            if loose:
-                floppy = floppy_modes(matrix, packing.law.floppy)
-                modes = np.zeros((len(right), floppy.shape[1]))
-                modes[moving] = floppy
-                solution += _shortest(modes, solution, network.packing)
-        except UnstableError as error:
-            modes = np.zeros((len(error.modes), len(right)))
-            modes[:, moving] = error.modes
-            error.modes = modes
-            raise
-    displacements = np.zeros((len(packing.positions), 2, 2, 2))
-    displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
-    return k.ee, (solution.T @ right).reshape(2, 2, 2, 2), displacements
+def _of_fixed_droplets(network: ForceNetwork, prestress: bool) -> StrainStiffness:
+    """Second derivatives where strains bend the outlines of fixed droplets."""
+    k, moving = stiffness(network.packing, prestress=prestress), solved_coordinates(network.packing)
+    return StrainStiffness(k.uu[moving][:, moving].tocsc(), k.ue.reshape(-1, 4)[moving], k.ee)
 
 
-def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
+def _beside_floppy_modes(
+    network: ForceNetwork, row: NDArray[np.int64], k: StrainStiffness, named: int
+) -> tuple[Array, Array, Array]:
+    """K_EE, K_uE^T K_uu^-1 K_uE, and the displacements of all sites."""
+    packing, held = network.whole, np.repeat(network.held, 2)
+    moving = np.repeat(row >= 0, 2)[held]
+
+    def everywhere(u: Array) -> Array:
+        """Of all sites of the network, along the last axis."""
+        found = np.zeros((*u.shape[:-1], len(moving)))
+        found[..., moving] = u
+        return found
+
+    try:
+        solution, loose = response_and_looseness(k.uu, k.ue, packing.law.floppy, named)
+    except UnstableError as error:
+        error.modes = everywhere(error.modes)
+        raise
+    displacements = everywhere(-solution.T).T
+    if loose:
+        modes = everywhere(floppy_modes(k.uu, packing.law.floppy).T).T
+        displacements += _shortest(modes, displacements, packing)
+    found = np.zeros((len(packing.positions), 2, 2, 2))
+    found[network.held] = displacements.reshape(-1, 2, 2, 2)
+    return k.ee, -(displacements[moving].T @ k.ue).reshape(2, 2, 2, 2), found
+
+
+def _shortest(modes: Array, u: Array, packing: Packing) -> Array:
     """(n, j) motion along floppy modes (n, k) that makes displacements (n, j) as short as can be, less their mean."""
 
     def apart(u: Array) -> Array:
@@ -176,7 +192,7 @@ def _shortest(modes: Array, solution: Array, packing: Packing) -> Array:
         return np.asarray(u - packing.frame.drift(u)).reshape(2 * len(u), u.shape[2])
 
     relative = apart(modes)
-    return least_along(modes, relative.T @ relative, relative.T @ apart(solution), _TURNED)
+    return least_along(modes, relative.T @ relative, relative.T @ apart(u), _TURNED)
 
 
 def modulus_along(c: Array, angles: Array) -> Array:

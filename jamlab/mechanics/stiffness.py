@@ -40,10 +40,15 @@ def assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
         rows.append(np.repeat(place, place.shape[1], axis=1).ravel())
         columns.append(np.tile(place, place.shape[1]).ravel())
     values = np.concatenate([term.hessian.ravel() for term in terms])
-    if len(values) > MOST_ELEMENTS:
-        raise InputError(f"a matrix of {size} sites has {len(values)} elements: at most {MOST_ELEMENTS}")
+    check_elements(size, len(values))
     pairs = (np.concatenate(rows), np.concatenate(columns))
     return sparse.coo_array((values, pairs), shape=(2 * size, 2 * size)).tocsc()
+
+
+def check_elements(size: int, elements: int) -> None:
+    """Refuse a sparse matrix of `size` sites with too many elements."""
+    if elements > MOST_ELEMENTS:
+        raise InputError(f"a matrix of {size} sites has {elements} elements: at most {MOST_ELEMENTS}")
 
 
 @per_packing

@@ -130,6 +130,69 @@ class Stiffness {
   }
 };
 
+// The sum of entries as a matrix by columns, with both triangles: see strain_stiffness.
+class Columnwise {
+ public:
+  explicit Columnwise(int64_t size) : where(size, -1) {}
+
+  int64_t write(const std::vector<Factors::Entry> &entries, int *first, int *rows, double *numbers)
+  {
+    const int size = static_cast<int>(where.size());
+    std::vector<int> end(size + 1, 0), of_column(2 * entries.size());
+    const auto each = [&](auto act) {
+      for (std::size_t n = 0; n < entries.size(); ++n) {
+        act(static_cast<int>(2 * n), entries[n].j);
+        if (entries[n].i != entries[n].j) act(static_cast<int>(2 * n + 1), entries[n].i);
+      }
+    };
+    each([&](int, int column) { end[column + 1]++; });
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<int> next(end.begin(), end.end() - 1);
+    each([&](int half, int column) { of_column[next[column]++] = half; });
+    int64_t count = 0;
+    for (int j = 0; j < size; ++j) {
+      sum_column(entries, of_column.data() + end[j], of_column.data() + end[j + 1]);
+      for (int b = 0; b < 2; ++b) {
+        first[2 * j + b] = static_cast<int>(count);
+        for (const int i : members)
+          for (int a = 0; a < 2; ++a) {
+            rows[count] = 2 * i + a;
+            numbers[count++] = sums[where[i]][2 * a + b];
+          }
+      }
+      for (const int i : members) where[i] = -1;
+    }
+    first[2 * size] = static_cast<int>(count);
+    return count;
+  }
+
+ private:
+  std::vector<int> where;    // of each row in `sums`
+  std::vector<int> members;  // rows of a column, sorted
+  std::vector<Factors::Block> sums;
+
+  void sum_column(const std::vector<Factors::Entry> &entries, const int *half,
+                  const int *end)
+  {
+    members.clear();
+    sums.clear();
+    for (; half < end; ++half) {
+      const Factors::Entry &e = entries[*half / 2];
+      const bool turned = *half % 2;
+      const int i = turned ? e.j : e.i;
+      if (where[i] < 0) {
+        where[i] = static_cast<int>(sums.size());
+        members.push_back(i);
+        sums.push_back({});
+      }
+      for (int a = 0; a < 2; ++a)
+        for (int b = 0; b < 2; ++b)
+          sums[where[i]][2 * a + b] += e.block[turned ? 2 * b + a : 2 * a + b];
+    }
+    std::sort(members.begin(), members.end());
+  }
+};
+
 // Products of columns p of one and q of the other.
 double product(const Columns &a, int p, const Columns &b, int q)
 {
@@ -187,5 +250,24 @@ try {
   const auto square = [&](const double *v) { return std::inner_product(v, v + 2 * rows, v, 0.0); };
   const double bound = near * floppy;
   return square(push) <= bound * bound * square(yields.data()) ? LOOSE : FIRM;
+}
+JAMLAB_OR_NO_MEMORY
+
+// Second derivatives of the energy, of which the response follows.
+//   table, row, rows: see static_response; couplings (2 rows, 4) out: K_uE; ee (4, 4) out: K_EE;
+//   first (2 rows + 1), indices, numbers out: K_uu by columns, with room for four numbers of each
+//   two sites of a term.
+// Returns how many numbers there are.
+JAMLAB_KERNEL strain_stiffness(int64_t groups, const int64_t *table, int64_t sites,
+                               const int64_t *row, int64_t rows, double *couplings, double *ee,
+                               int *first, int *indices, double *numbers)
+try {
+  std::vector<double> forces(2 * sites, 0.0);
+  Stiffness stiffness(row, rows);
+  for (int64_t g = 0; g < groups; ++g) stiffness.add(TermGroup(table + 6 * g), forces.data());
+  std::copy(stiffness.ee[0], stiffness.ee[0] + STRAINS * STRAINS, ee);
+  for (std::size_t k = 0; k < stiffness.couplings.size(); ++k)
+    std::copy(stiffness.couplings[k].begin(), stiffness.couplings[k].end(), couplings + STRAINS * k);
+  return Columnwise(rows).write(stiffness.entries, first, indices, numbers);
 }
 JAMLAB_OR_NO_MEMORY
