@@ -5,6 +5,7 @@
 #include "bond_line_tension.h"
 #include "command_descend.h"
 #include "command_forces.h"
+#include "command_order.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
 #include "fix_overdamped.h"
@@ -71,6 +72,7 @@ static constexpr PluginStyle STYLES[] = {
      nullptr},
     {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>,
      nullptr},
+    {"command", "jamlab/order", "atoms as a data file leaves them", &create<CommandOrder>, nullptr},
 };
 
 void jamlab_register(void *lmp, void *handle, void *regfunc)

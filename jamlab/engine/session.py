@@ -25,6 +25,7 @@ from jamlab.engine.agreement import Carried, Comparison, changes_forces, key
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.decimal_point import DecimalPoint
 from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.deck_variables import deck_variables, edge_limit
 from jamlab.engine.disk_fire import fire_disks, fire_forces, kernel_has
 from jamlab.engine.evaluation import DescentCounts, Evaluation, evaluation_by_terms
 from jamlab.engine.installation import check_lammps, lammps_errors, last_error, start_lammps
@@ -37,7 +38,7 @@ from jamlab.laws.pair_law import PairLaw, PairStyle
 from jamlab.packing.area_change import compression
 from jamlab.packing.box_strains import BoxStrains
 from jamlab.packing.deformation import at_positions
-from jamlab.packing.lammps_files import MOST_TYPES, section_of_sizes, types, wrap, write_data
+from jamlab.packing.lammps_files import wrap, write_data
 from jamlab.packing.model import Model
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.outlines import self_crossings
@@ -50,8 +51,7 @@ from jamlab.storage.scratch_folder import scratch_folder
 class SessionLimits:
     """When a session is built anew, and what LAMMPS compares."""
 
-    edge_room: float = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
-    edge_kept: float = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
+    edge_kept: float = 0.9  # of `edge_limit`: a packing with longer edges is built anew, with a larger cutoff
     component: float = 0.5  # of a force's norm: LAMMPS compares components, of which two make up to sqrt(2) times one
     stiffness: tuple[float, float] = (1e-2, 1e6)  # over the natural one: beyond, time steps are those at this end
 
@@ -150,17 +150,22 @@ class Session(Hinted):
         return len(self._packing.positions)
 
     @checked
-    def load(self, packing: Packing, *, anew: bool = False) -> None:
+    def load(self, packing: Packing, *, anew: bool = False, alike: bool = False) -> None:
         """Take another packing; particles that differ in kind or number are rebuilt in the same instance.
 
         Args:
             packing: to take.
             anew: rebuild its particles in any case, as after LAMMPS has lost atoms.
+            alike: what follows is the same to the last bit as after `anew`, whatever LAMMPS did before, for a
+                twentieth of its cost.
         """
         before = self._packing
         self._hold(packing)
         stretched = packing.kind.longest_edge(self._packing) > LIMITS.edge_kept * self._edge_limit
-        if anew or stretched or self._packing.difference(before) is not None:
+        other = self._packing.difference(before) is not None
+        if alike and not other:
+            stretched |= edge_limit(self._packing) != self._edge_limit or not self._put_in_order()
+        if anew or stretched or other:
             if self._own_forces:
                 self._hold(before)
                 raise InputError(
@@ -376,22 +381,8 @@ class Session(Hinted):
     # building ---------------------------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        packing, table = self._packing, types(self._packing)
-        kind, section = packing.kind, section_of_sizes(packing, table)
-        settings = kind.lammps_variables(packing)
-        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
-        settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
-        if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
-            if not (kind.sizes_by_disk and packing.law.sizes_by_disk):
-                raise EngineError(
-                    f"{packing.law}: more than {MOST_TYPES} sizes of {kind.particles}, but its pair style of LAMMPS "
-                    "takes a size from its type; use fewer sizes"
-                )
-            settings["own_sizes"] = f"sizes {section} power {text(packing.law.power_of_contact)}"
-            settings["section"] = f"fix {section} NULL {section}"
-        if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
-            self._edge_limit = max(float(defaults(kind.name).get("longest_edge", 0.0)), LIMITS.edge_room * longest)
-            settings["longest_edge"] = self._edge_limit
+        packing, settings = self._packing, deck_variables(self._packing)
+        self._edge_limit = settings.get("longest_edge", 0.0)
 
         self._run("clear")
         self._run("newton on")
@@ -400,7 +391,7 @@ class Session(Hinted):
         with scratch_folder() as folder:
             file = folder / "packing.data"
             write_data(file, packing, described=False)
-            with plain_name(file) as name, plain_name(kind.part) as part:
+            with plain_name(file) as name, plain_name(packing.kind.part) as part:
                 self.set_variables(settings | {"data": name})
                 self._run(f"include {part}")
         if not packing.frame.all_free:
@@ -416,6 +407,11 @@ class Session(Hinted):
         self._kernel, self._contact_energy = Comparison(key("kernel", packing)), 0.0  # at the last evaluation
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
+
+    def _put_in_order(self) -> bool:
+        """Whether the atoms are, as far as LAMMPS can tell from here on, as a data file leaves them."""
+        self._run("jamlab/order")
+        return bool((np.diff(self._lmp.numpy.extract_atom("id")[: self.size]) == 1).all())
 
     def _place(self) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""

@@ -142,8 +142,8 @@ def go_on(
         last: its last state.
         start: packing from which it started.
         done: number of states after the start. Other arguments as in `compress`.
-        repeatable: build particles anew for each state, which takes 3 to 10 ms, so that states are the same to the
-            last bit wherever the sweep was stopped. Without it they depend on what LAMMPS did before, by rounding.
+        repeatable: put particles in order before each state, so that states are the same to the last bit wherever the
+            sweep was stopped. Without it they depend on what LAMMPS did before, by rounding.
     """
     how: dict[str, Any] = {"by": by, "first_step": first_step, "per_decade": per_decade, "ranks": ranks}
     how |= {"pressure_tolerance": pressure_tolerance, "force_tolerance": force_tolerance, "repeatable": repeatable}
@@ -233,7 +233,7 @@ def _sweep(
         sweep = _Sweep(session, packing, by, error, force, slope)
         for target in targets[done:]:
             if repeatable:
-                session.load(sweep.last, anew=True)
+                session.load(sweep.last, alike=True)
                 session.last_descent = None
             began, steps, stride = time.perf_counter(), session.steps(), abs(target - before)
             tolerance = min(SWEEP.met * stride, SWEEP.met_last if target == targets[-1] else 1.0)

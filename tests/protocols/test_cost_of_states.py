@@ -104,3 +104,25 @@ def test_a_state_asks_neither_shapely_nor_numpy_for_a_hessian_and_is_copied_with
     jamlab.hessian(onset)
     onset.with_state(converged=False)
     assert counts["assemble"] == counts["__post_init__"] == 1
+
+
+@pytest.mark.parametrize("name", ["droplets", "disks", "between walls", "one bin"])
+def test_particles_in_order_give_the_bits_of_particles_built_anew(onset, name):
+    """After LAMMPS has sorted them by other positions, in another box; one tiny box is never sorted."""
+    disks = jamlab.pack(32, 1e-2, seed=1)
+    given = {"droplets": onset, "disks": disks, "between walls": jamlab.with_walls(disks)}
+    packing = given.get(name) or jamlab.pack(4, 1e-2, seed=1)
+
+    def reached(*ways):
+        """Positions after descents from packing fractions, each loaded in a way."""
+        with Session(packing) as session:
+            for phi, how in ways:
+                session.load(at_phi(packing, phi * packing.phi), **how)
+                session.last_descent = None
+                relax_session(session, 1e-9)
+            return session.packing().positions.tobytes()
+
+    before = [(1.03, {}), (1.01, {})]
+    anew = reached(*before, (1.001, {"anew": True}))
+    assert reached((1.001, {"alike": True})) == reached(*before, (1.001, {"alike": True})) == anew
+    assert name != "droplets" or reached(*before, (1.001, {})) != anew
