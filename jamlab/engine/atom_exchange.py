@@ -1,4 +1,5 @@
-"""Positions and forces of a running LAMMPS, in the order of the atom ids, without the cost of its Python interface."""
+"""Positions and forces of a running LAMMPS, in the order of the atom ids, and numbers of its fixes, without the cost of
+its Python interface."""
 
 import ctypes
 from collections.abc import Callable
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
+from jamlab.engine.installation import last_error
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, kernel
 
@@ -27,6 +29,8 @@ class AtomExchange:
         if sizes[0] != sizes[1]:
             raise EngineError(f"LAMMPS has {sizes[0]}-byte atom ids and {sizes[1]}-byte image flags: use another build")
         self._wide = sizes[0] == 8
+        numbers = ctypes.CFUNCTYPE(ctypes.POINTER(ctypes.c_double), _POINTER, ctypes.c_char_p, *4 * [ctypes.c_int])
+        self._of_fix = numbers(("lammps_extract_fix", lmp.lib))
 
     def positions(self, count: int, box: Array) -> Array:
         """(count, 2) unwrapped positions; `box` is that in which the image flags were counted."""
@@ -53,6 +57,17 @@ class AtomExchange:
         forces = np.empty((count, 2))
         self._call(_take_atoms, b"f", forces)
         return forces
+
+    def fix_vector(self, name: str, size: int) -> Array:
+        """(size,) the global vector of a fix, by its id."""
+        found, fix, lib = np.empty(size), name.encode(), self._lmp.lib
+        for k in range(size):
+            number = self._of_fix(self._lmp.lmp, fix, 0, 1, k, 0)  # global, vector
+            if not number or lib.lammps_has_error(self._lmp.lmp):
+                raise EngineError(f"LAMMPS has no number {k + 1} of fix {name}: {last_error(self._lmp)}")
+            found[k] = number[0]
+            lib.lammps_free(number)
+        return found
 
     def _arrays(self, *names: bytes) -> list[int]:
         return [self._array(self._lmp.lmp, name) for name in names]

@@ -342,8 +342,7 @@ class Session(Hinted):
     @checked
     def fix_vector(self, name: str, size: int) -> Array:
         """(size,) the global vector of a fix, by its id."""
-        with lammps_errors(f"fix {name}"):
-            return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
+        return self._atoms.fix_vector(name, size)
 
     @checked
     def fix_rows(self, name: str, columns: int) -> Array:
@@ -358,7 +357,7 @@ class Session(Hinted):
         """The present state in the box of LAMMPS, which a fix has strained or flipped, and `positions` go by it."""
         low, high, xy, *_ = self._lmp.extract_box()
         box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
-        self._packing = self._packing.with_state(positions=self._atoms.positions(self.size, box), box=box)
+        self._packing = at_positions(self._packing._trusted(box=box), self._atoms.positions(self.size, box))
         return self._packing
 
     def self_crossings(self) -> NDArray[np.int64]:

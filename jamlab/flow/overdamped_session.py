@@ -100,6 +100,18 @@ class FlowState(NamedTuple):
 ON_WALLS = ("lower_stress", "lower_pressure", "upper_stress", "upper_pressure")
 
 
+def _places(*names: str) -> list[int]:
+    return [FlowState._fields.index(name) for name in names]
+
+
+_ON_WALLS = _places(*ON_WALLS)
+_STRESSES = _ON_WALLS + _places(
+    *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
+    *("dissipation", "energy", "work", "dissipated"),
+)
+_COUNTED = _places("time", "strain", "work", "dissipated", "iterations", "ambiguous_contacts")  # from the start
+
+
 class End(NamedTuple):
     """Where a flow ends at the earliest: at a time, or at a strain if that comes first."""
 
@@ -135,6 +147,7 @@ class OverdampedSession:
         self._start, self._interval = 0.0, np.inf
         self._driven, self.end = False, end
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
+        self._last = FlowState(*np.zeros(len(FlowState._fields)).tolist())  # where `advance` goes on
         given = defaults("flow")
         settings: dict[str, float | str] = {
             name: given[name] for name in ("beta", "alpha", "lever_arms", "even", "short_edge")
@@ -237,7 +250,7 @@ class OverdampedSession:
         self._starts = True
         self._compare()
         self._starts = False
-        state = self.state()
+        state = self._last = self.state()
         self._looked = self.steps(), state.time
         return self._counted(state)
 
@@ -247,7 +260,7 @@ class OverdampedSession:
 
     def advance(self, steps: int | None = None) -> FlowState:
         """Go on to the end of the interval, or by so many steps if that comes first."""
-        state = self.state()
+        state = self._last
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
             now = min(STEPS.look, STEPS.look if steps is None else steps)
@@ -257,6 +270,7 @@ class OverdampedSession:
             if steps is not None:
                 steps -= now
             self._watch(state, within_row=now == STEPS.look and state.time < end * (1 - 1e-12))
+        self._last = state
         if self._session.kind.corrects_flow:
             state = self._corrected(state)
         self._compare()
@@ -312,19 +326,12 @@ class OverdampedSession:
 
     def state(self) -> FlowState:
         """Numbers of this instant, the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
-        stress = self._scales.stress
-        found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
-        stresses = (
-            *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
-            *("dissipation", "energy", "work", "dissipated"),
-        )
-        found = found._replace(**{name: stress * getattr(found, name) for name in stresses})
-        on_walls = [stress * (getattr(found, name) - self._between[k]) for k, name in enumerate(ON_WALLS)]
-        found = found._replace(**dict(zip(ON_WALLS, on_walls, strict=True)))
-        if self._before is None:
-            return found
-        counted = ("time", "strain", "work", "dissipated", "iterations", "ambiguous_contacts")  # from the start
-        return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in counted})
+        found = self._session.fix_vector("flow", len(FlowState._fields))
+        found[_ON_WALLS] -= self._between
+        found[_STRESSES] *= self._scales.stress
+        if self._before is not None:
+            found[_COUNTED] += np.array(self._before)[_COUNTED]
+        return FlowState(*found.tolist())
 
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
