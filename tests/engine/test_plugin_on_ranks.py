@@ -1,5 +1,6 @@
 """Plain `lmp` under MPI: the same energy, forces and virial on any number of ranks, newton on or off."""
 
+import os
 import re
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.engine.installation import lammps_program, program_environment
 from jamlab.installed_files import installed
 from jamlab.packing.deformation import sheared
 
@@ -43,10 +45,12 @@ def law(packing, data):
 
 def launch(folder, deck, ranks, timeout=1200):
     """Run a deck in `folder`: return code and all that LAMMPS wrote."""
-    programs = Path(sys.executable).parent
     (folder / "in.test").write_text(deck)
-    line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
-    done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, timeout=timeout)
+    several = [str(Path(sys.executable).parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
+    line = [*several, str(lammps_program()), "-in", "in.test", "-log", "none", "-nocite"]
+    done = subprocess.run(
+        line, cwd=folder, env=os.environ | program_environment(), capture_output=True, text=True, timeout=timeout
+    )
     return done.returncode, done.stdout + done.stderr
 
 

