@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.geometry.edge_capsules import latest
+from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import Pairs, periodic_pairs
-from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 
@@ -44,6 +44,7 @@ CELL_ROUNDING = CellRounding()
 
 
 _TURN = 2 * np.pi
+_clip_chords = kernel("clip_chords", INTEGER, INTEGERS, INTEGERS, REALS, REALS, REALS, REALS, REALS)
 
 
 @dataclass(frozen=True)
@@ -116,29 +117,11 @@ def cut_disks(chords: Chords, arcs: Arcs, radius: Array) -> DiskCells:
 
 
 def _clip(chords: Chords) -> Array:
-    """(m,) length of each chord inside all other half planes n_k . x <= h_k of its disk.
-
-    Points on chord e are h_e n_e + t tau_e, |t| <= c_e; line k keeps t (n_k . tau_e) <= h_k - h_e n_k . n_e. With
-    s = n_k . tau_e = sin and q = n_k . n_e = cos of the angle between the normals, 1 - |q| = s^2/(1 + |q|) keeps the
-    right-hand side exact where the lines are nearly parallel: both chords must agree on which line is in front. Of
-    lines that coincide, that of the more distant disk is in front."""
-    if not len(chords.i):
-        return np.empty(0)
-    number = np.diff(chords.first)[chords.i]
-    stop = np.cumsum(number)
-    e = np.repeat(np.arange(len(number)), number)  # with all chords k of its disk, itself as well
-    k = np.arange(len(e)) + np.repeat(chords.first[chords.i] - stop + number, number)
-    height, distance = chords.height, chords.distance
-    sine, cosine = cross(chords.normal[e], chords.normal[k]), (chords.normal[e] * chords.normal[k]).sum(axis=1)
-    facing = np.where(cosine < 0, -height[e], height[e])
-    room = (height[k] - facing) + facing * sine**2 / (1 + np.abs(cosine))
-    farther = (distance[k] > distance[e]) | ((distance[k] == distance[e]) & (k < e))
-    hidden = (sine == 0) & ((room < 0) | ((room == 0) & (cosine > 0) & farther))
-    end = room / np.where(sine == 0, 1.0, sine)
-    begin = stop - number
-    below = np.minimum.reduceat(np.where(sine > 0, end, np.where(hidden, -np.inf, np.inf)), begin)
-    above = np.maximum.reduceat(np.where(sine < 0, end, -np.inf), begin)
-    return np.asarray(np.maximum(np.minimum(below, chords.half) - np.maximum(above, -chords.half), 0.0))
+    """(m,) length of each chord inside all other half planes n_k . x <= h_k of its disk."""
+    length = np.empty(len(chords.i))
+    lines = (chords.normal, chords.height, chords.distance, chords.half)
+    _clip_chords(len(length), chords.i, chords.first, *lines, length)
+    return length
 
 
 def radical_height(distance: Array, radius: Array, other: Array) -> Array:
