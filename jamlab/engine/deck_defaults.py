@@ -46,7 +46,12 @@ def settings(folder: Path, name: str, model: str = "", what: re.Pattern[str] = _
 def defaults(name: str) -> dict[str, float | str]:
     """Values of the section `# [name]` of the decks: numbers as float, the rest as str."""
     model = name.partition(".")[0]
-    sections = _sections(MODELS.get(model).part, model) if model in MODELS.names() else _sections(None, "")
+    return dict(_values(MODELS.get(model).part, model, name) if model in MODELS.names() else _values(None, "", name))
+
+
+@cache
+def _values(part: Path | None, model: str, name: str) -> dict[str, float | str]:
+    sections = _sections(part, model)
     if name not in sections:
         raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
     # beside those of decks: `jam` and moduli of droplets have steps that decks do without

@@ -29,7 +29,8 @@ def fire_numbers(*, lively: bool = False, slower: float = 1.0) -> Array:
             it is.
         slower: factor on all time steps, for contacts that are soft.
     """
-    timestep, tmax, dmax = (float(defaults("minimizers")[name]) for name in ("timestep", "tmax", "dmax"))
+    given = defaults("minimizers")
+    timestep, tmax, dmax = (float(given[name]) for name in ("timestep", "tmax", "dmax"))
     tmax, alpha0 = (6.0, 0.05) if lively else (tmax, 0.25)
     # longest move of a coordinate, mean diameters; the others are LAMMPS' defaults: shortest time step over the first,
     # factors of the time step, how much the velocity is turned towards the force, and its factor

@@ -266,6 +266,8 @@ class Session(Hinted):
         if by_kernel:
             found = fire_disks(self._state(), force_tolerance, steps, self._ranks, box_strains, fire, stretch)
             if found is not None:
+                if not self._own_forces:
+                    self._kernel.see(self._contact_energy, self._kernel_says)
                 packing, taken, _ = found
                 self._compiled_steps += taken
                 if box_strains is None:
@@ -451,11 +453,8 @@ class Session(Hinted):
         return float(np.clip(self.law.stiffness_at(max(self.evaluate().pressure, 0.0)), *LIMITS.stiffness) ** -0.5)
 
     def _kernel_serves(self) -> bool:
-        """Whether the compiled FIRE evaluates the law that LAMMPS has."""
-        if self._own_forces:
-            return kernel_has(self._state(), self.evaluate().forces)
-        self._kernel.see(self._contact_energy, self._kernel_says)
-        return True
+        """Whether the compiled FIRE has the law of LAMMPS; unless a user commanded it, `minimize` compares them."""
+        return not self._own_forces or kernel_has(self._state(), self.evaluate().forces)
 
     def _kernel_says(self) -> tuple[Packing, Carried] | None:
         packing = self._state()
