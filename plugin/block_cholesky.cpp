@@ -229,6 +229,7 @@ void BlockCholesky<D>::make_panels(const std::vector<int> &parent, const std::ve
   }
 
   panels.clear();
+  spots.clear();
   panel_of.resize(size);
   std::size_t room = 0;
   int tallest = 0, rows = 0;
@@ -274,10 +275,26 @@ template <int D> void BlockCholesky<D>::find_rows(const std::vector<int> &parent
   }
 }
 
-/* Entries are added panel by panel, so that the places of rows are found once for each panel. */
+/* Entries of the same rows and columns as the last time, in the same order, go to the same spots. */
 template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
 {
+  const auto known = [](const Spot &spot, const Entry &e) { return spot.i == e.i && spot.j == e.j; };
+  if (!std::equal(spots.begin(), spots.end(), entries.begin(), entries.end(), known))
+    find_spots(entries);
   std::fill(values.begin(), values.end(), 0.0);
+  for (std::size_t n = 0; n < entries.size(); n++) {
+    const Spot &spot = spots[n];
+    const double *const from = entries[n].block.data();
+    double *const to = &values[spot.to];
+    for (int a = 0; a < D; a++)
+      for (int b = 0; b < D; b++)
+        to[b * spot.stride + a] += from[spot.turned ? D * b + a : D * a + b];
+  }
+}
+
+/* Entries are taken panel by panel, so that the places of rows are found once for each panel. */
+template <int D> void BlockCholesky<D>::find_spots(const std::vector<Entry> &entries)
+{
   std::vector<int> end(panels.size() + 1, 0), of_panel(entries.size());
   const auto panel_number = [this](const Entry &e) {
     return panel_of[std::min(rank[e.i], rank[e.j])];
@@ -287,10 +304,17 @@ template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
   for (std::size_t n = entries.size(); n-- > 0;)
     of_panel[--end[panel_number(entries[n])]] = static_cast<int>(n);
   place.resize(rank.size());
+  spots.resize(entries.size());
   for (std::size_t k = 0; k < panels.size(); k++) {
     const Panel &panel = panels[k];
     find_places(panel);
-    for (int n = end[k]; n < end[k + 1]; n++) add(panel, entries[of_panel[n]]);
+    for (int n = end[k]; n < end[k + 1]; n++) {
+      const Entry &entry = entries[of_panel[n]];
+      const int i = rank[entry.i], j = rank[entry.j], c = std::min(i, j) - panel.begin;
+      const std::size_t to = panel.values + D * c * panel.stride + D * place[std::max(i, j)];
+      // the block of the lower triangle is the transposed one where i < j
+      spots[of_panel[n]] = {entry.i, entry.j, i < j, panel.stride, to};
+    }
   }
 }
 
@@ -299,16 +323,6 @@ template <int D> void BlockCholesky<D>::find_places(const Panel &panel)
   const int columns = panel.end - panel.begin;
   std::iota(place.begin() + panel.begin, place.begin() + panel.end, 0);
   for (int n = 0; n < panel.rows; n++) place[lower[panel.below + n]] = columns + n;
-}
-
-template <int D> void BlockCholesky<D>::add(const Panel &panel, const Entry &entry)
-{
-  const int i = rank[entry.i], j = rank[entry.j];
-  const bool turned = i < j;    // the block of the lower triangle is the transposed one
-  double *const to = column(panel, D * (std::min(i, j) - panel.begin)) + D * place[std::max(i, j)];
-  for (int a = 0; a < D; a++)
-    for (int b = 0; b < D; b++)
-      to[b * panel.stride + a] += entry.block[turned ? D * b + a : D * a + b];
 }
 
 template <int D> double BlockCholesky<D>::mean_diagonal() const

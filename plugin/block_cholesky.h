@@ -41,7 +41,7 @@ template <int D> class BlockCholesky {
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
   double updates() const { return updated; }    // products of two blocks in a factorisation
-  double memory_usage() const { return bytes(values, product, solved, panels, graph.other, lower); }
+  double memory_usage() const { return bytes(values, product, solved, panels, graph.other, lower, spots); }
 
  private:
   struct Graph {    // of each row, the other rows that it has blocks with, in order
@@ -64,6 +64,13 @@ template <int D> class BlockCholesky {
   struct Copy {
     std::size_t from, to;
   };
+  struct Spot {    // of an entry in values
+    int i, j;
+    bool turned;
+    std::ptrdiff_t stride;
+    std::size_t to;
+  };
+  std::vector<Spot> spots;
   std::vector<Copy> copies;    // of numbers of a matrix by columns, to values
   std::vector<Panel> panels;
   const DensePanels *dense = &dense_panels();
@@ -81,7 +88,7 @@ template <int D> class BlockCholesky {
   std::vector<int> count_blocks(const std::vector<int> &parent) const;
   void make_panels(const std::vector<int> &parent, const std::vector<int> &count);
   void find_rows(const std::vector<int> &parent);
-  void add(const Panel &, const Entry &);
+  void find_spots(const std::vector<Entry> &);
   std::vector<int> find_parents() const;
   bool eliminate(double shift, double least);
   void subtract_product(const Panel &);
