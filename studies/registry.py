@@ -7,6 +7,7 @@ from jamlab.checks import check_choice
 from studies.beyond import couette, dilatancy, droplet_modes, droplet_voids, polydispersity, sticky
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
+from studies.other_codes import page as packing_generation
 from studies.panels import Drawing
 from studies.papers.baumgarten import motion, spectra
 from studies.papers.boromand import contacts_and_modulus, geometry, onset_and_confluence, pictures, voids
@@ -73,6 +74,7 @@ MAPS: dict[str, Map] = {
 }
 
 
+_OVER_SIZE = (packing_generation.STUDY, size_scaling.STUDY)
 GROUPS = {  # by name, which is also the name of their page
     "papers": Group(
         "Figures of both papers",
@@ -82,7 +84,10 @@ GROUPS = {  # by name, which is also the name of their page
     ),
     "beyond": Group("Beyond the papers", "What other laws of jamming and of foams say.", BEYOND),
     "speed-accuracy": Group(
-        "Cost against error", LEAD_OF_CHARTS, [*(each.study for each in CHARTS.values()), size_scaling.STUDY], 1
+        "Cost against error",
+        LEAD_OF_CHARTS,
+        [*(each.study for each in CHARTS.values()), packing_generation.STUDY, size_scaling.STUDY],
+        1,
     ),
     "stability": Group("Where methods fail", LEAD_OF_MAPS, [each.study for each in MAPS.values()], 2),
 }

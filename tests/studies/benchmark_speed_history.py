@@ -1,4 +1,7 @@
-"""A planted loss of a tenth is told, and none is not: pytest -m benchmark -s tests/studies/benchmark_speed_history.py."""
+"""A planted loss of a tenth is told, and none is not.
+
+pytest -m benchmark -s tests/studies/benchmark_speed_history.py
+"""
 
 import time
 

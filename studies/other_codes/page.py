@@ -1,0 +1,168 @@
+"""Tables and picture of `docs/explanation/packing_generation.md`: `python -m studies.other_codes.page` writes the page.
+
+The tables stand between `<!-- made: NAME -->` and `<!-- end -->`; a test compares them with the data that ship.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.statistics.power_laws import fit_exponent
+from jamlab.storage.atomic_file import atomic_file
+from studies.ensemble_tables import EnsembleTables
+from studies.other_codes.packing_generation import NAME
+from studies.panels import Drawing, TextTable, drawing, label, scale, style
+from studies.reference_data import open_tables
+from studies.speed_accuracy.chart import points_of
+from studies.study import Study
+from studies.tables import DATA, read_manifest
+
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "packing_generation.md"
+_MADE = re.compile(r"(?<=<!-- made: )(\w+)( -->\n).*?(?=<!-- end -->)", re.DOTALL)
+_MODELS = {"sp": "disks", "dp": "droplets"}
+_WORKS = {"onset": "onset of {}", "pressure": "{} at *p* = 10⁻³ *k*", "minimum": "one minimum of {}"}
+_BESIDE = "onset beside "  # jamlab's own onsets right before those of another code
+_SHOWN = ("jamlab", "JaxDEM", "LAMMPS cg", "LAMMPS fire", "dpm")
+
+
+def costs(tables: EnsembleTables) -> pd.DataFrame:
+    """Rows of the table without those that stand beside other codes; `ratio`: over jamlab in the same task; `bound`:
+    whether `seconds` is where a limit of time cut a run off. Several seeds of another code are one row: their mean."""
+    table = tables.read(NAME)
+    table["bound"] = table["seconds"].isna() & table["limit"].notna()
+    table["seconds"] = table["seconds"].fillna(table["limit"])
+    ours = table[table["code"] == "jamlab"].groupby("task")["seconds"].first()
+    table["ratio"] = table["seconds"] / table["task"].map(ours)
+    table = table[~table["work"].str.startswith(_BESIDE)]
+    keys = ["work", "model", "n", "code"]
+    of = table.groupby(keys, sort=False)
+    merged = of.agg({"seconds": "mean", "ratio": "mean", "force": "max", "bound": "any", "note": "last"})
+    merged["seeds"] = of["seeds"].sum()
+    return merged.reset_index()
+
+
+def made(tables: EnsembleTables) -> dict[str, str]:
+    """Parts of the page by name."""
+    found = costs(tables)
+    known = read_manifest(DATA)[f"{NAME}.csv"]
+    table = tables.read(NAME)
+    versions = dict(table.drop_duplicates("code", keep="last")[["code", "version"]].values)
+    codes = ", ".join(
+        f"{code} {version}" for code, version in versions.items() if code not in ("jamlab", "LAMMPS fire")
+    )
+    machine = ", ".join(sorted(set(table["machine"])))
+    said = f"{machine}, {known['date']}, commit {known['commit'].split()[-1]}. Beside jamlab: {codes}.\n"
+    return {
+        "machine": said.replace("LAMMPS cg", "LAMMPS"),
+        "jamlab": _markdown(
+            ("work", "*N*", "seeds", "CPU time (s)", "power of *N*", "largest force"), _of_jamlab(found)
+        ),
+        "others": _markdown(("work", "*N*", "code", "CPU time (s)", "over jamlab's", "note"), _of_others(found)),
+        "minimum": _markdown(("CPU time (s)", "*N* = 64", "1024", "8192"), _of_minima(tables)),
+    }
+
+
+def _of_jamlab(found: pd.DataFrame) -> Iterable[Sequence[str]]:
+    ours = found[found["code"] == "jamlab"]
+    for (work, model), rows in ours.groupby(["work", "model"], sort=False):
+        if work == "minimum":
+            continue
+        rows = rows.sort_values("n")
+        powers = [np.nan, *(np.diff(np.log(rows["seconds"])) / np.diff(np.log(rows["n"])))]
+        for row, power in zip(rows.to_dict("records"), powers, strict=True):
+            yield [
+                _WORKS[str(work)].format(_MODELS[str(model)]),
+                f"{row['n']}",
+                f"{row['seeds']}",
+                f"{row['seconds']:.2g}",
+                "" if np.isnan(power) else f"{power:.1f}",
+                _power_of_ten(row["force"]),
+            ]
+
+
+def _of_others(found: pd.DataFrame) -> Iterable[Sequence[str]]:
+    for row in found[found["code"] != "jamlab"].sort_values(["work", "model", "n"]).to_dict("records"):
+        least = "> " if row["bound"] else ""
+        note = re.sub(r"\s+", " ", str(row["note"])).strip()
+        yield [
+            _WORKS[row["work"]].format(_MODELS[row["model"]]),
+            f"{row['n']}",
+            row["code"],
+            f"{least}{row['seconds']:.2g}",
+            f"{least}{row['ratio']:.2g}",
+            note,
+        ]
+
+
+def _of_minima(tables: EnsembleTables) -> Iterable[Sequence[str]]:
+    """Of the chart `other-codes`, at its tightest tolerance."""
+    points = points_of(tables.read("other-codes"))
+    points = points[points["setting"] == "1e-12"]
+    for method, rows in points.groupby("method", sort=False):
+        of = rows.set_index("panel")
+        cells = [of.loc[name] if name in of.index else None for name in ("N = 64", "N = 1024", "N = 8192")]
+        yield [
+            str(method),
+            *("" if c is None else f"> {c.seconds:.2g}" if c.cut else f"{c.seconds:.2g}" for c in cells),
+        ]
+
+
+def _power_of_ten(value: float) -> str:
+    """A number by its first digit, as prose writes it."""
+    if not np.isfinite(value) or value == 0.0:
+        return ""
+    digit, _, exponent = f"{value:.0e}".partition("e")
+    return f"{digit} × 10{f'{int(exponent)}'.translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+
+
+def _markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n" + "".join(f"| {' | '.join(cells)} |\n" for cells in lines) + "\n"
+
+
+def page(text: str, parts: dict[str, str]) -> str:
+    """The text of the page with its parts renewed."""
+    return _MADE.sub(lambda found: f"{found[1]}{found[2]}{parts[found[1]]}", text)
+
+
+def draw(tables: EnsembleTables) -> Drawing:
+    """Draw CPU time over N, disks and droplets side by side."""
+    found = costs(tables)
+    out, panels = drawing(NAME, 1, 2, 5.6, 4.6)
+    for axes, (model, name) in zip(panels, _MODELS.items(), strict=True):
+        scale(axes)
+        here = found[found["model"] == model]
+        kinds = [(work, code) for work in _WORKS for code in _SHOWN]
+        for index, (work, code) in enumerate(kinds):
+            rows = here[(here["work"] == work) & (here["code"] == code)].sort_values("n")
+            if rows.empty:
+                continue
+            text = f"{code}: {_WORKS[work].format('').replace('*', '').replace(' of ', '').strip() or work}"
+            look: dict[str, Any] = style(index) | {"linestyle": "-" if code == "jamlab" else "--"}
+            exponent = fit_exponent(rows["n"], rows["seconds"]) if len(rows) > 2 and not rows["bound"].any() else np.nan
+            text += "" if np.isnan(exponent) else f", N^{exponent:.1f}"
+            out.curve(axes, f"{code}, {work}", rows["n"], rows["seconds"], label=text, markersize=6, **look)
+            cut = rows[rows["bound"]]
+            if len(cut):
+                arrow = {"marker": r"$\uparrow$", "linestyle": "none", "color": look["color"], "markersize": 16}
+                out.curve(axes, f"{code}, {work}: cut off", cut["n"], 1.6 * cut["seconds"], label=None, **arrow)
+        axes.set_ylabel("CPU time on one core, s", fontsize=11)
+        label(axes, "number of particles N", "CPU time on one core, s")
+        axes.set_title(name, fontsize=11)
+    out.caption = "CPU time against N, here and in other codes. Arrows: cut off by a limit of ten times jamlab's time."
+    heads = ("work", "N", "code", "CPU time, s", "over jamlab's", "note")
+    out.text = [TextTable(heads, [[*row] for row in _of_others(found)], words=True)]
+    return out
+
+
+STUDY = Study(NAME, "What a packing costs here and in other codes, against N", {}, draw)
+
+
+if __name__ == "__main__":
+    renewed = page(PAGE.read_text(encoding="utf-8"), made(open_tables()))
+    with atomic_file(PAGE) as path:
+        path.write_text(renewed, encoding="utf-8")
