@@ -25,7 +25,7 @@ from studies.reference_data import open_tables, write_tables
 from studies.registry import GROUPS, chosen
 from studies.speed_history.losses import changes
 from studies.speed_history.record import PROCESSES, RECORDS, measure_record, read_records, write_record
-from studies.tables import DATA, commit, measure
+from studies.tables import DATA, commit, forget, measure
 
 app = typer.Typer(
     cls=Commands,
@@ -99,6 +99,7 @@ def draw(
 def run(
     names: Names,
     out: Annotated[Path, typer.Option(help="Folder of tables; run again to resume.")] = Path("jamlab-results"),
+    anew: Annotated[bool, typer.Option("--anew", help="Remove what the folder holds of them first.")] = False,
 ) -> None:
     """Measure the tasks of studies that a folder of tables does not hold. Rows are saved task by task."""
     measured = [study for group in chosen(names).values() for study in group.studies if study.tasks]
@@ -108,6 +109,8 @@ def run(
             "dynamics.toml or beyond_the_papers.toml"
         )
     expect_output(out)
+    for study in measured if anew else ():
+        forget(out, study.name)
     for study in measured:
         measure(out, study.name, study.tasks, tell)
     print_line(f"Draw it: python -m studies draw {' '.join(names)} --from {out}")

@@ -37,7 +37,7 @@ from jamlab.protocols.relaxation import relax_session
 from studies.other_codes.compare import jolted_minimum
 from studies.other_codes.peers import Jamlab, Lammps, installed
 from studies.speed_history.record import processor
-from studies.tables import DATA, Row, Task, measure, shortest, write_table
+from studies.tables import DATA, Row, Task, forget, measure, shortest, write_table
 
 NAME = "packing-generation"
 # number of particles -> seeds; a seed each second or so, and one where it takes longer
@@ -225,12 +225,15 @@ def parts(dpm: str, jaxdem: str) -> dict[str, dict[str, Task]]:
 LARGE: tuple[tuple[str, int], ...] = (("dp", 1024), ("sp", 4096), ("pack", 16384))
 
 
-def forget(folder: Path, tasks: Iterable[str]) -> None:
+def drop(folder: Path, tasks: Iterable[str]) -> None:
     """Drop the rows of tasks from a table, so that they are measured anew."""
     path = folder / f"{NAME}.csv"
     if path.exists():
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
-        write_table(folder, NAME, table[~table["task"].isin([*tasks])])
+        left = table[~table["task"].isin([*tasks])]
+        forget(folder, NAME)
+        if len(left):
+            write_table(folder, NAME, left)
 
 
 def main(
@@ -246,7 +249,7 @@ def main(
         check_choice("part", name, list(ways))
     tasks = {task: run for name, each in ways.items() if not part or name in part for task, run in each.items()}
     if anew:
-        forget(out, tasks)
+        drop(out, tasks)
     began = time.perf_counter()
     measure(out, NAME, tasks, lambda share, text: print(f"{time.perf_counter() - began:6.1f} s  {text}", flush=True))
 

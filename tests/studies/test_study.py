@@ -15,7 +15,7 @@ from studies import pages, registry
 from studies.panels import Drawing, TextTable
 from studies.reference_data import open_tables
 from studies.study import Group, Study
-from studies.tables import DATA, MANIFEST, AbsentTableError, measure, read_manifest, read_table
+from studies.tables import DATA, MANIFEST, AbsentTableError, forget, measure, read_manifest, read_table
 from studies.tables import write_table as write
 
 
@@ -46,6 +46,17 @@ def test_a_run_that_stops_keeps_its_rows_and_resumes(tmp_path):
     before = (tmp_path / "t.csv").read_bytes()
     measure(tmp_path, "t", tasks(7, 1, 2, done=done))
     assert (tmp_path / "t.csv").read_bytes() == before and len(done) == 4
+
+
+def test_a_table_that_is_forgotten_is_measured_anew(tmp_path):
+    done = []
+    for name in ("t", "u"):
+        measure(tmp_path, name, tasks(1, done=done))
+    forget(tmp_path, "t")
+    assert list(read_manifest(tmp_path)) == ["u.csv"] and not (tmp_path / "t.csv").exists()
+    forget(tmp_path, "t")
+    measure(tmp_path, "t", tasks(1, done=done))
+    assert done == [1, 1, 1] and len(read_table(tmp_path, "t")) == 2
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
