@@ -11,6 +11,7 @@ import os
 import resource
 import sys
 import time
+from typing import Any
 
 os.environ |= {"JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
 
@@ -23,20 +24,22 @@ from jaxdem.utils.jamming import bisection_jam
 
 jax.config.update("jax_enable_x64", True)
 
-# Its forces take the inverse of the sides of the box, which a change of the box does not renew before 2026-06-29: no
-# disk then touches another at any packing fraction. The distance that divides by the sides takes their place.
+# Its forces take the inverse of the sides of the box, which a change of the box does not renew (5d9c13ad of 2026-06-29):
+# no disk then touches another at any packing fraction. The distance that divides by the sides takes their place.
 PeriodicDomain._displacement = staticmethod(PeriodicDomain.displacement)
+
+Given = dict[str, Any]  # arrays by name
 
 STEP = 0.04  # its FIRE raises it tenfold, to the longest of jamlab's
 SKIN = 0.3  # mean diameters beyond the cutoff of its neighbour list
 
 
-def tell(**said):
+def tell(**said: Any) -> None:
     """Print what is known so far."""
     print(json.dumps(said), flush=True)
 
 
-def system_of(state, side, stiffness, cutoff, **more):
+def system_of(state: Any, side: Any, stiffness: Any, cutoff: float, **more: Any) -> Any:
     """A periodic square of springs, whose stiffness is given for each pair of kinds."""
     kinds = [jaxdem.Material.create("elastic", young=1.0, poisson=0.5, density=1.0) for _ in stiffness]
     table = jaxdem.MaterialTable.from_materials(kinds, matcher=jaxdem.MaterialMatchmaker.create("harmonic"))
@@ -55,7 +58,7 @@ def system_of(state, side, stiffness, cutoff, **more):
     )
 
 
-def disks(given):
+def disks(given: Given) -> tuple[Any, Any]:
     """The disks of jamlab: springs of stiffness eps/s_ij^2 for each pair of sizes, the same law."""
     sizes, kinds = np.unique(given["diameters"], return_inverse=True)
     s = 0.5 * (sizes[:, None] + sizes)
@@ -69,7 +72,7 @@ def disks(given):
     return state, system_of(state, given["side"], 1.0 / s**2, sizes.max())
 
 
-def droplets(given):
+def droplets(given: Given) -> tuple[Any, Any]:
     """Its deformable particles, polygons at rest, whose edges and areas are springs of stiffness 1. Their vertices are
     disks as wide as edges are long, its own law of contact. Without line tension: `bisection_jam` asks for an energy of
     zero below onset, which a tension never gives."""
@@ -104,7 +107,7 @@ def droplets(given):
     return state, system_of(state, given["side"], np.ones((1, 1)), width.max(), bonded_force_model=model)
 
 
-def begin(began, limit):
+def begin(began: float, limit: float) -> float:
     """Say what compiling took; from here on the CPU time counts."""
     now = time.process_time()
     tell(compiling=now - began)
@@ -112,7 +115,7 @@ def begin(began, limit):
     return time.process_time()
 
 
-def find_onset(state, system, step, limit):
+def find_onset(state: Any, system: Any, step: float, limit: float) -> None:
     """Its `bisection_jam` at its own tolerances: energy 1e-16 a disk or vertex, packing fraction to 1e-10."""
     began = time.process_time()
     search = bisection_jam.lower(state, system, packing_fraction_increment=step, verbose=True).compile()
@@ -125,7 +128,7 @@ def find_onset(state, system, step, limit):
     tell(seconds=seconds, phi=float(found.packing_fraction), energy=float(found.potential_energy), **left(jammed))
 
 
-def find_minimum(state, system, force, limit):
+def find_minimum(state: Any, system: Any, force: float, limit: float) -> None:
     """Its `minimize`, which is told to end by the largest component of a force alone."""
     how = {"pe_tol": -1.0, "pe_diff_tol": -1.0, "force_tol": force / np.sqrt(2)}
     began = time.process_time()
@@ -136,7 +139,7 @@ def find_minimum(state, system, force, limit):
     tell(seconds=seconds, steps=int(steps), overflow=bool(after.collider.overflow), **left(end))
 
 
-def left(state):
+def left(state: Any) -> dict[str, float]:
     """The largest force that is left."""
     return {"force": float(jnp.linalg.norm(state.force, axis=1).max())}
 
