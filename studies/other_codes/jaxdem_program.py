@@ -24,8 +24,8 @@ from jaxdem.utils.jamming import bisection_jam
 
 jax.config.update("jax_enable_x64", True)
 
-# Its forces take the inverse of the sides of the box, which a change of the box does not renew (5d9c13ad of 2026-06-29):
-# no disk then touches another at any packing fraction. The distance that divides by the sides takes their place.
+# Its forces take the inverse of the sides of the box, which a change of the box does not renew (commit 5d9c13ad of
+# 2026-06-29): no disk then touches another at any packing fraction. The distance that divides by the sides replaces it.
 PeriodicDomain._displacement = staticmethod(PeriodicDomain.displacement)
 
 Given = dict[str, Any]  # arrays by name

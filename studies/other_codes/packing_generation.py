@@ -124,7 +124,7 @@ def minimum_of_disks(n: int, jaxdem: str) -> Iterator[Row]:
 def ours_of(model: ModelName, n: int) -> float:
     """CPU time of an onset by jamlab right before the run of another code, s: the mean of up to three seeds."""
     seeds = min(3, ONSETS[model][n])
-    return next(onsets(model, n, seeds))["seconds"]
+    return float(next(onsets(model, n, seeds))["seconds"])
 
 
 def onsets_in_jaxdem(python: str, model: ModelName, n: int, seeds: int) -> Iterator[Row]:

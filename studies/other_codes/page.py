@@ -5,17 +5,19 @@ The tables stand between `<!-- made: NAME -->` and `<!-- end -->`; a test compar
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED, SKY
 from jamlab.statistics.power_laws import fit_exponent
 from jamlab.storage.atomic_file import atomic_file
 from studies.ensemble_tables import EnsembleTables
 from studies.other_codes.packing_generation import NAME
-from studies.panels import Drawing, TextTable, drawing, label, scale, style
+from studies.panels import Drawing, TextTable, drawing, label, scale
 from studies.reference_data import open_tables
 from studies.speed_accuracy.chart import points_of
 from studies.study import Study
@@ -26,7 +28,9 @@ _MADE = re.compile(r"(?<=<!-- made: )(\w+)( -->\n).*?(?=<!-- end -->)", re.DOTAL
 _MODELS = {"sp": "disks", "dp": "droplets"}
 _WORKS = {"onset": "onset of {}", "pressure": "{} at *p* = 10⁻³ *k*", "minimum": "one minimum of {}"}
 _BESIDE = "onset beside "  # jamlab's own onsets right before those of another code
-_SHOWN = ("jamlab", "JaxDEM", "LAMMPS cg", "LAMMPS fire", "dpm")
+_SHORT = {"onset": "onset", "pressure": "p = 10⁻³ k", "minimum": "one minimum"}
+_MARKS = {"onset": "o", "pressure": "s", "minimum": "^"}
+_COLOURS = {"jamlab": BLACK, "JaxDEM": RED, "LAMMPS cg": BLUE, "LAMMPS fire": SKY, "dpm": GREEN}
 
 
 def costs(tables: EnsembleTables) -> pd.DataFrame:
@@ -50,7 +54,7 @@ def made(tables: EnsembleTables) -> dict[str, str]:
     found = costs(tables)
     known = read_manifest(DATA)[f"{NAME}.csv"]
     table = tables.read(NAME)
-    versions = dict(table.drop_duplicates("code", keep="last")[["code", "version"]].values)
+    versions = dict(table.drop_duplicates("code", keep="last")[["code", "version"]].to_numpy())
     codes = ", ".join(
         f"{code} {version}" for code, version in versions.items() if code not in ("jamlab", "LAMMPS fire")
     )
@@ -69,8 +73,6 @@ def made(tables: EnsembleTables) -> dict[str, str]:
 def _of_jamlab(found: pd.DataFrame) -> Iterable[Sequence[str]]:
     ours = found[found["code"] == "jamlab"]
     for (work, model), rows in ours.groupby(["work", "model"], sort=False):
-        if work == "minimum":
-            continue
         rows = rows.sort_values("n")
         powers = [np.nan, *(np.diff(np.log(rows["seconds"])) / np.diff(np.log(rows["n"])))]
         for row, power in zip(rows.to_dict("records"), powers, strict=True):
@@ -78,7 +80,7 @@ def _of_jamlab(found: pd.DataFrame) -> Iterable[Sequence[str]]:
                 _WORKS[str(work)].format(_MODELS[str(model)]),
                 f"{row['n']}",
                 f"{row['seeds']}",
-                f"{row['seconds']:.2g}",
+                _two_digits(row["seconds"]),
                 "" if np.isnan(power) else f"{power:.1f}",
                 _power_of_ten(row["force"]),
             ]
@@ -92,8 +94,8 @@ def _of_others(found: pd.DataFrame) -> Iterable[Sequence[str]]:
             _WORKS[row["work"]].format(_MODELS[row["model"]]),
             f"{row['n']}",
             row["code"],
-            f"{least}{row['seconds']:.2g}",
-            f"{least}{row['ratio']:.2g}",
+            f"{least}{_two_digits(row['seconds'])}",
+            f"{least}{_two_digits(row['ratio'])}",
             note,
         ]
 
@@ -109,6 +111,11 @@ def _of_minima(tables: EnsembleTables) -> Iterable[Sequence[str]]:
             str(method),
             *("" if c is None else f"> {c.seconds:.2g}" if c.cut else f"{c.seconds:.2g}" for c in cells),
         ]
+
+
+def _two_digits(value: float) -> str:
+    """A number with two digits or more, without a power of ten."""
+    return f"{value:.0f}" if value >= 9.95 else f"{value:.2g}"
 
 
 def _power_of_ten(value: float) -> str:
@@ -130,28 +137,29 @@ def page(text: str, parts: dict[str, str]) -> str:
 
 
 def draw(tables: EnsembleTables) -> Drawing:
-    """Draw CPU time over N, disks and droplets side by side."""
+    """Draw CPU time over N, disks and droplets side by side: a colour for each code, a mark for each work."""
     found = costs(tables)
-    out, panels = drawing(NAME, 1, 2, 5.6, 4.6)
+    out, panels = drawing(NAME, 1, 2, 5.6, 5.6)
     for axes, (model, name) in zip(panels, _MODELS.items(), strict=True):
         scale(axes)
-        here = found[found["model"] == model]
-        kinds = [(work, code) for work in _WORKS for code in _SHOWN]
-        for index, (work, code) in enumerate(kinds):
-            rows = here[(here["work"] == work) & (here["code"] == code)].sort_values("n")
+        axes.margins(0.1, 0.12)
+        for (work, text), code in product(_SHORT.items(), _COLOURS):
+            rows = found[(found["model"] == model) & (found["work"] == work) & (found["code"] == code)].sort_values("n")
             if rows.empty:
                 continue
-            text = f"{code}: {_WORKS[work].format('').replace('*', '').replace(' of ', '').strip() or work}"
-            look: dict[str, Any] = style(index) | {"linestyle": "-" if code == "jamlab" else "--"}
-            exponent = fit_exponent(rows["n"], rows["seconds"]) if len(rows) > 2 and not rows["bound"].any() else np.nan
-            text += "" if np.isnan(exponent) else f", N^{exponent:.1f}"
-            out.curve(axes, f"{code}, {work}", rows["n"], rows["seconds"], label=text, markersize=6, **look)
-            cut = rows[rows["bound"]]
-            if len(cut):
-                arrow = {"marker": r"$\uparrow$", "linestyle": "none", "color": look["color"], "markersize": 16}
-                out.curve(axes, f"{code}, {work}: cut off", cut["n"], 1.6 * cut["seconds"], label=None, **arrow)
-        axes.set_ylabel("CPU time on one core, s", fontsize=11)
-        label(axes, "number of particles N", "CPU time on one core, s")
+            look: dict[str, Any] = {"color": _COLOURS[code], "marker": _MARKS[work], "markersize": 6.5}
+            look |= {"linestyle": "-" if code == "jamlab" else "--"}
+            look |= (
+                {"fillstyle": "none", "markersize": 10} if code == "dpm" else {}
+            )  # another may lie at the same place
+            known = len(rows) > 2 and not rows["bound"].any()
+            power = f", ~ $N^{{{fit_exponent(rows['n'], rows['seconds']):.1f}}}$" if known else ""
+            out.curve(axes, f"{code}, {work}", rows["n"], rows["seconds"], label=f"{code}: {text}{power}", **look)
+            for n, seconds in rows.loc[rows["bound"], ["n", "seconds"]].to_numpy():
+                up: dict[str, Any] = {"arrowstyle": "<-", "color": look["color"], "linewidth": 1.8}
+                axes.annotate("", (n, seconds), xytext=(0, 24), textcoords="offset points", arrowprops=up)
+        below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2, "frameon": False}
+        label(axes, "number of particles N", "CPU time on one core, s", **below)
         axes.set_title(name, fontsize=11)
     out.caption = "CPU time against N, here and in other codes. Arrows: cut off by a limit of ten times jamlab's time."
     heads = ("work", "N", "code", "CPU time, s", "over jamlab's", "note")

@@ -32,7 +32,7 @@ class Record:
     machine: str  # processor, as the system names it
     python: str
     numpy: str
-    works: dict[str, dict[str, list[float]]]  # name -> ratios to plain work, one list a process; seconds; found
+    works: dict[str, dict[str, list[Any]]]  # name -> ratios to plain work, one list a process; seconds; found
 
     @property
     def name(self) -> str:
@@ -80,7 +80,7 @@ def measure_record(
 
 def _merged(runs: Sequence[dict[str, Any]]) -> dict[str, dict[str, list[Any]]]:
     """What processes found of each work, with five digits; `found` is what the first one found."""
-    merged = {}
+    merged: dict[str, dict[str, list[Any]]] = {}
     for name in runs[0]["works"]:
         each = [run["works"][name] for run in runs]
         ratios = [[float(f"{ratio:.5g}") for ratio in one["ratios"]] for one in each]
