@@ -10,6 +10,7 @@ from example_package import SOURCE, install
 
 PAGE = (SOURCE / "index.md").read_text(encoding="utf-8")
 CODE = SOURCE / "jamlab_example"
+OWN = {"OMP_NUM_THREADS": "1", "MPLBACKEND": "agg", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # it needs none of ours
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +24,7 @@ def run_tests(place, *chosen):
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *words],
         cwd=place,
-        env=os.environ | {"PYTHONPATH": str(place), "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"},
+        env=os.environ | OWN | {"PYTHONPATH": str(place)},
         capture_output=True,
         text=True,
         check=False,
