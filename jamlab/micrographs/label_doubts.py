@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import shapely
@@ -67,6 +68,7 @@ EMPTY = {"area": 4.0, "rho": 12.5, "z": 4.0, "shape_factor_rim": 4.0, "voids": 4
 WORDS = {"area": "the mean area", "shape_factor_rim": "𝒜", "voids": "the number of voids"}
 
 
+@lru_cache(maxsize=1)  # numbers, bounds and the table ask it of one picture
 def doubt_labels(droplets: SeenDroplets) -> Array:
     """(n,) droplets by which the count may be off for each label, 0 for one that is a droplet. An odd one that is
     counted may be none or several; one that is cut hides as many as fit in it."""
