@@ -93,11 +93,10 @@ def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")
     centres = packing.centroids
-    walls = find_power_walls(centres, np.zeros(packing.n), packing.box)  # sides of Delaunay triangles, from both
-    names = np.column_stack([walls.i, walls.j, walls.shift])
-    bonds, which = np.unique(names, axis=0, return_inverse=True)
-    length = np.bincount(which.ravel(), walls.length, len(bonds))
-    bonds = bonds[length > CELLS.shortest * np.sqrt(packing.area / packing.n)]
+    walls = find_power_walls(centres, np.zeros(packing.n), packing.box, np.arange(packing.n))[1]  # seen from both sides
+    bonds = np.column_stack([walls.i, walls.j, walls.shift])
+    bonds = bonds[walls.length > CELLS.shortest * np.sqrt(packing.area / packing.n)]
+    bonds = bonds[np.lexsort(bonds.T[::-1])]
     i, j = bonds[:, :2].T
     neighbors = np.bincount(i, minlength=packing.n)
     if not neighbors.all():

@@ -1,9 +1,8 @@
 """Tessellations: cells around particles that fill the plane, their neighbours, local packing fractions.
 
 SP: power (Laguerre) cells, the points whose power |x - x_i|^2 - R_i^2 to disk i is the smallest. DP: set-Voronoi cells,
-the points nearest to a polygon, drawn as the Voronoi cells of points along its outline taken together. Both come from
-the lower convex hull of the points lifted to z = |x|^2 - R^2. The wall between i and j lies on the radical line at
-distance h_ij from x_i; with s_ij the signed length of the wall,
+the points nearest to a polygon, drawn as the Voronoi cells of points along its outline taken together. The wall between
+i and j lies on the radical line at distance h_ij from x_i; with s_ij the length of the wall,
 
     area_i = (1/2) sum_j h_ij s_ij.
 
@@ -22,9 +21,9 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.particle_shape import particle_areas
-from jamlab.geometry.power_cells import radical_height
-from jamlab.packing.neighbors import moves_home, periodic_copies, positive_image
-from jamlab.packing.outlines import cross
+from jamlab.geometry.vertex_contacts import named_pairs
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.neighbors import MOST_IMAGES, moves_home, positive_image, search_lattice
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
@@ -44,6 +43,8 @@ class CellSteps:
 
 
 CELLS = CellSteps()
+_OUT = (REALS, INTEGERS, INTEGERS, INTEGERS, REALS, REALS, REALS, REALS)
+_walls = kernel("power_walls", INTEGER, REALS, REALS, INTEGERS, REALS, REAL, INTEGER, *_OUT)
 
 
 @dataclass(frozen=True)
@@ -101,14 +102,14 @@ class Tessellation(Result):
 
 @dataclass(frozen=True)
 class PowerWalls:
-    """Half walls seen from points of the primitive cell, one per triangle and side; each ends in a corner."""
+    """Walls of power cells, each seen from the points on both sides."""
 
     i: Indices
     j: Indices
-    shift: Indices
-    height: Array
+    shift: Indices  # (m, 2) which image of j
+    height: Array  # (m,) distance of the radical line from i
     length: Array
-    corner: Array
+    ends: Array  # (m, 2, 2) where the wall begins and ends beside i, counter-clockwise
 
 
 @checked
@@ -133,11 +134,12 @@ def tessellation(packing: Packing, spacing: float = CELLS.spacing) -> Tessellati
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {CELLS.spacing}")
     whole = packing.frame.images
     owner, points, radius = whole.kind.power_points(whole, spacing)
-    walls = find_power_walls(points, radius, whole.box)
+    of_points, walls = find_power_walls(points, radius, whole.box, owner)
+    area = np.bincount(owner, of_points, whole.n).astype(np.float64)
     if whole is not packing:
+        area[packing.n - 2 :] = 0.0
         owner, walls = _end_at_planes(packing, owner, walls)
-    area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
-    return _merge_cells(packing, owner, area, walls)
+    return _merge_cells(packing, owner, area[: packing.n], walls)
 
 
 @checked
@@ -163,54 +165,27 @@ def local_packing_fraction(packing: Packing) -> Array:
     return fraction
 
 
-def find_power_walls(points: Array, radius: Array, box: Array) -> PowerWalls:
-    """Half walls of the power cells of points, from as many copies as it takes until the cells fill the box."""
-    area = abs(float(box[0, 0] * box[1, 1]))
-    # mostly enough, else doubled: beyond the tenth neighbour, further where large disks push the cells of small ones
-    reach = 4 * np.sqrt(area / len(points)) + 2 * float(radius.max() - radius.min())
-    while True:
-        walls = _find_hull_walls(points, radius, box, reach)
-        if abs(0.5 * float((walls.height * walls.length).sum()) - area) <= CELLS.closed * area:
-            return walls
-        if reach > 4 * (np.abs(box).sum() + float(radius.max())):  # every cell lies within
-            raise InputError("the cells do not fill the box: are several particles in the same place?")
-        reach *= 2
+def find_power_walls(points: Array, radius: Array, box: Array, owner: Indices) -> tuple[Array, PowerWalls]:
+    """(n,) areas of the power cells of points, and the walls between them but for those of one owner."""
+    n, area = len(points), np.empty(len(points))
+    given = (np.ascontiguousarray(values, dtype=np.float64) for values in (points, radius))
 
+    def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:
+        (i, j), shift = np.empty((2, room), dtype=np.int64), np.empty((room, 2), dtype=np.int64)
+        height, length, ends = np.empty(room), np.empty(room), np.empty((room, 2, 2))
+        found = (i, j, shift, height, length, ends)
+        return _walls(n, *arrays, box, MOST_IMAGES, room, area, *found, search), found
 
-def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> PowerWalls:
-    from scipy.spatial import ConvexHull
-
-    source, shift = periodic_copies(points, box, reach)
-    x, r = points[source] + shift @ box, radius[source]
-    middle = x.mean(axis=0)
-    lifted = np.einsum("ij,ij->i", x - middle, x - middle) - r**2
-    hull = ConvexHull(np.column_stack([x - middle, lifted / np.sqrt(np.abs(box).max())]))
-    below = hull.simplices[hull.equations[:, 2] < -1e-12]  # upright faces are rounding of the rim of the hull
-    ccw = cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
-    below = np.where(ccw[:, None], below, below[:, ::-1])
-
-    a, b, c = np.concatenate([below, np.roll(below, -1, axis=1), np.roll(below, -2, axis=1)]).T
-    home = a < len(points)
-    a, b, c = a[home], b[home], c[home]
-    ab, ac = x[b] - x[a], x[c] - x[a]
-    d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), cross(ab, ac)
-    solid = det > 1e-14 * d_ab * d_ac  # three points on one line have no circle
-    a, b, c, ab, ac, d_ab, d_ac, det = (v[solid] for v in (a, b, c, ab, ac, d_ab, d_ac, det))
-    h_ab, h_ac = radical_height(d_ab, r[a], r[b]), radical_height(d_ac, r[a], r[c])
-    p, q = (d_ab * h_ab)[:, None], (d_ac * h_ac)[:, None]
-    corner = (p * np.column_stack([ac[:, 1], -ac[:, 0]]) + q * np.column_stack([-ab[:, 1], ab[:, 0]])) / det[:, None]
-    return PowerWalls(
-        np.concatenate([a, a]),
-        source[np.concatenate([b, c])],
-        np.concatenate([shift[b] - shift[a], shift[c] - shift[a]]),
-        np.concatenate([h_ab, h_ac]),
-        np.concatenate([cross(ab, corner) / d_ab, -cross(ac, corner) / d_ac]),
-        np.tile(points[a] + corner, (2, 1)),
-    )
+    arrays = (*given, np.ascontiguousarray(owner, dtype=np.int64))
+    walls = PowerWalls(*search_lattice(fill, 8 * n + 64))
+    whole = abs(float(box[0, 0] * box[1, 1]))
+    if abs(float(area.sum()) - whole) > CELLS.closed * whole:
+        raise InputError("the cells do not fill the box: are several particles in the same place?")
+    return area, walls
 
 
 def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple[Indices, PowerWalls]:
-    """The points and half walls of a slab, without its mirror image; walls to an image are flat walls."""
+    """The points and walls of a slab, without its mirror image; walls to an image are flat walls."""
     n, height = packing.n - 2, packing.box[1, 1]
     count, kept = np.searchsorted(owner, n), owner[walls.i] < n
     i, j, shift = walls.i[kept], walls.j[kept], walls.shift[kept]
@@ -220,28 +195,25 @@ def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple
     places[:, 1] += packing.frame.planes[0]
     j = np.where(flat, count + (shift[:, 1] != 0), j)
     walls = PowerWalls(
-        i, j, np.where(flat[:, None], 0, shift), walls.height[kept], walls.length[kept], walls.corner[kept] + places
-    )
+        i, j, np.where(flat[:, None], 0, shift), walls.height[kept], walls.length[kept],
+        walls.ends[kept] + places[:, None],
+    )  # fmt: skip
     return np.append(owner[:count], n + lower), walls
 
 
 def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWalls) -> Tessellation:
     """Merge the cells of all points of a particle; walls between them vanish."""
-    n, shortest = packing.n, CELLS.shortest * np.sqrt(packing.area / packing.n)
-    i, j, shift = owner[walls.i], owner[walls.j], walls.shift
-    outside = (i != j) | shift.any(axis=1)
-    names, which = np.unique(np.column_stack([i, j, shift])[outside], axis=0, return_inverse=True)
-    length = np.bincount(which, walls.length[outside], len(names))
-    names, length = names[length > shortest], length[length > shortest]
-    sides = np.bincount(names[:, 0], minlength=n)
-    once = _stands_for_both(names[:, 0], names[:, 1], names[:, 2:])
-
-    k = np.flatnonzero(outside)[_stands_for_both(i, j, shift)[outside]]
-    k = k[np.lexsort((walls.shift[k, 1], walls.shift[k, 0], walls.j[k], walls.i[k]))]
-    name = np.column_stack([walls.i, walls.j, walls.shift])[k]
-    twin = np.flatnonzero((name[1:] == name[:-1]).all(axis=1))  # every wall has two halves
-    lines = np.stack([walls.corner[k[twin]], walls.corner[k[twin + 1]]], axis=1)
-    return Tessellation(area, names[once, 0], names[once, 1], length[once], sides, lines, packing)
+    shortest = CELLS.shortest * np.sqrt(packing.area / packing.n)
+    once = _stands_for_both(owner[walls.i], owner[walls.j], walls.shift)
+    i, j, shift, length, ends = (v[once] for v in (walls.i, walls.j, walls.shift, walls.length, walls.ends))
+    names, which, _ = named_pairs(owner[i], owner[j], shift)
+    total = np.bincount(which, length, len(names))
+    names, total = names[total > shortest], total[total > shortest]
+    sides = np.bincount(names[:, :2].ravel(), minlength=packing.n)
+    sides[packing.flat_walls] = 0
+    order = np.lexsort((shift[:, 1], shift[:, 0], j, i))
+    lines = ends[order[length[order] > shortest]]
+    return Tessellation(area, names[:, 0], names[:, 1], total, sides, lines, packing)
 
 
 def _stands_for_both(i: Indices, j: Indices, shift: Indices) -> NDArray[np.bool_]:
