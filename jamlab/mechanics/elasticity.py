@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.mechanics.factors import SOFT, UnstableError, response_and_looseness
+from jamlab.mechanics.factors import SOFT, UnstableError, instability, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes, least_along
 from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.negative_moduli import warn_of_negative
@@ -144,7 +144,7 @@ def _response(packing: Packing, prestress: bool, named: int) -> ElasticTensor:
         network.check_balance(frame.hold(quick.forces))
         found = (quick.affine, quick.back, quick.displacements)
         if not quick.firm:
-            found = _beside_floppy_modes(network, row, strain_stiffness(terms, row), named)
+            found = _beside_floppy_modes(network, row, strain_stiffness(terms, row), named, unstable=quick.unstable)
     affine, back, displacements = found
     moduli = (affine / packing.area, (affine - back) / packing.area)
     unit = packing.unit_names.stress
@@ -158,9 +158,9 @@ def _of_fixed_droplets(network: ForceNetwork, prestress: bool) -> StrainStiffnes
 
 
 def _beside_floppy_modes(
-    network: ForceNetwork, row: NDArray[np.int64], k: StrainStiffness, named: int
+    network: ForceNetwork, row: NDArray[np.int64], k: StrainStiffness, named: int, *, unstable: bool = False
 ) -> tuple[Array, Array, Array]:
-    """K_EE, K_uE^T K_uu^-1 K_uE, and the displacements of all sites."""
+    """K_EE, K_uE^T K_uu^-1 K_uE, and the displacements of all sites. `unstable`: the matrix is known to be."""
     packing, held = network.whole, np.repeat(network.held, 2)
     moving = np.repeat(row >= 0, 2)[held]
 
@@ -171,6 +171,8 @@ def _beside_floppy_modes(
         return found
 
     try:
+        if unstable:
+            raise instability(k.uu, named)
         solution, loose = response_and_looseness(k.uu, k.ue, packing.law.floppy, named)
     except UnstableError as error:
         error.modes = everywhere(error.modes)

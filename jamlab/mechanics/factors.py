@@ -213,7 +213,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
     try:
         solver.factorise(matrix, floppy)
     except ConvergenceError as error:
-        raise _instability(matrix, named) from error
+        raise instability(matrix, named) from error
     x, left, last, count = np.zeros_like(load), load, np.inf, 0
     while count < SOFT.steps:
         step, count = solver.solve(left), count + 1
@@ -236,7 +236,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float, n
     return x
 
 
-def _instability(matrix: sparse.csc_array, named: int) -> UnstableError:
+def instability(matrix: sparse.csc_array, named: int) -> UnstableError:
     """The error for a matrix with negative eigenvalues, with those next to zero."""
     from scipy.sparse import linalg
 

@@ -26,7 +26,7 @@ _TERMS = (INTEGER, INTEGERS, INTEGER, INTEGERS, INTEGER)  # groups of them, and 
 _respond = kernel("static_response", *_TERMS, REAL, REAL, REALS, REALS, REALS, REALS, REALS)
 _strain_stiffness = kernel("strain_stiffness", *_TERMS, REALS, REALS, INDICES, INDICES, REALS)
 _STAYS, _ABSENT = -1, -2  # as in static_response.cpp
-_FIRM = 0
+_FIRM, _UNSTABLE = 0, 2
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class StrainResponse:
     back: Array  # (2, 2, 2, 2) K_uE^T K_uu^-1 K_uE
     displacements: Array  # (n_sites, 2, 2, 2) u, 0 of sites that stay or are absent
     firm: bool  # whether K_uu is positive definite and no floppy mode may answer; else `back` and u mean nothing
+    unstable: bool  # whether K_uu has eigenvalues that are negative beyond rounding
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def respond(terms: Sequence[Terms], row: NDArray[np.int64], floppy: float) -> St
     forces, displacements = np.empty((size, 2)), np.empty((size, 2, 2, 2))
     affine, back = np.empty((2, 2, 2, 2)), np.empty((2, 2, 2, 2))
     found = _respond(*groups.table, size, row, count, floppy, SOFT.near, push, forces, affine, back, displacements)
-    return StrainResponse(forces, affine, back, displacements, found == _FIRM)
+    return StrainResponse(forces, affine, back, displacements, found == _FIRM, found == _UNSTABLE)
 
 
 def strain_stiffness(terms: Sequence[Terms], row: NDArray[np.int64]) -> StrainStiffness:

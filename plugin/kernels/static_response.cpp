@@ -203,15 +203,15 @@ double product(const Columns &a, int p, const Columns &b, int q)
 
 }  // namespace
 
-constexpr int64_t FIRM = 0, LOOSE = 1, NOT_POSITIVE = 2;
+constexpr int64_t FIRM = 0, LOOSE = 1, UNSTABLE = 2;
 
 // Response of a packing to the four components of a strain.
 //   table (groups, 6): see TermGroup; row (sites): see Stiffness; rows: of the matrix; rounding: of eigenvalues over the largest element of the diagonal;
 //   push (2 rows): at random; near: its response is that much stiffer without a floppy mode;
 //   forces (sites, 2) out; ee, response (4, 4) out: K_EE and K_uE^T K_uu^-1 K_uE;
 //   displacements (sites, 2, 4) out: 0 where a site stays or is absent.
-// Returns whether the response is FIRM, may be LOOSE in floppy modes, or there is none, since the
-// matrix is NOT_POSITIVE or a floppy mode answers the strain.
+// Returns whether the response is FIRM, LOOSE, where floppy modes may answer and nothing is written
+// of it, or the matrix is UNSTABLE, with eigenvalues that are negative beyond rounding.
 JAMLAB_KERNEL static_response(int64_t groups, const int64_t *table, int64_t sites,
                               const int64_t *row, int64_t rows, double rounding, double near, const double *push, double *forces,
                               double *ee, double *response, double *displacements)
@@ -228,7 +228,10 @@ try {
   Factors factors;
   factors.set_pattern(static_cast<int>(rows), stiffness.entries);
   factors.set(stiffness.entries);
-  if (!factors.factorise(0.0)) return NOT_POSITIVE;
+  if (!factors.factorise(0.0)) {
+    factors.set(stiffness.entries);
+    return factors.factorise(floppy) ? LOOSE : UNSTABLE;
+  }
   const Columns &right = stiffness.couplings;
   Columns x = right, left = right;
   factors.solve(x[0].data(), STRAINS);
@@ -237,7 +240,7 @@ try {
   for (std::size_t k = 0; k < x.size(); ++k)
     for (int q = 0; q < STRAINS; ++q) x[k][q] += left[k][q];
   for (int q = 0; q < STRAINS; ++q)
-    if (!(product(x, q, right, q) >= floppy * product(x, q, x, q))) return NOT_POSITIVE;
+    if (!(product(x, q, right, q) >= floppy * product(x, q, x, q))) return LOOSE;
   for (int p = 0; p < STRAINS; ++p)
     for (int q = 0; q < STRAINS; ++q) response[STRAINS * p + q] = product(x, p, right, q);
   for (int64_t i = 0; i < sites; ++i)

@@ -13,6 +13,7 @@ import jamlab
 from jamlab.laws.rim import CONTACT_FORMS
 from jamlab.mechanics import elasticity
 from jamlab.mechanics.elasticity import linear_response
+from jamlab.mechanics.factors import UnstableError
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import respond, rows_of, strain_stiffness
 from jamlab.mechanics.stiffness import energy_terms
@@ -132,3 +133,17 @@ def test_forces_out_of_balance_are_refused():
     moved = packing.with_state(positions=packing.positions + 1e-3 * np.eye(32, 2))
     with pytest.raises(jamlab.ConvergenceError, match="not at an energy minimum: the largest residual force is"):
         linear_response(moved)
+
+
+def test_a_saddle_is_unstable_with_the_negative_modes_of_its_matrix():
+    packing = jamlab.read(STATES / "droplets_on_a_saddle.h5")
+    network, frame = force_network(packing), packing.frame
+    row, terms = rows_of(network.held, frame.free_sites, frame.all_free), energy_terms(packing)
+    assert respond(terms, row, packing.law.floppy).unstable
+    values = np.linalg.eigvalsh(strain_stiffness(terms, row).uu.toarray())
+    with pytest.raises(UnstableError, match="negative mode") as caught:
+        linear_response(packing)
+    assert caught.value.count == (values < 0).sum() and len(caught.value.modes) == caught.value.count
+    assert caught.value.eigenvalue == pytest.approx(values[0], abs=1e-14 * values[-1])
+    raised = respond(anchored(terms, len(row), 1e-9), row, packing.law.floppy)  # by more than the negative eigenvalue
+    assert raised.firm and not raised.unstable

@@ -140,7 +140,7 @@ def test_digits_do_not_depend_on_the_processor(kind, tmp_path):
     if not (compiler := shutil.which("g++")):
         pytest.skip("no g++")
     sources = [PLUGIN / f"{name}.cpp" for name in ("block_cholesky", "dense_panel", "elimination_order")]
-    has = {"avx2": "__builtin_strcmp(x,\"avx2\")==0", "any": "0"}[kind]
+    has = {"avx2": '__builtin_strcmp(x,"avx2")==0', "any": "0"}[kind]
     options = ["-std=c++17", "-O3", "-fopenmp-simd", "-ffp-contract=off", "-fno-math-errno", "-fno-signed-zeros"]
     options += [f"-D__builtin_cpu_supports(x)=({has})", "-shared", "-fPIC", "-o", tmp_path / "factors.so"]
     subprocess.run([compiler, *sources, PLUGIN / "kernels" / "sparse_factors.cpp", *options], check=True, timeout=600)
