@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,11 +64,18 @@ def respond(terms: Sequence[Terms], row: NDArray[np.int64], floppy: float) -> St
     """The response by some terms. `row`: (n_sites,) of each site in the matrix, -1: stays, -2: absent, with all terms
     that it is part of; `floppy`: see `PairLaw`."""
     groups, size, count = _Groups(terms), len(row), _count(row)
-    push = np.random.default_rng(0).standard_normal(2 * count)  # yields far along modes within rounding of zero
     forces, displacements = np.empty((size, 2)), np.empty((size, 2, 2, 2))
     affine, back = np.empty((2, 2, 2, 2)), np.empty((2, 2, 2, 2))
-    found = _respond(*groups.table, size, row, count, floppy, SOFT.near, push, forces, affine, back, displacements)
+    found = _respond(
+        *groups.table, size, row, count, floppy, SOFT.near, _push(count), forces, affine, back, displacements
+    )
     return StrainResponse(forces, affine, back, displacements, found == _FIRM, found == _UNSTABLE)
+
+
+@lru_cache(maxsize=8)
+def _push(count: int) -> Array:
+    """A random push, which yields far along modes within rounding of zero."""
+    return np.random.default_rng(0).standard_normal(2 * count)
 
 
 def strain_stiffness(terms: Sequence[Terms], row: NDArray[np.int64]) -> StrainStiffness:

@@ -399,10 +399,9 @@ def _areas(packing: Packing) -> list[Terms]:
 def _contacts(packing: Packing) -> list[Terms]:
     """`RimLaw` for every meeting of a vertex with an edge at a distance d: at an end of the edge that of two points."""
     found = vertex_contacts(packing)
-    distance = found.distance
-    kept = distance > 0
-    distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
-    vertex, tail = found.vertex[kept], found.tail[kept]
+    if not (kept := found.distance > 0).all():
+        found = found.select(kept)
+    distance, place, separation, vertex, tail = found.distance, found.place, found.separation, found.vertex, found.tail
     energy, slope, stiffness = packing.law(np.full(len(distance), packing.params["delta"]), distance)
 
     ends = (place == 0.0) | (place == 1.0)
