@@ -109,9 +109,9 @@ def test_a_state_asks_neither_shapely_nor_numpy_for_a_hessian_and_is_copied_with
 @pytest.mark.parametrize("name", ["droplets", "disks", "between walls", "one bin"])
 def test_particles_in_order_give_the_bits_of_particles_built_anew(onset, name):
     """After LAMMPS has sorted them by other positions, in another box; one tiny box is never sorted."""
-    disks = jamlab.pack(32, 1e-2, seed=1)
-    given = {"droplets": onset, "disks": disks, "between walls": jamlab.with_walls(disks)}
-    packing = given.get(name) or jamlab.pack(4, 1e-2, seed=1)
+    makes = {"droplets": lambda: onset, "disks": lambda: jamlab.pack(32, 1e-2, seed=1)}
+    makes |= {"between walls": lambda: jamlab.with_walls(jamlab.pack(64, 1e-2, seed=1))}
+    packing = makes.get(name, lambda: jamlab.pack(4, 1e-2, seed=1))()
 
     def reached(*ways):
         """Positions after descents from packing fractions, each loaded in a way."""
