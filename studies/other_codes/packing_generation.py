@@ -157,12 +157,12 @@ def in_jaxdem(python: str, task: str, start: Packing, limit: float, **numbers: f
             f"{python} cannot run {program.name}: {(done.stderr.strip().splitlines() or ['no word'])[-1]}"
         )
     more: dict[str, Any] = {"version": f"0.1 of 2026-06-29, jax {said['version']}", "limit": limit}
+    compiling = f"compiling {said['compiling']:.0f} s more" if "compiling" in said else "cut off while compiling"
     if "seconds" not in said:
         reached = re.findall(r"phi=([\d.]+)", done.stdout)
-        note = f"cut off at φ = {float(reached[-1]):.4f}" if reached else "cut off"
+        note = f"cut off at φ = {float(reached[-1]):.4f}; {compiling}" if reached else compiling
         return row(task, "JaxDEM", start.model, start.n, float("nan"), **more, note=note)
-    if said.get("overflow"):
-        more["note"] = "its neighbour list overflowed"
+    more["note"] = f"its neighbour list overflowed; {compiling}" if said.get("overflow") else compiling
     found = {name: said[name] for name in ("force", "phi") if name in said}
     return row(task, "JaxDEM", start.model, start.n, said["seconds"], **more, **found)
 

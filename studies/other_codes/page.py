@@ -153,11 +153,12 @@ def draw(tables: EnsembleTables) -> Drawing:
                 {"fillstyle": "none", "markersize": 10} if code == "dpm" else {}
             )  # another may lie at the same place
             known = len(rows) > 2 and not rows["bound"].any()
-            power = f", ~ $N^{{{fit_exponent(rows['n'], rows['seconds']):.1f}}}$" if known else ""
-            out.curve(axes, f"{code}, {work}", rows["n"], rows["seconds"], label=f"{code}: {text}{power}", **look)
-            for n, seconds in rows.loc[rows["bound"], ["n", "seconds"]].to_numpy():
+            n, seconds = (rows[column].to_numpy(dtype=np.float64) for column in ("n", "seconds"))
+            power = f", ~ $N^{{{fit_exponent(n, seconds):.1f}}}$" if known else ""
+            out.curve(axes, f"{code}, {work}", n, seconds, label=f"{code}: {text}{power}", **look)
+            for place in np.column_stack([n, seconds])[rows["bound"].to_numpy()]:
                 up: dict[str, Any] = {"arrowstyle": "<-", "color": look["color"], "linewidth": 1.8}
-                axes.annotate("", (n, seconds), xytext=(0, 24), textcoords="offset points", arrowprops=up)
+                axes.annotate("", place, xytext=(0, 24), textcoords="offset points", arrowprops=up)
         below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2, "frameon": False}
         label(axes, "number of particles N", "CPU time on one core, s", **below)
         axes.set_title(name, fontsize=11)

@@ -16,7 +16,7 @@ _DROPLETS, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 24)  # of a small droplet
 _FINEST = (24, 32, 48)  # of the reference: with more some packings do not converge
 _FORMS = ("outline", "segment/smooth")
-_MEASURED = {"pressure": "pressure, relative", "shape_factor": "shape factor", "g": "G, relative", "z": "z"}
+_MEASURED = {"pressure": "pressure, relative", "shape_factor": "shape factor", "g": "G, relative"}
 _RELATIVE = ("pressure", "g")
 
 Values = dict[str, float]
@@ -49,9 +49,9 @@ def of_vertices(seed: int) -> Iterator[Trial]:
 
 
 def limit_of_vertices(coarse: Values, fine: Values, counts: tuple[int, ...]) -> Values:
-    """Values of smooth outlines: errors of polygons go with 1/count^2 (Richardson). z is a count, and stays."""
+    """Values of smooth outlines: errors of polygons go with 1/count^2 (Richardson)."""
     part = 1.0 / ((counts[1] / counts[0]) ** 2 - 1.0)
-    return {key: fine[key] + (part * (fine[key] - coarse[key]) if key != "z" else 0.0) for key in fine}
+    return {key: fine[key] + part * (fine[key] - coarse[key]) for key in fine}
 
 
 def _values(disks: Packing, form: str, count: int, ratio: float) -> tuple[Values, float]:

@@ -60,9 +60,8 @@ def test_the_reference_of_moduli_is_the_one_of_linear_response():
 
 def test_limits_that_references_are_carried_to():
     """Polygons err by 1/count^2, means by a power of N; scatter about that widens the error of their limit."""
-    coarse, fine = ({"pressure": 2.0 + 5.0 / count**2, "z": float(count)} for count in (32, 48))
-    limit = limit_of_vertices(coarse, fine, (32, 48))
-    assert limit["pressure"] == pytest.approx(2.0, abs=1e-12) and limit["z"] == 48.0
+    coarse, fine = ({"pressure": 2.0 + 5.0 / count**2} for count in (32, 48))
+    assert limit_of_vertices(coarse, fine, (32, 48))["pressure"] == pytest.approx(2.0, abs=1e-12)
     rng = np.random.default_rng(1)
     values = {n: 4.0 - 3.0 * n**-0.7 + 0.1 * rng.standard_normal(400) for n in (16, 32, 64, 128, 256, 1024)}
     mean, error = limit_of_size(values)
