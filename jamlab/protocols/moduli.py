@@ -19,7 +19,7 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import AVERAGING_ANGLES, linear_response
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, linear_response, modulus_along
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.mechanics.stiffness import pressure, stress
 from jamlab.packing.area_change import compression
@@ -104,9 +104,11 @@ def shear_modulus(
         moduli = _sheared(packing, directions, first)
     else:
         tensor, now = linear_response(packing), stress(packing)
-        moduli = np.array(
-            [each.modulus(tensor.affine if method == "affine" else tensor.relaxed, now) for each in directions]
-        )
+        c = tensor.affine if method == "affine" else tensor.relaxed
+        if direction is None:
+            moduli = modulus_along(c, AVERAGING_ANGLES)
+        else:
+            moduli = np.array([each.modulus(c, now) for each in directions])
     one = direction is None or np.ndim(direction) == 0
     found = float(moduli.mean()) if one else moduli
     warn_of_negative(packing, {"G, the mean over directions," if direction is None else "G": found})
