@@ -343,7 +343,7 @@ template <int D> bool BlockCholesky<D>::factorise(double shift)
    matrix by some 1e-16 of the largest row of L, squared. */
 template <int D> bool BlockCholesky<D>::factorise_indefinite(double shift)
 {
-  double largest = 0.0;
+  double largest = std::abs(shift);
   for (const double number : values) largest = std::max(largest, std::abs(number));
   signs.resize(D * rank.size());
   if (!eliminate(shift, std::numeric_limits<double>::min())) return false;

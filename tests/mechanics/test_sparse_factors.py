@@ -92,6 +92,8 @@ def test_singular_matrices():
         PositiveSolver().factorise(alone)
     with pytest.raises(jamlab.ConvergenceError):
         SymmetricFactors(alone)
+    nothing = sparse.csc_array((3, 3))
+    assert [SymmetricFactors(nothing, shift).negative for shift in (1e-13, -1e-13)] == [0, 3]
     solver = PositiveSolver()
     solver.factorise(alone, 1.0)  # the diagonal need not be in the pattern
     assert solver.solve(np.ones(3)) == pytest.approx([0.5, 1.0, 0.25])
