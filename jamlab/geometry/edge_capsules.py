@@ -1,7 +1,7 @@
 """Edges of droplets and the capsules around them: where edges and rims lie in the rims of others.
 
 A capsule holds the points within a distance of an edge. It is convex, so that it hides one interval of a straight
-line, and of an arc around a corner; what several hide is the union of their intervals.
+line; what several hide is the union of their intervals. `jamlab.geometry.droplet_cover` cuts outlines in compiled code.
 """
 
 from dataclasses import dataclass
@@ -113,18 +113,6 @@ def sort_intervals(number: Indices, low: Array, high: Array, extent: Array) -> t
     return number, low, high, before
 
 
-def free_parts(extent: Array, number: Indices, low: Array, high: Array) -> tuple[Indices, Array, Array]:
-    """Element, begin and end of what no interval hides, in this order; see `sort_intervals`. Elements are edges moved
-    outwards by the rim, or arcs around their tails, whose extent is not positive where there is no arc."""
-    number, low, high, hidden = sort_intervals(number, low, high, extent)
-    reached = np.zeros(len(extent))
-    np.maximum.at(reached, number, high)
-    gap, rest = np.flatnonzero(low > hidden), np.flatnonzero(extent > reached)
-    element, begin = np.append(number[gap], rest), np.append(hidden[gap], reached[rest])
-    order = np.lexsort((begin, element))
-    return element[order], begin[order], np.append(low[gap], extent[rest])[order]
-
-
 def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> tuple[Indices, Array, Array]:
     """Parts of lines parallel to edges i in the capsules of radius w around edges j, whose tails lie at r from the
     beginnings of the lines: rows, and from where to where. A capsule is the union of two disks around its ends and of a
@@ -149,38 +137,3 @@ def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> t
     low, high = np.where(through, np.minimum(low, enter), low), np.where(through, np.maximum(high, leave), high)
     meets = np.flatnonzero((low < high) & (np.minimum(*aside) < w) & (np.maximum(*aside) > -w))
     return meets, low[meets], high[meets]
-
-
-def cut_arcs(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indices, Array, Array]:
-    """Parts of the arcs around the tails of edges i in the capsules around edges j, whose tails lie at r from those.
-
-    In the frame of the capsule, x along it and y >= 0 the distance of the corner from its line, directions are counted
-    from the one straight at the line, (sine, cosine): the circle crosses the near side y = w of the capsule at +-beta,
-    cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end."""
-    w, v, length = edges.rim, edges.along[j], edges.length[j]
-    x, across = -(r * v).sum(axis=1), -cross(v, r)
-    beyond = x - np.clip(x, 0.0, length)
-    meets = np.hypot(beyond, across) < 2 * w
-    i, v, length = i[meets], v[meets], length[meets]
-    x, across, beyond = x[meets], across[meets], beyond[meets]
-    y, side, first = np.abs(across), np.where(across >= 0, 1.0, -1.0), edges.normal[edges.before[i]]
-    down, ends = side[:, None] * np.column_stack([v[:, 1], -v[:, 0]]), []
-    for sign in (-side, side):
-        cosine = np.clip(y / w - 1, -1.0, 1.0)
-        sine = sign * np.sqrt((1 - cosine) * (1 + cosine))
-        crossing = x + w * sine
-        aside = np.where(crossing > length, length, 0.0) - x
-        apart = np.hypot(aside, y)
-        toward = np.where(apart > 0, (aside, y), ((0.0,), (1.0,))) / np.where(apart > 0, apart, 1.0)
-        c = np.minimum(0.5 * apart / w, 1.0)
-        s = sign * np.sqrt((1 - c) * (1 + c))
-        between = (crossing >= 0) & (crossing <= length)
-        local = np.where(between, (sine, cosine), (toward[0] * c + toward[1] * s, toward[1] * c - toward[0] * s))
-        direction = v * local[0][:, None] + down * local[1][:, None]
-        ends.append(np.arctan2(cross(first, direction), (first * direction).sum(axis=1)))
-    # the interval spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
-    width = ends[1] - ends[0]
-    width += np.where(width < np.where(np.hypot(beyond, y) < 0.5 * w, 1.0, -1.0), 2 * np.pi, 0.0)
-    begin = np.where(ends[0] < 0, ends[0] + 2 * np.pi, ends[0])
-    begin = np.concatenate([begin, begin - 2 * np.pi])  # one that runs through the beginning shows at both ends
-    return np.tile(i, 2), begin, begin + np.tile(width, 2)

@@ -124,7 +124,7 @@ bool cut_arc(const Vector &start, const Vector &stop, const RimEdge &b, const Ne
   double ends[2];
   for (int k = 0; k < 2; ++k)
     ends[k] = std::atan2(cross(start, directions[k]), dot(start, directions[k]));
-  // the interval spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
+  // it spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
   width = ends[1] - ends[0];
   if (width < (distance < 0.5 * w ? 1.0 : -1.0)) width += 2 * PI;
   begin = ends[0] < 0 ? ends[0] + 2 * PI : ends[0];
@@ -177,11 +177,13 @@ void DropletOutlines::collect(int64_t particle, const Bounds &place, bool uprigh
   list.clear();
   for (int64_t e = first[particle]; e < first[particle + 1]; ++e) {
     const Vector &a = edges[e].tail, &b = edges[edges[e].after].tail;
-    const Bounds own{{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
+    const Bounds own{{std::min(a.x, b.x), std::min(a.y, b.y)},
+                     {std::max(a.x, b.x), std::max(a.y, b.y)}};
     if (!own.meets(place)) continue;
     list.push_back(upright ? Extent{own.low.y, own.high.y, e} : Extent{own.low.x, own.high.x, e});
   }
-  std::sort(list.begin(), list.end(), [](const Extent &a, const Extent &b) { return a.low < b.low; });
+  std::sort(list.begin(), list.end(),
+            [](const Extent &a, const Extent &b) { return a.low < b.low; });
 }
 
 // Finds the pairs of edges of two polygons, or of one, that are near each other.
@@ -192,7 +194,8 @@ void DropletOutlines::join(int64_t p, int64_t q, const Image &shift)
   const Bounds of_p = around[p], of_q = around[q].moved(move);
   if (!of_p.wider(limit).meets(of_q)) return;
   const Bounds both = of_p.wider(limit).common(of_q.wider(limit));
-  const bool one = p == q && shift.home(), upright = both.high.y - both.low.y > both.high.x - both.low.x;
+  const Vector extent = both.high - both.low;
+  const bool one = p == q && shift.home(), upright = extent.y > extent.x;
   collect(p, both, upright, near_p);
   collect(q, both.moved(move * -1.0), upright, near_q);
   const double along = upright ? move.y : move.x;
@@ -209,7 +212,8 @@ void DropletOutlines::join(int64_t p, int64_t q, const Image &shift)
     note(INSIDE, p, q, shift);
 }
 
-void DropletOutlines::add_pair(int64_t i, int64_t j, const Image &shift, const Vector &move, bool own)
+void DropletOutlines::add_pair(int64_t i, int64_t j, const Image &shift, const Vector &move,
+                               bool own)
 {
   const RimEdge &a = edges[i], &b = edges[j];
   const Vector tail = b.tail - a.tail + move, head = edges[b.after].tail - a.tail + move;
@@ -275,7 +279,9 @@ void OutlineCutter::collect_along(int64_t edge)
     const NearEdge &near = outlines.near[k];
     const RimEdge &b = outlines.edges[near.j];
     // neighbors on one polygon hide each other only at reflex corners
-    if (near.own && ((near.j == a.after && b.turn >= 0) || (near.j == a.before && a.turn >= 0))) continue;
+    const bool convex_after = near.j == a.after && b.turn >= 0;
+    const bool convex_before = near.j == a.before && a.turn >= 0;
+    if (near.own && (convex_after || convex_before)) continue;
     double low, high;
     if (cut_line(a, b, near, outlines.w, outlines.rounding, low, high))
       found.push_back({{b.particle, near.shift}, near.own, low, high});
@@ -339,7 +345,8 @@ void OutlineCutter::fill_insides(int64_t edge, bool arc, double extent)
     std::vector<Interval> whole;
     double reached = 0.0;
     const auto fill = [&](double low, double high) {
-      const bool inside = reached < low && outlines.holds(by.particle, at(0.5 * (reached + low)) - shift);
+      const Vector middle = at(0.5 * (reached + low)) - shift;
+      const bool inside = reached < low && outlines.holds(by.particle, middle);
       const double begin = inside || !(reached < low) ? reached : low;
       if (whole.size() && begin == whole.back().high)
         whole.back().high = high;
@@ -364,7 +371,8 @@ void OutlineCutter::sort_ends(double extent)
     if (merged[k].high < extent) ends.push_back({merged[k].high, static_cast<int64_t>(k), false});
   }
   if (ends.size() > 1)
-    std::sort(ends.begin(), ends.end(), [](const End &a, const End &b) { return a.place < b.place; });
+    std::sort(ends.begin(), ends.end(),
+              [](const End &a, const End &b) { return a.place < b.place; });
 }
 
 }  // namespace jamlab

@@ -2,8 +2,8 @@
 //
 // A grown polygon is the union of the polygon and of a capsule around every edge: the points within
 // the width w of the rim. Its outline consists of elements: edges moved outwards by w, and arcs of
-// radius w around convex corners. A capsule is convex, so that it covers one interval of an element.
-// Where polygons cross or hold each other, their insides cover elements as well.
+// radius w around convex corners. A capsule is convex and covers one interval of an element. Where
+// polygons cross or hold each other, their insides cover elements as well.
 //
 // Neighbors in any direction see the same places where their outlines cross: both sides calculate
 // them from the same numbers, so that outlines that nearly touch or coincide are cut alike.
@@ -44,7 +44,7 @@ class DropletOutlines : public EdgeRings {
   const double rounding;            // of the distance of two vertices
   std::vector<int64_t> near_first;    // (edges + 1)
   std::vector<NearEdge> near;         // edges that may cover parts of an edge or of its arc
-  std::vector<std::vector<NearPolygon>> entangled;  // (n), polygons whose inside may cover a polygon
+  std::vector<std::vector<NearPolygon>> entangled;  // (n), those whose inside may cover a polygon
   Meeting meeting = APART;            // of outlines without rims: the worst that two of them do
   int64_t met[2] = {-1, -1};          // the two
 
@@ -76,7 +76,8 @@ class DropletOutlines : public EdgeRings {
   std::vector<Found> found;
   std::vector<Extent> near_p, near_q;
 
-  void collect(int64_t particle, const Bounds &place, bool upright, std::vector<Extent> &list) const;
+  void collect(int64_t particle, const Bounds &place, bool upright,
+               std::vector<Extent> &list) const;
   void join(int64_t p, int64_t q, const Image &shift);
   void add_pair(int64_t i, int64_t j, const Image &shift, const Vector &move, bool own);
   void note(Meeting how, int64_t i, int64_t j, const Image &shift);
@@ -105,7 +106,8 @@ class OutlineCutter {
     collect_along(edge);
     merge(edge, false, e.length);
     split(e.length, [&](double begin, double end) {
-      act(OutlinePart{edge, false, begin, end, start + e.along * begin, start + e.along * end, covers});
+      act(OutlinePart{edge, false, begin, end, start + e.along * begin, start + e.along * end,
+                      covers});
     });
   }
 

@@ -4,13 +4,13 @@ namespace jamlab {
 
 namespace {
 
-// Of the perimeter. Rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4.
+// Of the perimeter. Rounding of the vertices (1e-16) leaves such an edge a direction to 1e-4.
 constexpr double SHORTEST = 1e-12;
 
 }  // namespace
 
 EdgeRings::EdgeRings(int64_t count, const int64_t *offsets, const double *x)
-  : n(count), around(count), dented(count, 0), shortened(count, 0)
+  : n(count), around(count), dented(count, 0)
 {
   edges.reserve(offsets[n]);
   for (int64_t p = 0; p < n; ++p) {
@@ -26,12 +26,9 @@ void EdgeRings::add(int64_t polygon, int64_t low, int64_t high, const double *x)
   double perimeter = 0.0;
   for (int64_t v = low; v < high; ++v) perimeter += size(after(v) - point(x, v));
   const int64_t begin = static_cast<int64_t>(edges.size());
-  for (int64_t v = low; v < high; ++v) {
+  for (int64_t v = low; v < high; ++v)
     if (size(after(v) - point(x, v)) > SHORTEST * perimeter)
       edges.push_back({polygon, 0, 0, point(x, v), {}, {}, 0.0, 0.0});
-    else
-      shortened[polygon] = 1;
-  }
   const int64_t end = static_cast<int64_t>(edges.size());
   for (int64_t e = begin; e < end; ++e) {
     RimEdge &edge = edges[e];

@@ -44,12 +44,11 @@ enum Meeting : int64_t { APART, DOUBTFUL, INSIDE, CROSSING };
 
 class EdgeRings {
  public:
-  const int64_t n;              // polygons
-  std::vector<RimEdge> edges;   // those shorter than 1e-12 of the perimeter are left out
-  std::vector<int64_t> first;   // (n + 1), edges of each polygon; flat walls have none
-  std::vector<Bounds> around;   // (n), of vertices
-  std::vector<char> dented;     // (n), whether a corner is reflex
-  std::vector<char> shortened;  // (n), whether edges are left out
+  const int64_t n;             // polygons
+  std::vector<RimEdge> edges;  // those shorter than 1e-12 of the perimeter are left out
+  std::vector<int64_t> first;  // (n + 1), edges of each polygon; flat walls have none
+  std::vector<Bounds> around;  // (n), of vertices
+  std::vector<char> dented;    // (n), whether a corner is reflex
 
   // offsets (n + 1), x (vertices, 2)
   EdgeRings(int64_t n, const int64_t *offsets, const double *x);

@@ -1,7 +1,7 @@
 // This file cuts the periodic plane into power cells of points.
 //
-// The cell of a point starts as the Voronoi cell of the lattice, since images of the point bound it,
-// and is cut by the radical lines of the nearest points, then of all that can reach what is left.
+// The cell of a point starts as the Voronoi cell of the lattice, since images of the point bound
+// it, and is cut by the radical lines of the nearest points, then of all that can reach the rest.
 
 #include "kernel.h"
 #include "edge_rings.h"
@@ -100,10 +100,11 @@ class PowerCells {
     cut_by_nearest(a, {{-spread, -spread}, {spread, spread}});
     if (cell.corners.empty()) return true;
     for (double reach = 3 * spread; !cell.corners.empty(); reach *= 3) {
-      const Bounds all = bounds_of_cutting(a), some = all.common({{-reach, -reach}, {reach, reach}});
+      const Bounds all = bounds_of_cutting(a), near{{-reach, -reach}, {reach, reach}};
+      const Bounds some = all.common(near);
       if (lattice.too_many_images(size(some.high - some.low), 1, most_copies)) return false;
       cut_by_all(a, some);
-      if (all.low.x >= -reach && all.low.y >= -reach && all.high.x <= reach && all.high.y <= reach) break;
+      if (near.holds(all, 0.0)) break;
     }
     return true;
   }

@@ -1,18 +1,25 @@
 """Boundaries of disks and droplets, and sums over voids, point by point and piece by piece in plain numpy."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from drawn_overlaps import drawn_shares
+from hypothesis import assume, given
 from packings_by_hand import droplets
+from plain_outlines import plain_pieces
 from random_packings import disks, polygons
 
+import jamlab
 from jamlab.errors import BoundaryError, InputError
+from jamlab.geometry.droplet_cover import Meeting, droplet_cover, shared_areas
 from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.geometry.voids.voids import voids
 
 TURN = 2 * np.pi
+STATES = Path(__file__).parents[1] / "states"
 
 
 def distances(packing, points):
@@ -97,6 +104,60 @@ def test_voids_are_sums_over_their_pieces(packing):
             assert len(corners) == found.sides[void]
     inward = np.unique(boundary.following)
     np.testing.assert_array_equal(inward, np.arange(len(inward)))
+
+
+def same_as_plain(packing):
+    found, (pieces, following) = droplet_cover(packing), plain_pieces(packing)
+    np.testing.assert_array_equal(found.following, following)
+    for name, wanted in vars(pieces).items():
+        np.testing.assert_allclose(getattr(found.pieces, name), wanted, atol=1e-12 * packing.box.max(), err_msg=name)
+
+
+@given(polygons())
+def test_pieces_of_droplets_are_those_of_plain_numpy(packing):
+    assume(droplet_cover(packing).meeting is Meeting.APART)
+    same_as_plain(packing)
+
+
+@pytest.mark.parametrize("state", ["compressed_droplets", "stable_droplets", "droplets_on_a_saddle"])
+def test_pieces_of_states_are_those_of_plain_numpy(state):
+    same_as_plain(jamlab.read(STATES / f"{state}.h5"))
+
+
+def hostile_rings(rng, box, grid):
+    """Stars anywhere: they cross, hold each other and their own images, share corners and edges on a grid."""
+    for _ in range(rng.integers(1, 4)):
+        turn = np.sort(rng.uniform(0, TURN, rng.integers(3, 10)))
+        reach = rng.uniform(0.1, 0.6, (len(turn), 1)) * np.column_stack([np.cos(turn), np.sin(turn)])
+        ring = rng.uniform(-1, 2, 2) @ box + reach
+        yield np.round(ring * grid) / grid if grid else ring
+
+
+@pytest.mark.parametrize("grid", [None, 8])
+def test_shares_of_any_polygons_are_those_of_drawn_ones(grid):
+    rng, meetings = np.random.default_rng(3), set()
+    for _ in range(60):
+        side = rng.uniform(0.8, 2.0)
+        box = side * np.array([[1.0, 0.0], [rng.choice([0.0, 0.4, -1.3]), rng.uniform(0.6, 1.6)]])
+        try:
+            packing = droplets(list(hostile_rings(rng, box, grid)), rng.choice([0.02, 0.3]), box)
+        except InputError:
+            continue
+        found, w = droplet_cover(packing), 0.5 * packing.params["delta"]
+        assert found.gap < 1e-9 * w
+        if found.area.sum() < 1.6 * packing.area:  # drawn overlaps take long where many cover a point
+            np.testing.assert_allclose(found.share, drawn_shares(packing), atol=1e-4 * w**2 + 1e-9)
+            meetings.add(found.meeting)
+    assert {Meeting.APART, Meeting.CROSSING} <= meetings
+
+
+def test_squares_in_one_place_share_it():
+    """All their outlines coincide, so that vertices move by 1e-10 of the rim."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    packing = droplets([square, square, square + np.array([0.5, 0.0])], 0.1, 4 * np.eye(2))
+    first, second, _ = shared_areas(packing)
+    np.testing.assert_allclose(first, second, atol=2e-11)
+    np.testing.assert_allclose(shared_areas(packing).sum(), 1.5 + 5 * 0.05 + np.pi * 0.0025, atol=2e-11)
 
 
 def bumpy(vertices, seed, size=0.42):

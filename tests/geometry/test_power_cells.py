@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+import random_packings
 import shapely
+from hull_cells import hull_areas
 from hypothesis import given
 from hypothesis import strategies as st
 from packings_by_hand import HEXAGONAL, disks, droplets, random_disks
@@ -10,7 +12,7 @@ from packings_by_hand import HEXAGONAL, disks, droplets, random_disks
 from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import disk_cells
-from jamlab.geometry.tessellation import local_packing_fraction, tessellation
+from jamlab.geometry.tessellation import find_power_walls, local_packing_fraction, tessellation
 from jamlab.models.droplets import regular_polygon
 
 
@@ -162,3 +164,15 @@ def test_cells_of_jammed_droplets(dp_dense):
 def test_spacing_is_checked(spacing):
     with pytest.raises(InputError, match="spacing"):
         tessellation(droplets([regular_polygon(5, 1.0)], 0.1, 3 * np.eye(2)), spacing)
+
+
+@given(random_packings.packings())
+def test_cells_are_those_of_the_lifted_hull(packing):
+    """Of disks, and of points along outlines."""
+    owner, points, radius = packing.kind.power_points(packing, 0.2)
+    area, walls = find_power_walls(points, radius, packing.box, owner)
+    wanted = hull_areas(points, radius, packing.box, 3 * np.abs(packing.box).max())
+    np.testing.assert_allclose(area, wanted, atol=1e-11 * packing.area)
+    names = np.column_stack([walls.i, walls.j, walls.shift])[walls.length > 1e-9].tolist()
+    assert {(j, i, -a, -b) for i, j, a, b in names} <= {(*name,) for name in names}
+    np.testing.assert_allclose(walls.length, np.hypot(*(walls.ends[:, 1] - walls.ends[:, 0]).T), atol=1e-11)
