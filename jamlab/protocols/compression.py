@@ -246,7 +246,6 @@ def _sweep(
                 session,
                 packing,
                 found,
-                on_target=bool(abs(before - target) <= tolerance),
                 by=by,
                 compression_version=making.compression_version,
                 target=float(target),
@@ -256,7 +255,7 @@ def _sweep(
                 detours=detours,
                 **({} if error is None else {"pressure_error": off}),
                 **{_SLOPE: sweep.slope},
-            )
+            )._trusted(on_target=bool(abs(before - target) <= tolerance))
             sweep.last = packing
             if progress is not None:  # states far above onset take less time than those near it
                 part = 1.0 if target == targets[-1] else min(0.999, abs((before - start) / (targets[-1] - start)))

@@ -118,7 +118,7 @@ def leave_saddles(
     return replace(found, converged=held, off_saddles=held, on_rattlers=held)
 
 
-def record(session: Session, packing: Packing, found: Relaxed, *, on_target: bool = True, **entries: Any) -> Packing:
+def record(session: Session, packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     """Mark a packing as the minimum found, unless its Hessian has a negative eigenvalue: balanced forces alone may be
     those of a saddle.
 
@@ -126,11 +126,10 @@ def record(session: Session, packing: Packing, found: Relaxed, *, on_target: boo
         session: in which it was found; the log tells of its factorisations, if they were many.
         packing: the state that the minimisation ended in.
         found: what it reached.
-        on_target: whether that is what was asked for, see `Packing`.
         entries: further entries of the provenance.
 
     Returns:
-        The packing with `max_force`, `converged`, `force_tolerance`, `on_rattlers` and `on_target` set.
+        The packing with `max_force`, `converged`, `force_tolerance` and `on_rattlers` set.
     """
     converged = found.converged
     if converged and not found.off_saddles:
@@ -141,7 +140,6 @@ def record(session: Session, packing: Packing, found: Relaxed, *, on_target: boo
         converged=converged,
         force_tolerance=found.tolerance,
         on_rattlers=found.on_rattlers,
-        on_target=on_target,
         provenance=entries,
     )
     total = session.tally.pop("factorisations", 0)
