@@ -167,8 +167,16 @@ class DiskDrag : public DragSystem<DiskRow> {
   std::vector<double> multipliers() const override { return of_marginals(&MarginalContact::held); }
   void set_multipliers(const std::vector<double> &) override;
   double add_pair_forces(std::size_t e, double back, double rub, Field &force) const;
-  Answer answer_to(std::size_t e, double back, double rub, double accuracy, bool free_rate,
-                   Result &);
+  struct PairForces {    // on a marginal pair, against parting and slip
+    std::size_t pair;
+    double back, rub;
+  };
+  struct Pending;
+  static constexpr std::size_t TOGETHER = 4;    // answers that factors find at once
+  std::vector<Answer> answers_to(const std::vector<PairForces> &, double accuracy, bool free_rate,
+                                 Result &);
+  void find_together(Pending *some, std::size_t count, Result &);
+  void precondition_together(const std::vector<Pending *> &);
   std::vector<double> whole_weights() const;
   void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<MarginalSlip> &);
 };

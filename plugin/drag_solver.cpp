@@ -106,60 +106,62 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
 DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow,
                                                      const Goal &goal, Result &result)
 {
-  Energies found = {0.0, 0.0, goal.dissipation, false};
-  const int first = result.iterations, fewest = factored ? FEWEST_FACTORED : FEWEST;
-  double rho_first = 0.0, rho_before = 0.0, gain = 0.0, step = 0.0;
-  double p_flow = 0.0, product_flow = 0.0;
+  Descent so_far = begin_descent(goal, r_flow);
   for (Field *each : {&direction, &product_of_direction})
     std::fill_n(each->begin(), nlocal, Vec3());
   needs_flow = load.free_rate;
-  while (!found.reached && result.iterations < settings.iterations) {
-    const double z_flow = inverse_flow * r_flow;
-    double rho = precondition_free();
-    auto [power, flow] = multiply(descent, z_flow, TANGENT, product, &rho);
-    rho += r_flow * z_flow;
-    if (!(rho > 0.0)) {    // no residual, but for rounding
-      found.left = std::isnan(rho) ? rho : 0.0;
-      found.reached = !std::isnan(rho);
-      break;
-    }
-    if (result.iterations == first) rho_first = rho;
-    if (result.iterations >= first + fewest) {
-      found.left = rho * std::max(found.gained / rho_first, gain / rho_before);
-      const double accurate = goal.accuracy * goal.accuracy * found.whole;
-      found.reached = found.left <= std::max({accurate, goal.part * found.gained, goal.least});
-    }
-    if (looks_ahead()) {
-      found.left = rho;
-      found.reached = rho <= INNER * INNER * goal.least;
-    }
-    if (found.reached) break;
-    flow += settings.fluid * z_flow;
-    power += settings.fluid * z_flow * z_flow;
-    result.positive = power > 0.0;
-    if (!result.positive) break;
-    double keep = result.iterations > first ? rho / rho_before : 0.0;
-    if (keep * rho < step * power)
-      power -= keep * rho / step;
-    else
-      keep = 0.0;    // the first direction, or where rounding leaves no conjugate one
-    result.iterations++;
-    rho_before = rho;
-    step = rho / power;
-    take_step(3 * nlocal, keep, step, numbers(descent), numbers(product), numbers(direction),
-              numbers(product_of_direction), numbers(u), numbers(residual));
-    p_flow = z_flow + keep * p_flow;
-    product_flow = flow + keep * product_flow;
-    if (load.free_rate) {
-      load.rate += step * p_flow;
-      r_flow -= step * product_flow;
-    }
-    gain = step * rho;
-    found.gained += gain;
-    found.whole += gain;
-  }
+  while (goes_on(so_far, result) && iterate(so_far, precondition_free(), u, load, result)) {}
   needs_flow = true;
-  return found;
+  return so_far.found;
+}
+
+bool DragSolver::iterate(Descent &d, double rho, Field &u, Load &load, Result &result)
+{
+  Energies &found = d.found;
+  const double z_flow = inverse_flow * d.r_flow;
+  auto [power, flow] = multiply(descent, z_flow, TANGENT, product, &rho);
+  rho += d.r_flow * z_flow;
+  if (!(rho > 0.0)) {    // no residual, but for rounding
+    found.left = std::isnan(rho) ? rho : 0.0;
+    found.reached = !std::isnan(rho);
+    return false;
+  }
+  if (d.taken == 0) d.rho_first = rho;
+  if (d.taken >= (factored ? FEWEST_FACTORED : FEWEST)) {
+    found.left = rho * std::max(found.gained / d.rho_first, d.gain / d.rho_before);
+    const double accurate = d.goal.accuracy * d.goal.accuracy * found.whole;
+    found.reached = found.left <= std::max({accurate, d.goal.part * found.gained, d.goal.least});
+  }
+  if (looks_ahead()) {
+    found.left = rho;
+    found.reached = rho <= INNER * INNER * d.goal.least;
+  }
+  if (found.reached) return false;
+  flow += settings.fluid * z_flow;
+  power += settings.fluid * z_flow * z_flow;
+  result.positive = power > 0.0;
+  if (!result.positive) return false;
+  double keep = d.taken > 0 ? rho / d.rho_before : 0.0;
+  if (keep * rho < d.step * power)
+    power -= keep * rho / d.step;
+  else
+    keep = 0.0;    // the first direction, or where rounding leaves no conjugate one
+  d.taken++;
+  result.iterations++;
+  d.rho_before = rho;
+  d.step = rho / power;
+  take_step(3 * nlocal, keep, d.step, numbers(descent), numbers(product), numbers(direction),
+            numbers(product_of_direction), numbers(u), numbers(residual));
+  d.p_flow = z_flow + keep * d.p_flow;
+  d.product_flow = flow + keep * d.product_flow;
+  if (load.free_rate) {
+    load.rate += d.step * d.p_flow;
+    d.r_flow -= d.step * d.product_flow;
+  }
+  d.gain = d.step * rho;
+  found.gained += d.gain;
+  found.whole += d.gain;
+  return true;
 }
 
 /* Droplets are driven by forces and the drag of the affine flow. This is their squared norm by the

@@ -122,6 +122,25 @@ class DragSolver {
     bool reached;    // the goal
   };
   Energies conjugate_gradients(Field &u, Load &, double r_flow, const Goal &, Result &);
+  struct Descent {    // conjugate gradients so far; r_flow: residual of a free rate
+    Goal goal;
+    double r_flow;
+    Energies found;
+    int taken = 0;
+    double rho_first = 0.0, rho_before = 0.0, gain = 0.0, step = 0.0;
+    double p_flow = 0.0, product_flow = 0.0;
+  };
+  Descent begin_descent(const Goal &goal, double r_flow) const
+  {
+    return {goal, r_flow, {0.0, 0.0, goal.dissipation, false}};
+  }
+  bool goes_on(const Descent &d, const Result &result) const
+  {
+    return !d.found.reached && result.iterations < settings.iterations;
+  }
+  // an iteration; rho: descent . residual, of this rank; false: the last one
+  bool iterate(Descent &, double rho, Field &u, Load &, Result &);
+  Field direction, product_of_direction;    // of conjugate gradients
 
   enum Matrix { DRAG, TANGENT };    // B; B + ahead K, with the tangent of a power law if known
   struct Product {    // (p, rate) B (p, rate) and b p + c rate, of all ranks
@@ -131,9 +150,10 @@ class DragSolver {
   virtual Product multiply(Field &p, double rate, Matrix, Field &out, double *also = nullptr,
                            FlowSums *drag = nullptr) = 0;
   virtual double precondition() = 0;    // descent; returns descent . residual, of this rank
+  double precondition_free();           // the same, without atoms whose velocities are given
 
  private:
-  Field direction, product, product_of_direction;
+  Field product;
 
   virtual void find_weights(const Field &u, double rate) = 0;
   virtual void find_preconditioner(bool free_rate) = 0;
@@ -151,7 +171,6 @@ class DragSolver {
   };
   State state(const Field &force, const Field &u, const Load &) const;
   void line_search(const State &before, double rho, Field &force, Field &u, Load &load);
-  double precondition_free();
   double advance_forces(const Field &u, double rate, Field &force);
   // squared norm of the residual by the preconditioner: of two residuals it tells the smaller one
   double norm(double r_flow)

@@ -263,8 +263,9 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
   if (answers.empty()) {
     factorise_for_answers();
     const double accuracy = law.is_linear() ? ANSWER : EXACT;
-    for (const std::size_t e : rubs)
-      answers.push_back(answer_to(e, 0.0, 1.0, accuracy, load.free_rate, result));
+    std::vector<PairForces> slides;
+    for (const std::size_t e : rubs) slides.push_back({e, 0.0, 1.0});
+    answers = answers_to(slides, accuracy, load.free_rate, result);
   }
   std::vector<bool> free(m, false);    // pairs that slip without an answer in their approach
   for (std::size_t a = 0; a < m; a++) {
@@ -296,22 +297,90 @@ void DiskDrag::set_multipliers(const std::vector<double> &forces)
   for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
 }
 
-/* Finds the velocities that answer to forces on a marginal pair, against parting and slip. */
-DiskDrag::Answer DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy,
-                                     bool free_rate, Result &result)
+struct DiskDrag::Pending {    // an answer that conjugate gradients have begun to find
+  Answer answer;
+  Load unit;
+  Descent so_far;
+  Field residual, direction, product_of_direction;
+  std::vector<double> descent;    // three numbers of each disk
+};
+
+/* Finds the velocities that answer to forces on marginal pairs. Each has conjugate gradients of its
+   own, as if it were alone; factors are read once for a few. */
+std::vector<DiskDrag::Answer> DiskDrag::answers_to(const std::vector<PairForces> &forces,
+                                                   double accuracy, bool free_rate, Result &result)
 {
-  Answer found = {Field(nlocal + nghost), Field(nlocal + nghost), 0.0, 0.0};
-  const double moment = add_pair_forces(e, back, rub, found.force);
-  exchange.add_from_ghosts(found.force);
-  found.moment = free_rate ? sum(moment) : 0.0;
-  Load unit = {0.0, found.moment, free_rate};
-  std::copy_n(found.force.begin(), nlocal, residual.begin());
-  const int before = result.iterations;
-  conjugate_gradients(found.velocity, unit, found.moment, {accuracy, 0.0, 0.0, 0.0}, result);
-  if (!factored) answer_iterations = result.iterations - before;
-  found.rate = unit.rate;
-  exchange.send_to_ghosts(found.velocity);
+  const Field none(nlocal + nghost);
+  std::vector<Answer> found;
+  for (std::size_t first = 0; first < forces.size(); first += TOGETHER) {
+    const std::size_t count = std::min(TOGETHER, forces.size() - first);
+    std::vector<Pending> some(count);
+    for (std::size_t k = 0; k < count; k++) {
+      const auto &[e, back, rub] = forces[first + k];
+      Pending &p = some[k];
+      p.answer = {none, none, 0.0, 0.0};
+      const double moment = add_pair_forces(e, back, rub, p.answer.force);
+      exchange.add_from_ghosts(p.answer.force);
+      p.answer.moment = free_rate ? sum(moment) : 0.0;
+      p.unit = {0.0, p.answer.moment, free_rate};
+      p.so_far = begin_descent({accuracy, 0.0, 0.0, 0.0}, p.answer.moment);
+      p.residual = p.answer.force;
+      p.direction = p.product_of_direction = none;
+    }
+    needs_flow = free_rate;
+    find_together(some.data(), count, result);
+    needs_flow = true;
+    for (Pending &p : some) {
+      if (!factored) answer_iterations = p.so_far.taken;
+      p.answer.rate = p.unit.rate;
+      exchange.send_to_ghosts(p.answer.velocity);
+      found.push_back(std::move(p.answer));
+    }
+  }
   return found;
+}
+
+void DiskDrag::find_together(Pending *some, std::size_t count, Result &result)
+{
+  std::vector<Pending *> left;
+  for (std::size_t k = 0; k < count; k++) left.push_back(some + k);
+  const auto use = [this](Pending &p) {
+    std::swap(residual, p.residual);
+    std::swap(direction, p.direction);
+    std::swap(product_of_direction, p.product_of_direction);
+  };
+  while (!left.empty()) {
+    if (factored) precondition_together(left);
+    std::vector<Pending *> on;
+    for (Pending *const p : left) {
+      if (!goes_on(p->so_far, result)) continue;
+      use(*p);
+      for (int i = 0; factored && i < nlocal; i++)
+        descent[i] = {p->descent[3 * i], p->descent[3 * i + 1], p->descent[3 * i + 2]};
+      const double rho = factored ? field_dot(residual, descent, nlocal) : precondition_free();
+      if (iterate(p->so_far, rho, p->answer.velocity, p->unit, result)) on.push_back(p);
+      use(*p);
+    }
+    left = on;
+  }
+}
+
+void DiskDrag::precondition_together(const std::vector<Pending *> &some)
+{
+  const std::size_t count = some.size();
+  std::vector<double> columns(3 * nlocal * count);
+  for (std::size_t k = 0; k < count; k++) {
+    Field &left = some[k]->residual;
+    for (std::size_t i = 0; i < given.size(); i++)
+      if (given[i]) left[i] = Vec3();
+    const double *const from = numbers(left);
+    for (int i = 0; i < 3 * nlocal; i++) columns[i * count + k] = from[i];
+  }
+  factors.solve(columns.data(), static_cast<int>(count));
+  for (std::size_t k = 0; k < count; k++) {
+    some[k]->descent.resize(3 * nlocal);
+    for (int i = 0; i < 3 * nlocal; i++) some[k]->descent[i] = columns[i * count + k];
+  }
 }
 
 /* These weights belong to the whole drag of rubbing pairs, of which the matrix holds a part. */
@@ -380,13 +449,17 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
     pairs.weights[e] = whole[e];
     pairs.weights[m + e] = law.beta * whole[e];
   }
-  for (std::size_t k = 0; k < n; k++) {
-    const double back = k < m ? 1.0 : 0.0;
-    const Answer answer = answer_to(k % m, back, 1.0 - back, EXACT, load.free_rate, result);
-    const std::vector<MarginalSlip> found = marginal_slips(answer.velocity, answer.rate);
-    for (std::size_t e = 0; e < m; e++) {
-      pairs.answers[e * n + k] = found[e].approach;
-      pairs.answers[(m + e) * n + k] = found[e].slide;
+  for (std::size_t first = 0; first < n; first += TOGETHER) {
+    std::vector<PairForces> some;
+    for (std::size_t k = first; k < std::min(n, first + TOGETHER); k++)
+      some.push_back({k % m, k < m ? 1.0 : 0.0, k < m ? 0.0 : 1.0});
+    const std::vector<Answer> found = answers_to(some, EXACT, load.free_rate, result);
+    for (std::size_t k = 0; k < found.size(); k++) {
+      const std::vector<MarginalSlip> slip = marginal_slips(found[k].velocity, found[k].rate);
+      for (std::size_t e = 0; e < m; e++) {
+        pairs.answers[e * n + first + k] = slip[e].approach;
+        pairs.answers[(m + e) * n + first + k] = slip[e].slide;
+      }
     }
   }
   const bool rests = pairs.relax(parts);
