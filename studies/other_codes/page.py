@@ -162,7 +162,7 @@ def draw(tables: EnsembleTables) -> Drawing:
         below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2, "frameon": False}
         label(axes, "number of particles N", "CPU time on one core, s", **below)
         axes.set_title(name, fontsize=11)
-    out.caption = "CPU time against N, here and in other codes. Arrows: cut off by a limit of ten times jamlab's time."
+    out.caption = "CPU time against N, here and in other codes. Arrows: cut off by a limit of time."
     heads = ("work", "N", "code", "CPU time, s", "over jamlab's", "note")
     out.text = [TextTable(heads, [[*row] for row in _of_others(found)], words=True)]
     return out
