@@ -3,7 +3,7 @@ sense, units and copies. `tests/support/invariant_cases.py` lists them."""
 
 import numpy as np
 import pytest
-from invariant_cases import CASES, EXACT, NOT_COMPARED, TOGETHER, deviation, packings, public_functions_of_packings
+from invariant_cases import CASES, EXACT, NOT_COMPARED, deviation, packings, public_functions_of_packings, together
 
 from jamlab.packing.kinds import MODELS
 
@@ -35,7 +35,7 @@ def test_views(name, model):
     """All together, but for those in which a function sees another packing; the same again gives the same bits."""
     packing = packings()[model]
     before = packing.positions.copy()
-    found = {together: deviation(name, model, views) for together, views in TOGETHER.items()}
+    found = {several: deviation(name, model, views) for several, views in together(model).items()}
     assert found.pop("same") == 0 and np.array_equal(packing.positions, before)
     assert found["metres"] < EXACT  # minima and flows too: no number of a solver stands in other than natural units
     assert max(found.values()) < CASES[name].tolerance, found

@@ -123,13 +123,13 @@ VIEWS = {
     "metres": lambda view: replace(view, packing=scaled(view.packing, *METRES), s=METRES[0], k=METRES[1]),
     "supercell": lambda view: replace(view, packing=tiled(view.packing, 2), copies=4),
 }
-TOGETHER = {  # several at once, in the suite
-    "same": (),
-    "seen otherwise": ("permuted", "translated", "images", "box + k a", "180 deg", "units, 7e2"),
-    "mirror": ("mirror", "units, 3e-4"),
-    "metres": ("metres",),
-    "supercell": ("supercell",),
-}
+
+
+def together(model):
+    """Views that the suite takes at once, those of units by turns."""
+    units = "units, 3e-4" if model in ("hertz", "dp") else "units, 7e2"
+    several = ("permuted", "translated", "images", "box + k a", "180 deg", "mirror", units)
+    return {"same": (), "seen otherwise": several, "metres": ("metres",), "supercell": ("supercell",)}
 
 
 def scaled(packing, s, k):
