@@ -28,6 +28,7 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.scratch_folder import scratch_folder
 
 POISON = 5
+SLOW = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,7 @@ def ends(folder):
 
 @pytest.mark.parametrize(
     ("count", "chunk"),
-    [(8, 4), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((16, 1), (16, 8), (200, 1), (200, 25)))],
+    [(8, 4), *(pytest.param(*each, marks=SLOW) for each in ((16, 1), (16, 8), (200, 1), (200, 25)))],
 )
 def test_random_kills_and_one_poisonous_task(tmp_path, cheap, count, chunk):
     """All tasks but one finish to the bits of an undisturbed run, and that one fails."""
@@ -282,13 +283,7 @@ def test_a_folder_that_is_full_as_a_mark_is_made_ends_the_run(tmp_path, cheap, m
     assert campaign.run(InProcess()).finished == 2
 
 
-SLOW = pytest.mark.slow
-HALVES = [
-    pytest.param(b"", marks=SLOW),
-    b'{"task": "abc',
-    b"\xff\0" * 200,
-    pytest.param(b"[1]" + b" " * 317, marks=SLOW),
-]
+HALVES = [b'{"task": "abc', b"\xff\0" * 200, *(pytest.param(each, marks=SLOW) for each in (b"", b"[1]" + b" " * 317))]
 
 
 @pytest.mark.parametrize("content", HALVES)
