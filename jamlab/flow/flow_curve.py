@@ -142,7 +142,7 @@ class FlowCurve(FlowResult):
         say_balance(axes, self)
 
 
-FLOW_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took correlated rows for independent
+FLOW_DEFINITION = 3  # version, see jamlab.campaign.tasks; 1 took correlated rows for independent, 2 differs by rounding
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 
 

@@ -127,7 +127,7 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
     return np.asarray(found[:HARMONICS] + 1j * found[HARMONICS : 2 * HARMONICS])
 
 
-OSCILLATION_DEFINITION = 2  # version, see jamlab.campaign.tasks
+OSCILLATION_DEFINITION = 3  # version, see jamlab.campaign.tasks; 2 differs by rounding
 
 
 @checked

@@ -64,7 +64,7 @@ def test_the_first_row_without_a_positive_pivot_is_named():
     """A matrix of pairs: the fault lies in the pair that is not positive definite."""
     dense = np.kron(np.eye(9), [[2.0, 1.0], [1.0, 2.0]])
     dense[11, 11] = 0.3  # pivots 2 and 0.3 - 1/2, or 0.3 and 2 - 1/0.3
-    with pytest.raises(jamlab.ConvergenceError, match="row 1[01] is not positive"):
+    with pytest.raises(jamlab.ConvergenceError, match=r"row 1[01] is not positive"):
         PositiveSolver().factorise(sparse.csc_array(dense))
 
 
