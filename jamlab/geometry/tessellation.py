@@ -205,7 +205,8 @@ def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWall
     """Merge the cells of all points of a particle; walls between them vanish."""
     shortest = CELLS.shortest * np.sqrt(packing.area / packing.n)
     once = _stands_for_both(owner[walls.i], owner[walls.j], walls.shift)
-    i, j, shift, length, ends = (v[once] for v in (walls.i, walls.j, walls.shift, walls.length, walls.ends))
+    i, j, shift = walls.i[once], walls.j[once], walls.shift[once]
+    length, ends = walls.length[once], walls.ends[once]
     names, which, _ = named_pairs(owner[i], owner[j], shift)
     total = np.bincount(which, length, len(names))
     names, total = names[total > shortest], total[total > shortest]

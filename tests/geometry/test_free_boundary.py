@@ -180,3 +180,12 @@ def test_edges_over_too_many_images_are_refused():
     ring = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 1.0], [0.0, 1.0]])
     with pytest.raises(InputError, match="box"):
         voids(droplets([ring], 0.1, 0.04 * np.eye(2)))
+
+
+def test_pieces_that_follow_each_other_share_an_end():
+    """At onset outlines graze, where an end is known to sqrt(rounding), but from both sides alike."""
+    packing = jamlab.read(STATES / "droplets_at_onset.h5")
+    boundary = voids(packing).boundary
+    pieces = boundary.pieces
+    gap = (pieces.end - pieces.start[boundary.following]) @ np.linalg.inv(packing.box)
+    np.testing.assert_allclose(gap - np.round(gap), 0.0, atol=2e-15)

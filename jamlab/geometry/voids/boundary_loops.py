@@ -35,6 +35,7 @@ class Rays:
 
     # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
     joint: float = 1e-6
+    same: float = 1e-5  # of that: ends of droplets, which both sides calculate alike, are nearer
     seam: float = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
     # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
     grazing: float = 1e-3
@@ -78,10 +79,11 @@ def _join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Ar
     loose, free, k = np.flatnonzero(~known), np.flatnonzero(~taken), int((~known).sum())
     if not k:
         return
-    near = periodic_neighbors(pieces.end[loose], pieces.start[free], box, tolerance)
-    if len(near.i) == k and (np.bincount(near.i, minlength=k) * np.bincount(near.j, minlength=k) == 1).all():
-        following[loose], shift[loose] = free[near.j], near.shift
-        return
+    for reach in (RAYS.same * tolerance, tolerance):  # both ends of a short overlap may lie within the tolerance
+        near = periodic_neighbors(pieces.end[loose], pieces.start[free], box, reach)
+        if len(near.i) == k and (np.bincount(near.i, minlength=k) * np.bincount(near.j, minlength=k) == 1).all():
+            following[loose], shift[loose] = free[near.j], near.shift
+            return
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
