@@ -56,8 +56,11 @@ class SparseFactors {
   std::vector<int> first_, rows_;
   std::variant<BlockCholesky<1>, BlockCholesky<2>, BlockCholesky<3>> factors_;
 
+  // The width whose blocks are fullest; 1 if too many numbers of them are missing.
   static std::size_t block_width(int size, const int *first, const int *rows) {
-    for (const int width : {3, 2}) {
+    std::size_t best = 1;
+    double fullest = 1.0 - ZEROS;
+    for (const int width : {2, 3}) {
       if (size % width) continue;
       std::vector<int> seen(size / width, -1);
       std::int64_t blocks = 0;
@@ -67,9 +70,13 @@ class SparseFactors {
           blocks += last != c / width;
           last = c / width;
         }
-      if (first[size] >= (1.0 - ZEROS) * static_cast<double>(blocks * width * width)) return width;
+      const double full = first[size] / (static_cast<double>(blocks) * width * width);
+      if (full > fullest) {
+        fullest = full;
+        best = width;
+      }
     }
-    return 1;
+    return best;
   }
 };
 
