@@ -40,3 +40,24 @@ show("shear-modulus")
 # default adds no error that the default tolerance has not.
 
 show("flow-steps")
+
+# %%
+# A mean over packings of disks: how many of which size. φ and z depend on N, so larger packings err less for the same
+# time, and more packings of a small size do not help. G scatters from packing to packing.
+
+show("ensemble-means")
+
+# %%
+# The true packing fraction of disks: pairs of overlaps suffice until three disks overlap in a point.
+
+show("packing-fraction")
+
+# %%
+# Vertices of droplets: what the default numbers, 12 and 17, differ from smooth outlines by.
+
+show("droplet-vertices")
+
+# %%
+# The shear modulus of droplets, near onset and dense.
+
+show("droplet-modulus")
