@@ -8,6 +8,7 @@ from jamlab.arguments.choices import MinimizerStyle
 SESSIONS = (
     Argument("line", "A command of LAMMPS.", "text"),
     Argument("settings", "Variables of LAMMPS, by name."),
+    Argument("alike", "Give the bits of particles built anew.", "flag", default=False),
     Argument("anew", "Build the particles anew.", "flag", default=False),
     Argument(
         "steps",
