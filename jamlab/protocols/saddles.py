@@ -48,8 +48,6 @@ SLIDES = Slides()
 
 _log = logging.getLogger(__name__)
 
-FINEST = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
-
 
 def relax_off_saddles(
     session: Session,

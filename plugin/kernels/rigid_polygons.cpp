@@ -11,24 +11,8 @@ constexpr double SKIN = 0.3;        // extra reach of the list of pairs, mean di
 constexpr double TOUCHING = 1e-12;  // distance over delta below which a contact has no direction
 constexpr double MOST_COPIES = 1e8;
 
-// These are the derivatives g of a distance d in the coordinates of a vertex's polygon and of the
-// other polygon. The second derivatives of the energy are k g g' - f grad grad d.
-struct Gradient {
-  double of[6];
-};
-
-void add_outer(double (&h)[6][6], double factor, const Gradient &g)
-{
-  for (int a = 0; a < 6; ++a)
-    for (int b = 0; b < 6; ++b) h[a][b] += factor * g.of[a] * g.of[b];
-}
-
-Gradient gradient_along(const Vector &direction, const Vector &arm, const Vector &foot,
-                        double radius_i, double radius_j)
-{
-  return {{direction.x, direction.y, cross(arm, direction) / radius_i, -direction.x, -direction.y,
-           -cross(foot, direction) / radius_j}};
-}
+int64_t after(int64_t k, int64_t count) { return k + 1 < count ? k + 1 : 0; }
+int64_t ahead(int64_t k, int64_t count) { return k > 0 ? k - 1 : count - 1; }
 
 }  // namespace
 
@@ -79,9 +63,12 @@ void RigidPolygons::list_pairs()
   double search[5];
   const Reaching all{n, centres.data(), reach.data()};
   pairs.clear();
-  const auto list = [&](const Neighbor &near) { pairs.push_back({near.i, near.j, near.shift}); };
+  const auto list = [&](const Neighbor &found) { pairs.push_back({found.i, found.j, found.shift}); };
   crossed = visit_neighbors(all, all, Lattice(box), true, MOST_COPIES, search, list) != 0;
-  listed = *this;
+  listed.q = q;
+  listed.width = width;
+  listed.tilt = tilt;
+  listed.height = height;
 }
 
 void RigidPolygons::turn_spokes()
@@ -93,108 +80,179 @@ void RigidPolygons::turn_spokes()
   }
 }
 
-// Finds the contact of a point, seen from the centre of polygon j, with the outline of j. The
-// nearest edge is the edge of the point's sector.
-bool RigidPolygons::find_contact(const Vector &point, int64_t j, Contact &contact)
+// The distance to the centre of another polygon falls towards the nearest vertex from both sides.
+int64_t RigidPolygons::nearest_vertex(int64_t i, const Vector &from, int64_t v) const
+{
+  const int64_t count = first[i + 1] - first[i];
+  const auto square = [&](int64_t k) {
+    const Vector point = from + spokes[first[i] + k];
+    return dot(point, point);
+  };
+  double least = square(v);
+  for (const auto next : {after, ahead})
+    for (int64_t k = 0; k < count; ++k) {
+      const int64_t w = next(v, count);
+      const double other = square(w);
+      if (other >= least) break;
+      least = other;
+      v = w;
+    }
+  return v;
+}
+
+// Finds the edge of polygon j in whose sector a point lies, seen from the centre of j. It is the
+// nearest edge.
+int64_t RigidPolygons::edge_below(const Vector &point, int64_t j, int64_t edge) const
 {
   const int64_t count = first[j + 1] - first[j];
-  double sector = (std::atan2(point.y, point.x) - q[3 * j + 2] / radii[j]) * count / TWO_PI;
-  sector -= count * std::floor(sector / count);
-  const int64_t edge = std::min(static_cast<int64_t>(sector), count - 1);
-  const Vector tail = spokes[first[j] + edge], along = spokes[first[j] + (edge + 1) % count] - tail;
-  const double part = dot(point - tail, along) / dot(along, along);
-  contact.corner = part <= 0 || part >= 1;
-  contact.foot = tail + along * std::clamp(part, 0.0, 1.0);
-  contact.point = point;
-  const Vector gap = point - contact.foot;
-  contact.distance = size(gap);
-  if (cross(along, point - tail) > 0) crossed = true;
-  if (contact.distance >= delta || contact.distance < TOUCHING * delta) return false;
-  contact.normal = gap * (1 / contact.distance);
+  const Vector *const spoke = &spokes[first[j]];
+  for (int64_t k = 0; k < count && cross(spoke[edge], point) < 0; ++k) edge = ahead(edge, count);
+  for (int64_t k = 0; k < count && cross(spoke[after(edge, count)], point) >= 0; ++k)
+    edge = after(edge, count);
+  return edge;
+}
+
+// Finds the contact of a point, given from the centre of polygon j, with an edge of j; false beyond
+// the reach.
+bool RigidPolygons::find_contact(int64_t i, int64_t j, int64_t edge, double reach, RimContact &c)
+{
+  const int64_t count = first[j + 1] - first[j];
+  const Vector tail = spokes[first[j] + edge];
+  const Vector along = spokes[first[j] + after(edge, count)] - tail;
+  const double part = dot(c.point - tail, along) / dot(along, along);
+  c.corner = part <= 0 || part >= 1;
+  c.foot = tail + along * std::clamp(part, 0.0, 1.0);
+  const Vector gap = c.point - c.foot;
+  c.distance = ::size(gap);
+  if (cross(along, c.point - tail) > 0) crossed = true;
+  if (c.distance >= reach || c.distance < TOUCHING * delta) return false;
+  c.overlap = delta - c.distance;
+  c.normal = gap * (1 / c.distance);
+  c.slope[0] = c.normal.x;
+  c.slope[1] = c.normal.y;
+  c.slope[2] = cross(c.arm, c.normal) / radii[i];
+  c.slope[3] = -c.normal.x;
+  c.slope[4] = -c.normal.y;
+  c.slope[5] = -cross(c.foot, c.normal) / radii[j];
   return true;
 }
 
-void RigidPolygons::add_contact(int64_t i, int64_t j, const Contact &c, Stiffness *second,
-                                bool turned)
+// Vertices in reach follow each other around the nearest one, and so do the edges below them.
+void RigidPolygons::find_contacts(Pair &pair, const Vector &apart, bool turned, double reach)
 {
-  const double overlap = 1 - c.distance / delta, force = eps / delta * overlap;
-  const Gradient g = gradient_along(c.normal, c.arm, c.foot, radii[i], radii[j]);
-  energy += 0.5 * eps * overlap * overlap;
-  contact_force = std::max(contact_force, force);
-  for (int a = 0; a < 3; ++a) {
-    forces[3 * i + a] += force * g.of[a];
-    forces[3 * j + a] += force * g.of[3 + a];
+  const int64_t i = turned ? pair.j : pair.i, j = turned ? pair.i : pair.j;
+  const int64_t count = first[i + 1] - first[i];
+  const Vector from = turned ? apart * -1.0 : apart;
+  const double far = radii[j] + reach;
+  const auto point_of = [&](int64_t v) { return from + spokes[first[i] + v]; };
+  const auto in_reach = [&](const Vector &point) { return dot(point, point) < far * far; };
+  int64_t v = pair.vertex[turned] = nearest_vertex(i, from, pair.vertex[turned]);
+  if (!in_reach(point_of(v))) return;
+  for (int64_t k = 1; k < count && in_reach(point_of(ahead(v, count))); ++k) v = ahead(v, count);
+  int64_t &edge = pair.edge[turned];
+  for (int64_t k = 0; k < count; ++k, v = after(v, count)) {
+    RimContact contact;
+    contact.point = point_of(v);
+    if (!in_reach(contact.point)) break;
+    contact.arm = spokes[first[i] + v];
+    contact.turned = turned;
+    edge = edge_below(contact.point, j, edge);
+    if (find_contact(i, j, edge, reach, contact)) contacts.push_back(contact);
   }
-  if (!second) return;
-
-  double h[6][6] = {};
-  add_outer(h, eps / (delta * delta), g);
-  const double turn = dot(c.normal, c.arm), foot = dot(c.normal, c.foot);
-  const double per_i = 1 / radii[i], per_j = 1 / radii[j];
-  const Vector across{-c.normal.y, c.normal.x};
-  h[2][2] += force * turn * per_i * per_i;
-  if (c.corner) {
-    add_outer(h, -force / c.distance, gradient_along(across, c.arm, c.foot, radii[i], radii[j]));
-    h[5][5] -= force * foot * per_j * per_j;
-  } else {
-    h[5][5] += force * dot(c.normal, c.point) * per_j * per_j;
-    const Vector side = across * per_j;
-    const double mixed[5] = {side.x, side.y, turn * per_i * per_j, -side.x, -side.y};
-    for (int a = 0; a < 5; ++a) {
-      h[a][5] -= force * mixed[a];
-      h[5][a] -= force * mixed[a];
-    }
-  }
-  const int own = turned ? 3 : 0, other = 3 - own;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      second->ii[3 * a + b] += h[own + a][own + b];
-      second->ij[3 * a + b] += h[own + a][other + b];
-      second->jj[3 * a + b] += h[other + a][other + b];
-    }
 }
 
-void RigidPolygons::evaluate(bool with_stiffness)
+// Adds the energy of a pair, and its forces.
+void RigidPolygons::push(const NearPair &pair)
+{
+  Vector pushed{0.0, 0.0};  // i, by j
+  for (int64_t m = pair.first; m < pair.last; ++m) {
+    const RimContact &c = contacts[m];
+    if (c.overlap <= 0) continue;
+    const double force = spring() * c.overlap;
+    energy += 0.5 * force * c.overlap;
+    contact_force = std::max(contact_force, force);
+    pushed += c.normal * (c.turned ? -force : force);
+  }
+  virial += dot(pushed, pair.apart);
+}
+
+void RigidPolygons::evaluate(double margin)
 {
   energy = virial = contact_force = 0.0;
   crossed = false;
   if (!list_holds()) list_pairs();
   turn_spokes();
-  std::fill(forces.begin(), forces.end(), 0.0);
-  if (with_stiffness) stiffness.clear();
-  for (const Pair &pair : pairs) {
+  contacts.clear();
+  near.clear();
+  const double reach = delta + margin;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    Pair &pair = pairs[k];
     const auto [along_x, along_y] = pair.shift;
     const Vector moved{along_x * width + along_y * tilt, along_y * height};
     const Vector apart = centre(pair.i) - centre(pair.j) - moved;
-    const double far = radii[pair.i] + radii[pair.j] + delta;
+    const double far = radii[pair.i] + radii[pair.j] + reach;
     if (dot(apart, apart) >= far * far) continue;
-    bool touching = false;
-    Vector pushed{0.0, 0.0};  // i, by j
-    for (const bool turned : {false, true}) {
-      const int64_t i = turned ? pair.j : pair.i, j = turned ? pair.i : pair.j;
-      const Vector from = turned ? apart * -1.0 : apart;
-      const double reach = radii[j] + delta;
-      for (int64_t v = first[i]; v < first[i + 1]; ++v) {
-        const Vector point = from + spokes[v];
-        Contact contact;
-        if (dot(point, point) >= reach * reach || !find_contact(point, j, contact)) continue;
-        contact.arm = spokes[v];
-        if (with_stiffness && !touching)
-          stiffness.push_back({pair.i, pair.j, apart, 0.0, {}, {}, {}});
-        touching = true;
-        add_contact(i, j, contact, with_stiffness ? &stiffness.back() : nullptr, turned);
-        const double force = eps / delta * (1 - contact.distance / delta);
-        pushed += contact.normal * (turned ? -force : force);
-      }
-    }
-    if (!touching) continue;
-    const double radial = dot(pushed, apart);
-    virial += radial;
-    if (with_stiffness) stiffness.back().radial = -radial;
+    const int64_t begin = static_cast<int64_t>(contacts.size());
+    find_contacts(pair, apart, false, reach);
+    find_contacts(pair, apart, true, reach);
+    const int64_t end = static_cast<int64_t>(contacts.size());
+    if (begin == end) continue;
+    near.push_back({pair.i, pair.j, apart, begin, end, static_cast<int64_t>(k)});
+    push(near.back());
+  }
+  Numbers forces_of_contacts = overlaps();
+  for (double &force : forces_of_contacts) force = spring() * std::max(0.0, force);
+  forces.assign(3 * (n + shears), 0.0);
+  add_forces(forces_of_contacts, forces);
+}
+
+RigidPolygons::Numbers RigidPolygons::overlaps() const
+{
+  Numbers found(contacts.size());
+  for (std::size_t m = 0; m < found.size(); ++m) found[m] = contacts[m].overlap;
+  return found;
+}
+
+RigidPolygons::Numbers RigidPolygons::closing(const Numbers &step) const
+{
+  Numbers change(contacts.size());
+  for (const NearPair &pair : near) {
+    Vector sheared{0.0, 0.0};
     if (shears) {
-      forces[3 * n] += (pushed.x * apart.x - pushed.y * apart.y) / box_coordinate();
-      forces[3 * n + 1] += pushed.x * apart.y / box_coordinate();
+      const double s = step[3 * n] / box_coordinate(), g = step[3 * n + 1] / box_coordinate();
+      sheared = {s * pair.apart.x + g * pair.apart.y, -s * pair.apart.y};
     }
+    for (int64_t m = pair.first; m < pair.last; ++m) {
+      const RimContact &c = contacts[m];
+      const double *const own = &step[3 * (c.turned ? pair.j : pair.i)];
+      const double *const other = &step[3 * (c.turned ? pair.i : pair.j)];
+      double wider = dot(c.normal, sheared) * (c.turned ? -1.0 : 1.0);
+      for (int a = 0; a < 3; ++a) wider += c.slope[a] * own[a] + c.slope[3 + a] * other[a];
+      change[m] = -wider;
+    }
+  }
+  return change;
+}
+
+void RigidPolygons::add_forces(const Numbers &push, Numbers &to) const
+{
+  for (const NearPair &pair : near) {
+    Vector pushed{0.0, 0.0};  // i, by j
+    for (int64_t m = pair.first; m < pair.last; ++m) {
+      if (!(push[m] > 0)) continue;
+      const RimContact &c = contacts[m];
+      double *const own = &to[3 * (c.turned ? pair.j : pair.i)];
+      double *const other = &to[3 * (c.turned ? pair.i : pair.j)];
+      for (int a = 0; a < 3; ++a) {
+        own[a] += push[m] * c.slope[a];
+        other[a] += push[m] * c.slope[3 + a];
+      }
+      pushed += c.normal * (c.turned ? -push[m] : push[m]);
+    }
+    if (!shears) continue;
+    const Vector &d = pair.apart;
+    to[3 * n] += (pushed.x * d.x - pushed.y * d.y) / box_coordinate();
+    to[3 * n + 1] += pushed.x * d.y / box_coordinate();
   }
 }
 
@@ -237,118 +295,11 @@ void RigidPolygons::scale(double factor)
 
 void RigidPolygons::keep()
 {
-  before = *this;
-  stiffness_before.swap(stiffness);
+  std::swap(static_cast<RigidState &>(*this), before);
+  q = before.q;
+  width = before.width;
+  tilt = before.tilt;
+  height = before.height;
 }
 
-void RigidPolygons::go_back()
-{
-  static_cast<RigidState &>(*this) = before;
-  stiffness.swap(stiffness_before);
-}
-
-std::vector<double> RigidPolygons::forces_of_scaling() const
-{
-  std::vector<double> u(forces.size(), 0.0);
-  for (const Stiffness &pair : stiffness) {
-    const Vector &d = pair.apart;
-    double of_i[3];
-    for (int a = 0; a < 3; ++a) {
-      of_i[a] = pair.ii[3 * a] * d.x + pair.ii[3 * a + 1] * d.y;
-      u[3 * pair.i + a] -= of_i[a];
-      u[3 * pair.j + a] -= pair.ij[a] * d.x + pair.ij[3 + a] * d.y;
-    }
-    if (!shears) continue;
-    u[3 * n] -= (of_i[0] * d.x - of_i[1] * d.y) / box_coordinate();
-    u[3 * n + 1] -= of_i[0] * d.y / box_coordinate();
-  }
-  return u;
-}
-
-// Rows of this block belong to polygon i, or j, and columns to the two shears. A shear moves i
-// against j by (s x + g y, -s y).
-RigidPolygons::Block RigidPolygons::shear_block(const Stiffness &pair, bool of_j) const
-{
-  Block block{};
-  const Vector &d = pair.apart;
-  for (int a = 0; a < 3; ++a) {
-    const double x = of_j ? pair.ij[a] : pair.ii[3 * a];
-    const double y = of_j ? pair.ij[3 + a] : pair.ii[3 * a + 1];
-    block[3 * a] = (x * d.x - y * d.y) / box_coordinate();
-    block[3 * a + 1] = x * d.y / box_coordinate();
-  }
-  return block;
-}
-
-RigidPolygons::Block RigidPolygons::box_block(const Stiffness &pair) const
-{
-  const auto [x, y] = pair.apart;
-  const double xx = pair.ii[0], xy = pair.ii[1], yy = pair.ii[4];
-  const double square = box_coordinate() * box_coordinate();
-  Block block{};
-  block[0] = (x * x * xx - 2 * x * y * xy + y * y * yy + pair.radial) / square;
-  block[1] = block[3] = (x * y * xx - y * y * xy) / square;
-  block[4] = y * y * xx / square;
-  return block;
-}
-
-// Calls act(i, j, block) for blocks whose sum is the matrix. Transposed blocks are left out.
-template <class Act> void RigidPolygons::visit_blocks(Act act) const
-{
-  for (const Stiffness &pair : stiffness) {
-    if (pair.i == pair.j) {
-      Block both;
-      for (int a = 0; a < 9; ++a)
-        both[a] = pair.ii[a] + pair.jj[a] + pair.ij[a] + pair.ij[3 * (a % 3) + a / 3];
-      act(pair.i, pair.i, both);
-    } else {
-      act(pair.i, pair.i, pair.ii);
-      act(pair.j, pair.j, pair.jj);
-      act(pair.i, pair.j, pair.ij);
-    }
-    if (!shears) continue;
-    act(pair.i, n, shear_block(pair, false));
-    act(pair.j, n, shear_block(pair, true));
-    act(n, n, box_block(pair));
-  }
-}
-
-// Returns whether the matrix is positive definite with this shift of the diagonal. `pin_loose`
-// gives a stiffness of 1 to polygons without contacts, and to one polygon against translations of
-// all.
-bool RigidPolygons::factorise(double shift, bool pin_loose)
-{
-  std::vector<Factors::Entry> entries;
-  const auto add = [&](int64_t i, int64_t j, const Block &block) {
-    entries.push_back({static_cast<int>(i), static_cast<int>(j), block});
-  };
-  visit_blocks(add);
-  if (shears) add(n, n, {0, 0, 0, 0, 0, 0, 0, 0, 1});
-  if (pin_loose) {
-    std::vector<int> contacts(n, 0);
-    for (const Stiffness &pair : stiffness) {
-      ++contacts[pair.i];
-      ++contacts[pair.j];
-    }
-    for (int64_t i = 0; i < n; ++i)
-      if (!contacts[i]) add(i, i, {1, 0, 0, 0, 1, 0, 0, 0, 1});
-    const int64_t held = std::max_element(contacts.begin(), contacts.end()) - contacts.begin();
-    if (contacts[held]) add(held, held, {1, 0, 0, 0, 1, 0, 0, 0, 0});
-  }
-  factors.set_pattern(static_cast<int>(n + shears), entries);
-  factors.set(entries);
-  return factors.factorise(shift);
-}
-
-void RigidPolygons::write_stiffness(double *matrix) const
-{
-  const std::size_t rows = forces.size();
-  std::fill_n(matrix, rows * rows, 0.0);
-  visit_blocks([&](int64_t i, int64_t j, const Block &block) {
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) {
-        matrix[(3 * i + a) * rows + 3 * j + b] += block[3 * a + b];
-        if (i != j) matrix[(3 * j + b) * rows + 3 * i + a] += block[3 * a + b];
-      }
-  });
-}
+void RigidPolygons::go_back() { std::swap(static_cast<RigidState &>(*this), before); }

@@ -17,6 +17,26 @@
 
 namespace jamlab {
 
+// A vertex and the nearest point of the outline of another polygon. The vertex belongs to the first
+// polygon of the pair, or to the second where it is `turned`.
+struct RimContact {
+  double overlap;      // delta - d, below 0 for a gap
+  double slope[6];     // of d, in the coordinates of the vertex's polygon and of the other
+  double distance;     // d
+  Vector normal;       // unit vector
+  Vector arm;          // the vertex, from its own centre
+  Vector point, foot;  // the vertex and its foot, from the other centre
+  bool turned, corner;  // corner: the foot is a vertex
+};
+
+// Two polygons with contacts or gaps from `first` to `last`.
+struct NearPair {
+  int64_t i, j;
+  Vector apart;  // centre of i less the centre of the image of j
+  int64_t first, last;
+  int64_t listed;  // number in the list of pairs
+};
+
 // A step of a minimisation changes this part of the polygons.
 struct RigidState {
   std::vector<double> q;       // x, y and R times the angle of each polygon
@@ -26,46 +46,57 @@ struct RigidState {
   double contact_force = 0.0;  // the largest of a contact
   bool crossed = false;        // a vertex lies inside another polygon, and no contact pushes it out
   std::vector<double> forces;  // -dE/dq, three numbers of each polygon, and of a box that shears
+  std::vector<RimContact> contacts;  // and gaps
+  std::vector<NearPair> near;
   Vector centre(int64_t i) const { return {q[3 * i], q[3 * i + 1]}; }
 };
 
 class RigidPolygons : public RigidState {
  public:
+  using Numbers = std::vector<double>;
+
   // counts (n): vertices of each polygon; radii (n); box (2, 2); coordinates (n, 3)
   RigidPolygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
                 const double *box, const double *coordinates, bool shears);
 
-  void evaluate(bool with_stiffness);
+  void evaluate(double margin);  // margin: widest gap that is listed
   double largest_force() const;  // of a polygon, its torque over its radius, or of the box
-  void move(const std::vector<double> &step, double factor);
+  void move(const Numbers &step, double factor);
   void scale(double factor);  // box and centres
   void keep();                // the state before a move
   void go_back();             // to the kept state
   const RigidState &kept() const { return before; }
+
+  double spring() const { return eps / (delta * delta); }  // of a contact
+  Numbers overlaps() const;
+  Numbers closing(const Numbers &step) const;        // change of overlaps, to first order
+  void add_forces(const Numbers &push, Numbers &to) const;  // of contacts that push, 0 or more
+  // Forces of contacts times second derivatives of their distances are the curvature.
+  void find_curvature();
+  Numbers curvature_times(const Numbers &step) const;
+
+  // The matrix has springs where contacts are `active`, and the curvature.
+  void assemble(const std::vector<char> &active, bool curved);
+  void assemble();  // second derivatives of the energy
   bool factorise(double shift, bool pin_loose = false);
-  void solve(std::vector<double> &r) { factors.solve(r); }
-  std::vector<double> forces_of_scaling() const;  // forces that an isotropic strain brings, over it
-  void write_stiffness(double *matrix) const;     // of all coordinates, dense
+  void solve(Numbers &r) { factors.solve(r); }
+  Numbers forces_of_scaling() const;           // forces that an isotropic strain brings, over it
+  void write_stiffness(double *matrix) const;  // of all coordinates, dense
 
  private:
   using Factors = LAMMPS_NS::BlockCholesky<3>;
   using Block = Factors::Block;
   struct Pair {
     int64_t i, j;
-    Image shift;  // of j
+    Image shift;                             // of j
+    int64_t vertex[2] = {0, 0}, edge[2] = {0, 0};  // the nearest ones last seen, of i and j, j and i
+    bool held = false;                       // has blocks of the matrix
   };
   struct Stiffness {  // second derivatives of the energy of one pair
     int64_t i, j;
-    Vector apart;   // centre of i less the centre of the image of j
+    Vector apart;
     double radial;  // first derivative of the energy along `apart`, times its length
     Block ii, ij, jj;
-  };
-  struct Contact {
-    Vector normal;       // unit vector
-    Vector arm;          // the vertex, from its own centre
-    Vector point, foot;  // the vertex and its foot, from the other centre
-    double distance;
-    bool corner;  // the foot is a vertex
   };
 
   int64_t n;
@@ -77,18 +108,24 @@ class RigidPolygons : public RigidState {
   std::vector<Pair> pairs;
   RigidState listed;                    // the state for which pairs were listed
   RigidState before;
-  std::vector<Stiffness> stiffness, stiffness_before;
+  std::vector<Stiffness> stiffness, curvature;  // of pairs that are held; of all near ones
+  std::vector<Factors::Entry> entries;
   Factors factors;
 
   double box_coordinate() const { return std::sqrt(static_cast<double>(n)); }  // of a strain of 1
   bool list_holds() const;
   void list_pairs();
   void turn_spokes();
-  bool find_contact(const Vector &point, int64_t j, Contact &contact);
-  void add_contact(int64_t i, int64_t j, const Contact &contact, Stiffness *second, bool turned);
+  int64_t nearest_vertex(int64_t i, const Vector &from, int64_t v) const;
+  int64_t edge_below(const Vector &point, int64_t j, int64_t edge) const;
+  void find_contacts(Pair &pair, const Vector &apart, bool turned, double reach);
+  bool find_contact(int64_t i, int64_t j, int64_t edge, double reach, RimContact &contact);
+  void push(const NearPair &pair);
+  void add_curvature(const RimContact &contact, Stiffness &to) const;
+  void hold_pairs(const std::vector<char> &active);
   Block shear_block(const Stiffness &pair, bool of_j) const;
   Block box_block(const Stiffness &pair) const;
-  template <class Act> void visit_blocks(Act act) const;
+  template <class Act> void visit_blocks(const std::vector<Stiffness> &of, Act act) const;
 };
 
 }  // namespace jamlab

@@ -1,9 +1,9 @@
-// Rigid regular polygons relax to a minimum by Levenberg-Marquardt steps with the exact second
-// derivatives: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal & Wright, Numerical
-// Optimization, algorithm 4.1.
+// Rigid regular polygons relax to a minimum by Levenberg-Marquardt steps, of which each knows the
+// contacts that it opens and closes: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal
+// & Wright, Numerical Optimization, algorithm 4.1.
 
 #include "kernel.h"
-#include "rigid_polygons.h"
+#include "rigid_step.h"
 
 #include <algorithm>
 #include <cstring>
@@ -16,10 +16,16 @@ namespace {
 struct Settings {  // in the order of `RigidDescent` of Python
   double relative, absolute, loose;
   double reach, first_shift, least_shift, last_shift;
-  double accepted, good, poor, shrink, grow, definite, searches, slack;
+  double accepted, good, poor, shrink, grow, definite, sets, rest;
 };
 
 constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part of it is rounding
+// Gaps up to this many times the longest move of a step are known to the next one, and at most up to
+// this many times the reach of a step.
+constexpr double NEXT = 8, WIDEST = 2;
+// A shift that shrank too fast shrinks by the square root of its factor next time, up to this one,
+// and by the factor to this power after a step that fared well.
+constexpr double SLOWEST = 0.8, FASTER = 1.4;
 constexpr double FOLLOWED = 0.05;        // longest move by linear response
 constexpr double GIVING_WAY = 1e-3;      // curvature of a saddle over the largest contact force
 constexpr int BISECTIONS = 8, ITERATIONS = 12;
@@ -39,12 +45,14 @@ double product(const std::vector<double> &a, const std::vector<double> &b)
 class Relaxation {
  public:
   Relaxation(RigidPolygons &polygons, const Settings &settings) :
-      polygons(polygons), settings(settings) {}
+      polygons(polygons), settings(settings),
+      next(polygons, static_cast<int>(settings.sets), settings.rest) {}
 
   // Scales box and centres. Contacts respond linearly where they are stable.
   void follow(double factor)
   {
-    polygons.evaluate(true);
+    polygons.evaluate(0.0);
+    polygons.assemble();
     std::vector<double> u;
     if (polygons.energy > 0 && polygons.factorise(settings.least_shift)) {
       u = polygons.forces_of_scaling();
@@ -59,11 +67,11 @@ class Relaxation {
   // Descends to a minimum, or until contacts are lost, and returns the number of steps.
   int64_t descend(int64_t steps)
   {
-    double shift = settings.first_shift;
-    polygons.evaluate(true);
+    shift = settings.first_shift;
+    shrink = settings.shrink;
+    polygons.evaluate(WIDEST * settings.reach);
     int64_t taken = 0;
-    for (; taken < steps && !ended() && shift <= settings.last_shift; ++taken)
-      if (!step(shift)) break;
+    while (taken < steps && !ended() && shift <= settings.last_shift && step()) ++taken;
     return taken;
   }
 
@@ -73,7 +81,9 @@ class Relaxation {
   bool leave_saddle()
   {
     const double force = polygons.contact_force;
-    if (loose() || polygons.crossed || polygons.factorise(GIVING_WAY * force, true)) return false;
+    if (loose() || polygons.crossed) return false;
+    polygons.assemble();
+    if (polygons.factorise(GIVING_WAY * force, true)) return false;
     double low = GIVING_WAY * force, high = 2 * low;
     for (; !polygons.factorise(high, true); high *= 2)
       if (!(high < settings.last_shift)) return false;
@@ -95,6 +105,8 @@ class Relaxation {
  private:
   RigidPolygons &polygons;
   const Settings &settings;
+  RigidStep next;
+  double shift = 0.0, shrink = 0.0;  // added to the diagonal, and its factor after a good step
 
   bool ended() const
   {
@@ -102,24 +114,24 @@ class Relaxation {
     return polygons.crossed || loose() || polygons.largest_force() <= least;
   }
 
-  bool step(double &shift)
+  bool step()
   {
-    while (!polygons.factorise(shift)) {
+    while (!next.find(shift)) {
       shift = std::max(shift * settings.definite, settings.least_shift);
       if (!(shift <= settings.last_shift)) return false;
     }
-    std::vector<double> u = polygons.forces;
-    polygons.solve(u);
-    const double factor = std::min(1.0, settings.reach / largest(u));
-    const double slope = product(polygons.forces, u), square = product(u, u);
-    const double predicted = factor * slope - 0.5 * factor * factor * (slope - shift * square);
+    const double factor = std::min(1.0, settings.reach / largest(next.step()));
+    const double predicted = next.fall(factor);
     polygons.keep();
-    const double part = predicted > 0 ? gained_along(u, factor) / predicted : -1.0;
-    const bool accepted = part > settings.accepted;
-    if (part > settings.good) shift = std::max(settings.shrink * shift, settings.least_shift);
-    if (!accepted && predicted > 0 && shortened(u, factor)) return true;
-    if (!accepted) polygons.go_back();
+    const double part = predicted > 0 ? gained_along(next.step(), factor) / predicted : -1.0;
+    if (part > settings.good) {
+      shift = std::max(shrink * shift, settings.least_shift);
+      shrink = std::max(settings.shrink, std::pow(shrink, FASTER));
+    }
     if (!(part >= settings.poor)) shift *= settings.grow;
+    if (part > settings.accepted) return true;
+    polygons.go_back();
+    shrink = std::min(SLOWEST, std::sqrt(shrink));
     return true;
   }
 
@@ -128,7 +140,7 @@ class Relaxation {
   {
     const RigidState &before = polygons.kept();
     polygons.move(u, factor);
-    polygons.evaluate(true);
+    polygons.evaluate(std::min(WIDEST * settings.reach, NEXT * factor * largest(u)));
     if (polygons.crossed) return -1.0;
     const double gained = before.energy - polygons.energy;
     if (std::fabs(gained) >= ENERGY_DIGITS * before.energy) return gained;
@@ -136,47 +148,18 @@ class Relaxation {
     return 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));
   }
 
-  // Cuts a step that leads uphill short, behind the contacts that stop it, by regula falsi on the
-  // force along the step.
-  bool shortened(const std::vector<double> &u, double factor)
-  {
-    const double slope = product(polygons.kept().forces, u);
-    double low = 0.0, high = factor, along_low = slope, along_high = product(polygons.forces, u);
-    for (int k = 0; k < settings.searches; ++k) {
-      const bool halve = polygons.crossed || along_high >= 0;
-      const double zero = along_low / (along_low - along_high);
-      const double part = halve ? 0.5 : std::clamp(zero, 0.03, 0.97);
-      const double middle = low + part * (high - low);
-      polygons.go_back();
-      polygons.keep();
-      const bool lower = gained_along(u, middle) > 0;
-      const double along = product(polygons.forces, u);
-      if (lower && along <= settings.slack * slope) return true;
-      if (!polygons.crossed && along > 0) {
-        low = middle;
-        along_low = along;
-        along_high *= 0.5;
-      } else {
-        high = middle;
-        along_high = along;
-        along_low *= 0.5;
-      }
-    }
-    return false;
-  }
-
   // Takes longer and longer steps while the energy falls, and one that ends in what stops it.
   void slide(const std::vector<double> &mode, double sign)
   {
-    double length = 0.0, next = 0.002 * settings.reach;
+    double length = 0.0, ahead = 0.002 * settings.reach;
     bool downhill = true;
     while (downhill && length < settings.reach) {
       polygons.keep();
-      polygons.move(mode, sign * next);
-      polygons.evaluate(true);
+      polygons.move(mode, sign * ahead);
+      polygons.evaluate(0.0);
       downhill = !polygons.crossed && polygons.energy <= polygons.kept().energy;
-      length += next;
-      next *= 2;
+      length += ahead;
+      ahead *= 2;
     }
     if (polygons.crossed) polygons.go_back();
   }
@@ -223,7 +206,8 @@ JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const do
                                       double *stiffness)
 try {
   RigidPolygons polygons(n, counts, radii, eps, delta, box, coordinates, shears != 0);
-  polygons.evaluate(true);
+  polygons.evaluate(0.0);
+  polygons.assemble();
   *energy = polygons.energy;
   std::copy(polygons.forces.begin(), polygons.forces.end(), forces);
   polygons.write_stiffness(stiffness);

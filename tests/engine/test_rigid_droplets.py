@@ -9,9 +9,9 @@ import reference
 import jamlab
 from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.packing.deformation import at_phi
-from jamlab.protocols.random_start import droplet_params, place_droplets
+from jamlab.protocols.random_start import droplet_cell, droplet_params, free_diameters, place_droplets, random_disks
 
-DESCENT = (1e-9, 1e-13, 1e-22, 0.05, 1e-3, 1e-10, 100.0, 1e-3, 0.75, 0.25, 0.2, 5.0, 4.0, 5, 0.5)
+DESCENT = (1e-9, 1e-13, 1e-22, 0.05, 1e-3, 1e-10, 100.0, 1e-3, 0.75, 0.25, 0.5, 5.0, 4.0, 6, 0.3)
 LEANING = np.array([[3.4, 0.0], [0.9, 3.1]])
 
 
@@ -128,3 +128,17 @@ def test_crossed_outlines_are_refused():
     assert state.relaxed(DESCENT, 100).crossed
     with pytest.raises(jamlab.EngineError):
         state.derivatives()
+
+
+def test_droplets_pressed_together_come_apart_in_few_steps():
+    """Steps that do not know the gaps that they close end at each in turn, and take more than ten times as many."""
+    nv, params = droplet_params(36)
+    disks = random_disks(36, 1, phi=0.65, large=0.5, sizes=None)
+    scale = droplet_cell(nv, params, 0.65) / disks.box[0, 0]
+    held = jamlab.relax(
+        disks.with_state(box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params))
+    )
+    placed = place_droplets(held.positions, held.box, nv, params, 1)
+    pressed_together = RigidDroplets.of(at_phi(placed, 0.78))
+    assert pressed_together.derivatives()[0] > 1.0
+    assert pressed_together.relaxed(DESCENT, 40).energy <= DESCENT[2]
