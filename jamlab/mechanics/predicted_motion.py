@@ -11,6 +11,7 @@ from jamlab.mechanics.factors import SOFT, UnstableError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.area_change import compression
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 
 
@@ -31,6 +32,7 @@ def follow(packing: Packing, phi: float) -> Packing:
     return moved.with_state(positions=positions)
 
 
+@per_packing
 def unstable_directions(packing: Packing, named: int = SOFT.named) -> tuple[Array, float, int] | None:
     """Displacements (k, n_sites, 2), the largest 1, along modes that give way, the lowest first, its eigenvalue, 0
     where rounding hides it, and how many give way, of which k may be fewer, beyond `named`; None for a minimum, for a
