@@ -207,8 +207,8 @@ class RigidSearch(Approach[RigidDroplets]):
     def _judge(self, end: RigidDroplets, gap: float, late: bool) -> SearchState | RigidDroplets:
         """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to start from.
 
-        A droplet that slides or rolls is followed along its mode. Where a rattler stops it, it is followed as a rigid
-        body that pushes rattlers aside; what cannot be pushed any further holds it.
+        A droplet that slides or rolls is followed along its mode as a rigid body, which costs little, and pushes
+        rattlers aside. What cannot be pushed any further holds it: then droplets slide to the contacts that stop them.
         """
         session, stopped = self.droplets.session, late
         unsettled = False  # whether droplets did not come to rest
@@ -224,14 +224,19 @@ class RigidSearch(Approach[RigidDroplets]):
                     break
                 unsettled = stuck
                 continue
-            left = leave_saddles(session, state.found, self._relax_again, stopped=stopped)
-            found = self.droplets.measure(left)
-            if self.droplets.at_end(found):
-                return found
-            if (unstable := unstable_directions(found.packing)) is None:
-                end = self._relax(RigidDroplets.of(found.packing))
+            packing = state.packing
+            unstable = None if stopped else unstable_directions(packing)
+            if unstable is None:  # a minimum, or what was pushed as far as it goes
+                left = leave_saddles(session, state.found, self._relax_again, stopped=stopped)
+                found = self.droplets.measure(left)
+                if self.droplets.at_end(found):
+                    return found
+                packing = found.packing
+                unstable = unstable_directions(packing)
+            if unstable is None:
+                end = self._relax(RigidDroplets.of(packing))
             else:
-                end, stopped = self._followed(found.packing, unstable[0][0])
+                end, stopped = self._followed(packing, unstable[0][0])
             if not self.at_end(end):
                 break
         return end
