@@ -21,6 +21,7 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.boundary_pieces import Pieces
 from jamlab.geometry.power_cells import CELL_ROUNDING
 from jamlab.geometry.rims import ARC_STEP
 from jamlab.geometry.voids.boundary_loops import Boundary, find_first_hits, follow_rays, trace
@@ -217,32 +218,36 @@ def _group_loops(boundary: Boundary, box: Array, kind: Indices) -> tuple[int, In
     return int(bounding.sum()), np.where(rounding, -1, number[group]), image
 
 
+def _draw_pieces(pieces: Pieces, place: Array) -> tuple[Array, list[int]]:
+    """Points of every piece of a boundary without its end, one piece after the other, moved by its row of `place`, and
+    where in them each begins; arcs have one for every `ARC_STEP`."""
+    round_ = pieces.radius > 0
+    steps = np.where(round_, np.maximum(np.ceil(pieces.angle / ARC_STEP), 1), 1).astype(np.int64)
+    begins = np.concatenate([[0], np.cumsum(steps)])
+    of = np.repeat(np.arange(len(steps)), steps)
+    turn = pieces.begin[of] + pieces.angle[of] * (np.arange(len(of)) - begins[of]) / steps[of]
+    arcs = pieces.centre[of] + pieces.radius[of, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.where(round_[of, None], arcs, pieces.start[of]) + place[of], begins.tolist()
+
+
 def void_paths(found: Voids) -> list[Any]:
     """Path of each void near its centroid, with islands cut out; arcs become chords of 0.05 radians."""
     from matplotlib.path import Path
 
     boundary, box = found.boundary, found.packing.box
-    pieces, place = boundary.pieces, found.image @ box
+    points, ends = _draw_pieces(boundary.pieces, found.image @ box)
+    after = boundary.following.tolist()
     loops: list[list[Array]] = [[] for _ in found.sides]
-    for first in boundary.origin:
-        if found.void[first] < 0:
+    for first, void in zip(boundary.origin.tolist(), found.void[boundary.origin].tolist(), strict=True):
+        if void < 0:
             continue
-        points, piece = [], first
-        while True:
-            if pieces.radius[piece] > 0:
-                steps = max(int(np.ceil(pieces.angle[piece] / ARC_STEP)), 1)
-                turn = pieces.begin[piece] + pieces.angle[piece] * np.arange(steps) / steps
-                drawn = pieces.centre[piece] + pieces.radius[piece] * np.column_stack([np.cos(turn), np.sin(turn)])
-            else:
-                drawn = pieces.start[piece][None]
-            points.append(drawn + place[piece])
-            piece = boundary.following[piece]
-            if piece == first:
-                break
-        loops[found.void[first]].append(np.concatenate([*points, points[0][:1]]))
+        order = [first]
+        while (piece := after[order[-1]]) != first:
+            order.append(piece)
+        loops[void].append(np.concatenate([*(points[ends[k] : ends[k + 1]] for k in order), points[ends[first]][None]]))
     paths = []
     for k, rings in enumerate(loops):
-        codes = [np.r_[Path.MOVETO, np.full(len(ring) - 2, Path.LINETO), Path.CLOSEPOLY] for ring in rings]
+        codes = [[Path.MOVETO, *[Path.LINETO] * (len(ring) - 2), Path.CLOSEPOLY] for ring in rings]
         vertices = np.concatenate(rings)
         if found.percolating[k] == 0:
             # the outline may lie in another cell than its centroid
