@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -36,9 +37,10 @@ void BlockCholesky<D>::set_pattern(int size, const int *first, const int *rows)
         seen[j] = i;
         found.other.push_back(j);
       }
-    std::sort(found.other.begin() + found.first.back(), found.other.end());
     found.first.push_back(static_cast<int>(found.other.size()));
   }
+  found = transposed(found);
+  if (const Graph turned = transposed(found); !(turned == found)) found = united(found, turned);
   use(std::move(found));
 
   copies.clear();
@@ -75,6 +77,33 @@ template <int D> void BlockCholesky<D>::use(Graph &&found)
   find_order();
   find_fill();
   filled_when_ordered = filled;
+}
+
+/* The same with rows and columns exchanged, which sorts each row. */
+template <int D> auto BlockCholesky<D>::transposed(const Graph &of) const -> Graph
+{
+  const int size = static_cast<int>(of.first.size()) - 1;
+  Graph found{std::vector<int>(size + 1, 0), std::vector<int>(of.other.size())};
+  for (const int j : of.other) found.first[j + 1]++;
+  std::partial_sum(found.first.begin(), found.first.end(), found.first.begin());
+  std::vector<int> next = found.first;
+  for (int i = 0; i < size; i++)
+    for (int n = of.first[i]; n < of.first[i + 1]; n++) found.other[next[of.other[n]]++] = i;
+  return found;
+}
+
+/* A sum of matrices may drop a zero from one triangle that is rounding in the other. */
+template <int D> auto BlockCholesky<D>::united(const Graph &a, const Graph &b) const -> Graph
+{
+  Graph found;
+  found.first.push_back(0);
+  for (std::size_t i = 0; i + 1 < a.first.size(); i++) {
+    const auto row_of = [i](const Graph &g, int end) { return g.other.begin() + g.first[i + end]; };
+    std::set_union(row_of(a, 0), row_of(a, 1), row_of(b, 0), row_of(b, 1),
+                   std::back_inserter(found.other));
+    found.first.push_back(static_cast<int>(found.other.size()));
+  }
+  return found;
 }
 
 template <int D>

@@ -24,7 +24,7 @@ template <int D> class BlockCholesky {
   // Sets where blocks may differ from zero: where entries are, in any order, repeated or not.
   void set_pattern(int size, const std::vector<Entry> &);
   // The same from a matrix of numbers by columns, of D size each: rows of column c are rows[first[c]]
-  // and so on. Both triangles are there.
+  // and so on. Of two elements (r, c) and (c, r) one may be missing.
   void set_pattern(int size, const int *first, const int *rows);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
@@ -80,6 +80,8 @@ template <int D> class BlockCholesky {
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
   Graph read(int size, const std::vector<Entry> &) const;
+  Graph transposed(const Graph &) const;
+  Graph united(const Graph &, const Graph &) const;
   void use(Graph &&);
   void find_places(const Panel &);
   void find_order();

@@ -51,8 +51,8 @@ class _CompiledFactors:
         """Factorise a matrix plus a shift of its diagonal; return the row without a pivot, None if all have one."""
         self._size = matrix.shape[0]
         numbers = np.ascontiguousarray(matrix.data, dtype=np.float64)
-        if not np.isfinite(numbers).all():
-            raise ConvergenceError("a matrix has elements that are not finite")
+        if not (np.isfinite(numbers).all() and np.isfinite(shift)):
+            raise ConvergenceError(f"a matrix has elements that are not finite, or the shift {shift:g} is not")
         first, rows = (np.ascontiguousarray(each, dtype=np.int32) for each in (matrix.indptr, matrix.indices))
         with self._lock:
             done = _FACTORISE(self._handle, self._size, first, rows, numbers, shift, int(indefinite))

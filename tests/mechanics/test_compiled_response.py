@@ -105,7 +105,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_minima_answer_as_sparse_factors_say(case):
-    """Numpy's assembly and CHOLMOD beside both kernels."""
+    """Numpy's assembly and factors of a general matrix beside both kernels."""
     packing, prestress = CASES[case](), case != "unstressed"
     network, frame = force_network(packing), packing.frame
     row = rows_of(network.held, frame.free_sites, frame.all_free)

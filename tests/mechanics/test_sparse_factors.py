@@ -165,3 +165,21 @@ def test_digits_do_not_depend_on_the_processor(kind, tmp_path):
         np.testing.assert_array_equal(
             solved(ctypes.CDLL(str(tmp_path / "factors.so")), indefinite), solved(library(), indefinite)
         )
+
+
+def test_an_element_of_one_triangle_alone():
+    """A sum of matrices drops a zero that is rounding in the other triangle."""
+    for dense, rng in cases(4, 20):
+        definite = dense @ dense + np.eye(len(dense))
+        rounding = np.where((rng.random(dense.shape) < 0.02) & (definite == 0), 1e-17, 0.0)
+        matrix, right = sparse.csc_array(definite + rounding), rng.normal(size=len(dense))
+        solver = PositiveSolver()
+        solver.factorise(matrix)
+        assert backward_error(definite, solver.solve(right), right) < 1e-14
+        assert SymmetricFactors(matrix, -1.5).negative == int((np.linalg.eigvalsh(definite) < 1.5).sum())
+
+
+@pytest.mark.parametrize("element, shift", [(np.nan, 0.0), (np.inf, 0.0), (1.0, np.inf), (1.0, np.nan)])
+def test_what_is_not_finite_is_refused(element, shift):
+    with pytest.raises(jamlab.ConvergenceError, match="not finite"):
+        PositiveSolver().factorise(sparse.csc_array([[2.0, element], [element, 3.0]]), shift)
