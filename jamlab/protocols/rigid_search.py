@@ -39,7 +39,7 @@ class RigidSteps:
     last_shift: float = 6.0
     shrink: float = 0.5  # factor of the shift after a step that fared well
     # sets of contacts that a step goes through at most, with a factorisation for each, and part of the force that is
-    # left when it has gone through enough: 20 and 0.01 take 1.9 times as long at N = 256
+    # left when it has gone through enough: 20 and 0.01 take 1.35 times as long at N = 256
     sets: int = 6
     rest: float = 0.3
     rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
