@@ -14,12 +14,18 @@ from jamlab.packing.packing import Packing
 LARGEST_IMBALANCE = 0.01  # of `force_scale`: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
 
 
-@per_packing
 def force_scale(packing: Packing) -> float:
     """Mean magnitude of the forces between pairs in contact; 0 without contacts. Pressure would do for pure repulsion
     alone."""
-    size = packing.kind.contact_forces(packing).size
+    size = _pair_forces(packing)
     return float(size.mean()) if len(size) else 0.0
+
+
+@per_packing
+def _pair_forces(packing: Packing) -> Array:
+    """(m,) magnitude of the force of every contact."""
+    size: Array = packing.kind.contact_forces(packing).size
+    return size
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class ForceNetwork:
     def _force_scale(self) -> float:
         """`force_scale` of the bearing packing."""
         pairs, bears = contacts(self.whole).pairs, ~without_load(self.whole)
-        size = self.whole.kind.contact_forces(self.whole).size[bears[pairs].all(axis=1)]
+        size = _pair_forces(self.whole)[bears[pairs].all(axis=1)]
         return float(size.mean()) if len(size) else 0.0
 
 

@@ -26,6 +26,7 @@ from jamlab.installed_files import installed_file
 from jamlab.laws.pair_law import check_derivatives
 from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
+from jamlab.packing.derived import per_packing
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
 from jamlab.packing.neighbors import Pairs, shortest_images
@@ -170,7 +171,7 @@ class Droplets(Model[Packing]):
     def contact_forces(self, packing: Packing) -> ContactForces:
         (pairs, row, on_vertex_of_j), found = name_pairs(packing), vertex_contacts(packing)
         distance, delta = found.distance, packing.params["delta"]
-        push = -packing.law(np.full(len(distance), delta), distance)[1]
+        push = -_law_of_meetings(packing)[1]
         force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * per_length(push, distance)[:, None] * found.separation
         vectors = np.zeros((len(pairs), 2))
         np.add.at(vectors, row, force)
@@ -180,7 +181,7 @@ class Droplets(Model[Packing]):
 
     def loads(self, packing: Packing) -> Array:
         load, found = np.zeros(packing.n), vertex_contacts(packing)
-        push = np.abs(packing.law(np.full(len(found.vertex), packing.params["delta"]), found.distance)[1])
+        push = np.abs(_law_of_meetings(packing)[1])
         for site in (found.vertex, found.tail):
             np.maximum.at(load, packing.particle[site], push)
         return load
@@ -396,13 +397,21 @@ def _areas(packing: Packing) -> list[Terms]:
     return groups
 
 
+@per_packing
+def _law_of_meetings(packing: Packing) -> tuple[Array, ...]:
+    """Energy, and its first and second derivative by the distance, of every meeting of a vertex with an edge."""
+    distance = vertex_contacts(packing).distance
+    return tuple(packing.law(np.full(len(distance), packing.params["delta"]), distance))
+
+
 def _contacts(packing: Packing) -> list[Terms]:
     """`RimLaw` for every meeting of a vertex with an edge at a distance d: at an end of the edge that of two points."""
-    found = vertex_contacts(packing)
-    if not (kept := found.distance > 0).all():
-        found = found.select(kept)
-    distance, place, separation, vertex, tail = found.distance, found.place, found.separation, found.vertex, found.tail
-    energy, slope, stiffness = packing.law(np.full(len(distance), packing.params["delta"]), distance)
+    found, law = vertex_contacts(packing), _law_of_meetings(packing)
+    distance = found.distance
+    if not (kept := distance > 0).all():
+        found, distance, law = found.select(kept), distance[kept], tuple(each[kept] for each in law)
+    place, separation, vertex, tail = found.place, found.separation, found.vertex, found.tail
+    energy, slope, stiffness = law
 
     ends = (place == 0.0) | (place == 1.0)
     corner = np.where(place == 1.0, packing.polygons.successor[tail], tail)[ends]
