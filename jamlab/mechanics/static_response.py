@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,7 +71,6 @@ def respond(terms: Sequence[Terms], row: NDArray[np.int64], floppy: float) -> St
     return StrainResponse(forces, affine, back, displacements, found == _FIRM, found == _UNSTABLE)
 
 
-@lru_cache(maxsize=8)
 def _push(count: int) -> Array:
     """A random push, which yields far along modes within rounding of zero."""
     return np.random.default_rng(0).standard_normal(2 * count)

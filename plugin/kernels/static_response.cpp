@@ -3,7 +3,7 @@
 // Positions move as x = (1 + E) X + u. With the second derivatives K_uu, K_uE and K_EE of the
 // energy, sites at rest move by u = -K_uu^-1 K_uE E.
 
-#include "../block_cholesky.h"
+#include "condensed_matrix.h"
 #include "kernel.h"
 #include "vector.h"
 
@@ -16,12 +16,9 @@ using namespace jamlab;
 
 namespace {
 
-constexpr int STRAINS = 4;  // components E_xx, E_xy, E_yx, E_yy
 constexpr int64_t STAYS = -1, ABSENT = -2;  // rows of sites that the matrix does not have
 
 using Factors = LAMMPS_NS::BlockCholesky<2>;
-using PerStrain = std::array<double, STRAINS>;
-using Columns = std::vector<PerStrain>;  // of each coordinate
 
 // Terms between the same number of sites, see jamlab.packing.terms.Terms.
 struct TermGroup {
@@ -38,68 +35,52 @@ struct TermGroup {
   static const double *reals(int64_t address) { return reinterpret_cast<const double *>(address); }
 };
 
+// Calls act(sites, k) for each term k of which no site is absent.
+template <class Act> void visit_terms(const TermGroup &group, const int64_t *row, Act act)
+{
+  for (int64_t k = 0; k < group.count; ++k) {
+    const int64_t *const sites = group.sites + k * group.width;
+    if (std::none_of(sites, sites + group.width, [&](int64_t i) { return row[i] == ABSENT; }))
+      act(sites, k);
+  }
+}
+
 class Stiffness {
  public:
-  std::vector<Factors::Entry> entries;  // of K_uu
-  Columns couplings;                    // K_uE
-  double ee[STRAINS][STRAINS] = {};     // K_EE
+  Columns couplings;                 // K_uE
+  double ee[STRAINS][STRAINS] = {};  // K_EE
 
   // row (sites): of each site in the matrix, or STAYS, or ABSENT: terms of absent sites are left
   // out
   Stiffness(const int64_t *row, int64_t rows) : couplings(2 * rows, PerStrain{}), row(row) {}
 
-  void add(const TermGroup &group, double *forces)
+  // take(i, j, block): for each block of K_uu, of which one of (i, j) and (j, i) is given
+  template <class Take> void add(const TermGroup &group, double *forces, Take take)
   {
     const int64_t m = group.width;
     local.resize(m);
-    entries.reserve(entries.size() + group.count * m * (m + 1) / 2);
-    for (int64_t k = 0; k < group.count; ++k) {
-      const int64_t *const sites = group.sites + k * m;
-      if (std::any_of(sites, sites + m, [&](int64_t i) { return row[i] == ABSENT; })) continue;
+    visit_terms(group, row, [&](const int64_t *sites, int64_t k) {
       for (int64_t a = 0; a < m; ++a) {
         local[a] = point(group.local, k * m + a);
         put(forces, sites[a], point(forces, sites[a]) - point(group.gradient, k * m + a));
       }
-      add_term(m, sites, group.hessian + k * 4 * m * m);
-    }
-  }
-
-  double largest_diagonal() const
-  {
-    std::vector<double> diagonal(couplings.size(), 0.0);
-    for (const auto &e : entries)
-      if (e.i == e.j) {
-        diagonal[2 * e.i] += e.block[0];
-        diagonal[2 * e.i + 1] += e.block[3];
-      }
-    return *std::max_element(diagonal.begin(), diagonal.end());
-  }
-
-  // Subtracts K_uu times x from r.
-  void subtract_product(const Columns &x, Columns &r) const
-  {
-    for (const auto &e : entries) {
-      const int i = 2 * e.i, j = 2 * e.j;
-      const auto &b = e.block;
-      subtract(b[0], b[1], x[j], x[j + 1], r[i]);
-      subtract(b[2], b[3], x[j], x[j + 1], r[i + 1]);
-      if (i == j) continue;
-      subtract(b[0], b[2], x[i], x[i + 1], r[j]);
-      subtract(b[1], b[3], x[i], x[i + 1], r[j + 1]);
-    }
+      const double *const h = group.hessian + k * 4 * m * m;
+      add_couplings(m, sites, h);
+      for (int64_t a = 0; a < m; ++a)
+        for (int64_t b = a; b < m; ++b) {
+          const int64_t i = row[sites[a]], j = row[sites[b]];
+          if (i >= 0 && j >= 0)
+            take(static_cast<int>(i), static_cast<int>(j), block(m, a, b, i == j, h));
+        }
+    });
   }
 
  private:
   const int64_t *row;
   std::vector<Vector> local;
 
-  static void subtract(double a, double b, const PerStrain &x, const PerStrain &y, PerStrain &from)
-  {
-    for (int q = 0; q < STRAINS; ++q) from[q] -= a * x[q] + b * y[q];
-  }
-
   // h: (2 m, 2 m) Hessian of a term between m sites
-  void add_term(int64_t m, const int64_t *sites, const double *h)
+  void add_couplings(int64_t m, const int64_t *sites, const double *h)
   {
     for (int64_t a = 0; a < m; ++a)
       for (int i = 0; i < 2; ++i) {
@@ -116,17 +97,13 @@ class Stiffness {
           if (row[sites[a]] >= 0) couplings[2 * row[sites[a]] + i][q] += coupling[q];
         }
       }
-    for (int64_t a = 0; a < m; ++a)
-      for (int64_t b = a; b < m; ++b) add_block(m, a, b, row[sites[a]], row[sites[b]], h);
   }
 
-  void add_block(int64_t m, int64_t a, int64_t b, int64_t i, int64_t j, const double *h)
+  static Factors::Block block(int64_t m, int64_t a, int64_t b, bool same, const double *h)
   {
-    if (i < 0 || j < 0) return;
     const double *const x = h + 4 * m * a + 2 * b, *const y = x + 2 * m;
-    Factors::Block block{x[0], x[1], y[0], y[1]};
-    if (a != b && i == j) block = {2 * x[0], x[1] + y[0], x[1] + y[0], 2 * y[1]};  // own images
-    entries.push_back({static_cast<int>(i), static_cast<int>(j), block});
+    if (a != b && same) return {2 * x[0], x[1] + y[0], x[1] + y[0], 2 * y[1]};  // own images
+    return {x[0], x[1], y[0], y[1]};
   }
 };
 
@@ -171,8 +148,7 @@ class Columnwise {
   std::vector<int> members;  // rows of a column, sorted
   std::vector<Factors::Block> sums;
 
-  void sum_column(const std::vector<Factors::Entry> &entries, const int *half,
-                  const int *end)
+  void sum_column(const std::vector<Factors::Entry> &entries, const int *half, const int *end)
   {
     members.clear();
     sums.clear();
@@ -193,12 +169,14 @@ class Columnwise {
   }
 };
 
-// Products of columns p of one and q of the other.
-double product(const Columns &a, int p, const Columns &b, int q)
+// Products of each column of one and each of the other.
+std::array<PerStrain, STRAINS> products(const Columns &a, const Columns &b)
 {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k][p] * b[k][q];
-  return sum;
+  std::array<PerStrain, STRAINS> sums{};
+  for (std::size_t k = 0; k < a.size(); ++k)
+    for (int p = 0; p < STRAINS; ++p)
+      for (int q = 0; q < STRAINS; ++q) sums[p][q] += a[k][p] * b[k][q];
+  return sums;
 }
 
 }  // namespace
@@ -206,53 +184,64 @@ double product(const Columns &a, int p, const Columns &b, int q)
 constexpr int64_t FIRM = 0, LOOSE = 1, UNSTABLE = 2;
 
 // Response of a packing to the four components of a strain.
-//   table (groups, 6): see TermGroup; row (sites): see Stiffness; rows: of the matrix; rounding: of eigenvalues over the largest element of the diagonal;
+//   table (groups, 6): see TermGroup; row (sites): see Stiffness; rows: of the matrix;
+//   rounding: of eigenvalues over the largest element of the diagonal;
 //   push (2 rows): at random; near: its response is that much stiffer without a floppy mode;
 //   forces (sites, 2) out; ee, response (4, 4) out: K_EE and K_uE^T K_uu^-1 K_uE;
 //   displacements (sites, 2, 4) out: 0 where a site stays or is absent.
 // Returns whether the response is FIRM, LOOSE, where floppy modes may answer and nothing is written
 // of it, or the matrix is UNSTABLE, with eigenvalues that are negative beyond rounding.
 JAMLAB_KERNEL static_response(int64_t groups, const int64_t *table, int64_t sites,
-                              const int64_t *row, int64_t rows, double rounding, double near, const double *push, double *forces,
-                              double *ee, double *response, double *displacements)
+                              const int64_t *row, int64_t rows, double rounding, double near,
+                              const double *push, double *forces, double *ee, double *response,
+                              double *displacements)
 try {
   std::fill(forces, forces + 2 * sites, 0.0);
   std::fill(displacements, displacements + 2 * STRAINS * sites, 0.0);
   std::fill(response, response + STRAINS * STRAINS, 0.0);
   Stiffness stiffness(row, rows);
-  for (int64_t g = 0; g < groups; ++g) stiffness.add(TermGroup(table + 6 * g), forces);
+  CondensedMatrix matrix(rows);
+  std::vector<int> joined;
+  for (int64_t turn = 0; turn < 2 * groups; ++turn) {  // the wide ones first
+    const TermGroup group(table + 6 * (turn % groups));
+    if ((group.width >= CondensedMatrix::WIDE) != (turn < groups)) continue;
+    joined.resize(group.width);
+    visit_terms(group, row, [&](const int64_t *at, int64_t) {
+      std::transform(at, at + group.width, joined.begin(), [&](int64_t i) { return row[i]; });
+      matrix.join(joined);
+    });
+  }
+  matrix.arrange();
+  for (int64_t g = 0; g < groups; ++g)
+    stiffness.add(TermGroup(table + 6 * g), forces,
+                  [&](int i, int j, const Factors::Block &block) { matrix.add(i, j, block); });
   std::copy(stiffness.ee[0], stiffness.ee[0] + STRAINS * STRAINS, ee);
   if (!rows) return FIRM;
 
-  const double floppy = rounding * stiffness.largest_diagonal();
-  Factors factors;
-  factors.set_pattern(static_cast<int>(rows), stiffness.entries);
-  factors.set(stiffness.entries);
-  if (!factors.factorise(0.0)) {
-    factors.set(stiffness.entries);
-    return factors.factorise(floppy) ? LOOSE : UNSTABLE;
-  }
+  const double floppy = rounding * matrix.largest_diagonal();
+  if (!matrix.factorise(0.0)) return matrix.factorise(floppy) ? LOOSE : UNSTABLE;
   const Columns &right = stiffness.couplings;
   Columns x = right, left = right;
-  factors.solve(x[0].data(), STRAINS);
-  stiffness.subtract_product(x, left);  // rounding leaves some, and one more solution takes it away
-  factors.solve(left[0].data(), STRAINS);
+  matrix.solve(x);
+  matrix.subtract_product(x, left);  // rounding leaves some, and one more solution takes it away
+  matrix.solve(left);
   for (std::size_t k = 0; k < x.size(); ++k)
     for (int q = 0; q < STRAINS; ++q) x[k][q] += left[k][q];
+  const auto energies = products(x, right), squares = products(x, x);
   for (int q = 0; q < STRAINS; ++q)
-    if (!(product(x, q, right, q) >= floppy * product(x, q, x, q))) return LOOSE;
+    if (!(energies[q][q] >= floppy * squares[q][q])) return LOOSE;
   for (int p = 0; p < STRAINS; ++p)
-    for (int q = 0; q < STRAINS; ++q) response[STRAINS * p + q] = product(x, p, right, q);
+    std::copy(energies[p].begin(), energies[p].end(), response + STRAINS * p);
   for (int64_t i = 0; i < sites; ++i)
     for (int k = 0; k < 2 && row[i] >= 0; ++k)
       for (int q = 0; q < STRAINS; ++q)
         displacements[STRAINS * (2 * i + k) + q] = -x[2 * row[i] + k][q];
 
-  std::vector<double> yields(push, push + 2 * rows);
-  factors.solve(yields);
-  const auto square = [&](const double *v) { return std::inner_product(v, v + 2 * rows, v, 0.0); };
-  const double bound = near * floppy;
-  return square(push) <= bound * bound * square(yields.data()) ? LOOSE : FIRM;
+  Columns yields(2 * rows, PerStrain{});
+  for (int64_t k = 0; k < 2 * rows; ++k) yields[k][0] = push[k];
+  matrix.solve(yields);
+  const double bound = near * floppy, pushed = std::inner_product(push, push + 2 * rows, push, 0.0);
+  return pushed <= bound * bound * products(yields, yields)[0][0] ? LOOSE : FIRM;
 }
 JAMLAB_OR_NO_MEMORY
 
@@ -267,10 +256,13 @@ JAMLAB_KERNEL strain_stiffness(int64_t groups, const int64_t *table, int64_t sit
 try {
   std::vector<double> forces(2 * sites, 0.0);
   Stiffness stiffness(row, rows);
-  for (int64_t g = 0; g < groups; ++g) stiffness.add(TermGroup(table + 6 * g), forces.data());
+  std::vector<Factors::Entry> entries;
+  for (int64_t g = 0; g < groups; ++g)
+    stiffness.add(TermGroup(table + 6 * g), forces.data(),
+                  [&](int i, int j, const Factors::Block &b) { entries.push_back({i, j, b}); });
   std::copy(stiffness.ee[0], stiffness.ee[0] + STRAINS * STRAINS, ee);
-  for (std::size_t k = 0; k < stiffness.couplings.size(); ++k)
-    std::copy(stiffness.couplings[k].begin(), stiffness.couplings[k].end(), couplings + STRAINS * k);
-  return Columnwise(rows).write(stiffness.entries, first, indices, numbers);
+  for (const PerStrain &coupling : stiffness.couplings)
+    couplings = std::copy(coupling.begin(), coupling.end(), couplings);
+  return Columnwise(rows).write(entries, first, indices, numbers);
 }
 JAMLAB_OR_NO_MEMORY
