@@ -134,8 +134,7 @@ def tessellation(packing: Packing, spacing: float = CELLS.spacing) -> Tessellati
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {CELLS.spacing}")
     whole = packing.frame.images
     owner, points, radius = whole.kind.power_points(whole, spacing)
-    of_points, walls = find_power_walls(points, radius, whole.box, owner)
-    area = np.bincount(owner, of_points, whole.n).astype(np.float64)
+    area, walls = find_power_walls(points, radius, whole.box, owner)
     if whole is not packing:
         area[packing.n - 2 :] = 0.0
         owner, walls = _end_at_planes(packing, owner, walls)
@@ -166,7 +165,8 @@ def local_packing_fraction(packing: Packing) -> Array:
 
 
 def find_power_walls(points: Array, radius: Array, box: Array, owner: Indices) -> tuple[Array, PowerWalls]:
-    """(n,) areas of the power cells of points, and the walls between them but for those of one owner."""
+    """Areas of the power cells of owners of points, each that of all its points, and the walls between the cells of
+    different owners."""
     n, area = len(points), np.empty(len(points))
     given = (np.ascontiguousarray(values, dtype=np.float64) for values in (points, radius))
 
@@ -181,7 +181,7 @@ def find_power_walls(points: Array, radius: Array, box: Array, owner: Indices) -
     whole = abs(float(box[0, 0] * box[1, 1]))
     if abs(float(area.sum()) - whole) > CELLS.closed * whole:
         raise InputError("the cells do not fill the box: are several particles in the same place?")
-    return area, walls
+    return np.bincount(owner, area), walls
 
 
 def _end_at_planes(packing: Packing, owner: Indices, walls: PowerWalls) -> tuple[Indices, PowerWalls]:

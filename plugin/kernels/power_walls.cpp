@@ -2,6 +2,12 @@
 //
 // The cell of a point starts as the Voronoi cell of the lattice, since images of the point bound
 // it, and is cut by the radical lines of the nearest points, then of all that can reach the rest.
+//
+// Points without radius that follow each other counter-clockwise around an outline make a ring.
+// Inside a ring every place is nearest to one of its points if each point of another owner is
+// outside, and further from the points of the ring than these are from each other; walls between
+// its points do not matter. So only the outer parts of the cells of a ring are cut, on the outer
+// side of the line through the middles between a point and the two beside it.
 
 #include "kernel.h"
 #include "edge_rings.h"
@@ -11,6 +17,8 @@
 using namespace jamlab;
 
 namespace {
+
+constexpr double CLOSED = 1e-9;  // of the box: rounding leaves 1e-15, a ring left out more
 
 struct Neighbor {
   int64_t j;
@@ -67,10 +75,18 @@ class Cell {
   std::vector<double> beyond;
 };
 
+// The points of one owner, in order.
+struct Ring {
+  int64_t begin, end;
+  int64_t before(int64_t a) const { return a > begin ? a - 1 : end - 1; }
+  int64_t after(int64_t a) const { return a + 1 < end ? a + 1 : begin; }
+};
+
 class PowerCells {
  public:
-  PowerCells(int64_t n, const double *x, const double *radius, const double *box)
-    : n(n), x(x), radius(radius), lattice(box)
+  PowerCells(int64_t n, const double *x, const double *radius, const int64_t *owner,
+             const double *box)
+    : n(n), x(x), radius(radius), owner(owner), lattice(box)
   {}
 
   bool locate()
@@ -88,25 +104,49 @@ class PowerCells {
         of_lattice.cut(images.back(), static_cast<int64_t>(images.size()) - 1);
       }
     spread = std::sqrt(std::fabs(cross(lattice.cell[0], lattice.cell[1])) / static_cast<double>(n));
+    find_rings();
+    return true;
+  }
+
+  // The points of one owner, counter-clockwise around an outline, or none.
+  const std::vector<Ring> &outlines() const { return rings; }
+
+  bool own(int64_t a, const Neighbor &by) const { return own(a, by.j, by.shift); }
+
+  // Cuts what lies outside of a ring of the cell of one of its points. Returns false if points
+  // are too near to know that the walls of its owner all lie there.
+  bool cut_outer_part(int64_t a, const Ring &ring, double most_copies)
+  {
+    const Vector p = point(x, ring.before(a)) - point(x, a);
+    const Vector q = point(x, ring.after(a)) - point(x, a);
+    const double length = size(q - p);
+    if (!(length > 0)) return false;
+    const Vector out = Vector{(q - p).y, (p - q).x} * (1 / length);
+    const double lowest = std::min({0.0, 0.5 * dot(p, out), 0.5 * dot(q, out)}) - 1e-3 * gap[a];
+    start(a);
+    const int64_t inner = static_cast<int64_t>(neighbors.size());
+    if (cell.cut({a, {0, 0}, out * -1.0, 1.0, -lowest}, inner))
+      neighbors.push_back({a, {0, 0}, out * -1.0, 1.0, -lowest});
+    cut(a, ring.before(a), {0, 0});
+    cut(a, ring.after(a), {0, 0});
+    const double reach = std::max(spread, largest_gap * (1 + 1e-6));
+    if (!cut_by_nearest(a, {{-reach, -reach}, {reach, reach}}, &ring)) return false;
+    if (!cut_the_rest(a, reach, most_copies)) return false;
+    const std::size_t m = cell.corners.size();
+    for (std::size_t k = 0; k < m; ++k) {
+      const int64_t side = cell.corners[k].side, next = cell.corners[k + 1 < m ? k + 1 : 0].side;
+      if (side == inner && !own(a, neighbors[next])) return false;
+      if (next == inner && !own(a, neighbors[side])) return false;
+    }
     return true;
   }
 
   // Cuts the cell of a point. Returns false if that takes too many images.
   bool cut_cell(int64_t a, double most_copies)
   {
-    neighbors = images;
-    cell.corners = of_lattice.corners;
-    for (Neighbor &image : neighbors) image.j = a;
-    cut_by_nearest(a, {{-spread, -spread}, {spread, spread}});
-    if (cell.corners.empty()) return true;
-    for (double reach = 3 * spread; !cell.corners.empty(); reach *= 3) {
-      const Bounds all = bounds_of_cutting(a), near{{-reach, -reach}, {reach, reach}};
-      const Bounds some = all.common(near);
-      if (lattice.too_many_images(size(some.high - some.low), 1, most_copies)) return false;
-      cut_by_all(a, some);
-      if (near.holds(all, 0.0)) break;
-    }
-    return true;
+    start(a);
+    cut_by_nearest(a, {{-spread, -spread}, {spread, spread}}, nullptr);
+    return cut_the_rest(a, spread, most_copies);
   }
 
   // The corner in which two sides meet, from the radical lines of their neighbors.
@@ -127,15 +167,16 @@ class PowerCells {
   struct Candidate {
     double square;
     int64_t b;
-    Image image;
+    Image shift;
     bool operator<(const Candidate &other) const
     {
       if (square != other.square) return square < other.square;
-      return b != other.b ? b < other.b : image < other.image;
+      return b != other.b ? b < other.b : shift < other.shift;
     }
   };
   const int64_t n;
   const double *x, *radius;
+  const int64_t *owner;
   const Lattice lattice;
   double largest = 0.0, spread = 0.0;  // of radii; mean distance of points
   std::vector<Place> places;
@@ -143,6 +184,68 @@ class PowerCells {
   Cell of_lattice;                // of a point that only its images bound
   std::vector<Neighbor> images;   // these
   std::vector<Candidate> nearby;
+  std::vector<Ring> rings;
+  std::vector<double> gap;   // (n), from each point of a ring to the farther one beside it
+  double largest_gap = 0.0;
+
+  // Points make rings if each owner has its points in a row, four or more, without radius.
+  void find_rings()
+  {
+    for (int64_t begin = 0, end = 0; begin < n; begin = end) {
+      while (end < n && owner[end] == owner[begin]) ++end;
+      if (end < n && owner[end] < owner[begin]) return rings.clear();
+      rings.push_back({begin, end});
+    }
+    gap.resize(n);
+    for (const Ring &ring : rings) {
+      double twice = 0.0;
+      for (int64_t a = ring.begin; a < ring.end; ++a) {
+        const Vector after = point(x, ring.after(a)) - point(x, a);
+        gap[a] = std::max(size(after), size(point(x, ring.before(a)) - point(x, a)));
+        largest_gap = std::max(largest_gap, gap[a]);
+        twice += cross(point(x, a) - point(x, ring.begin), after);
+        if (radius[a] != 0) return rings.clear();
+      }
+      if (ring.end - ring.begin < 4 || !(twice > 0)) return rings.clear();
+    }
+  }
+
+  bool own(int64_t a, int64_t b, const Image &shift) const
+  {
+    return owner[a] == owner[b] && shift.home();
+  }
+
+  // Whether a point is so near to one of a ring that it may have walls with it inside.
+  bool too_near(int64_t a, const Ring &ring, int64_t b, const Image &shift, double square) const
+  {
+    double most = largest_gap;
+    if (own(a, b, shift)) {
+      if (b == ring.before(a) || b == ring.after(a)) return false;
+      most = std::max(gap[b], 0.5 * (gap[a] + gap[b]));
+    }
+    return square < most * most * (1 + 1e-9);
+  }
+
+  void start(int64_t a)
+  {
+    neighbors = images;
+    cell.corners = of_lattice.corners;
+    for (Neighbor &image : neighbors) image.j = a;
+  }
+
+  // Cuts by all points beyond a rectangle. Returns false if that takes too many images.
+  bool cut_the_rest(int64_t a, double reach, double most_copies)
+  {
+    while (!cell.corners.empty()) {
+      const Bounds all = bounds_of_cutting(a);
+      if (Bounds{{-reach, -reach}, {reach, reach}}.holds(all, 0.0)) break;
+      reach *= 3;
+      const Bounds some = all.common({{-reach, -reach}, {reach, reach}});
+      if (lattice.too_many_images(size(some.high - some.low), 1, most_copies)) return false;
+      cut_by_all(a, some);
+    }
+    return true;
+  }
 
   void cut(int64_t a, int64_t b, const Image &shift)
   {
@@ -201,14 +304,25 @@ class PowerCells {
     return lattice.in_box(image + places[a].wrap - places[b].wrap);
   }
 
-  void cut_by_nearest(int64_t a, const Bounds &around)
+  // Returns false if one is too near to a point of a ring.
+  bool cut_by_nearest(int64_t a, const Bounds &around, const Ring *ring)
   {
     nearby.clear();
+    bool free = true;
     search(a, around, [&](int64_t b, const Image &image, const Vector &apart) {
-      if (b != a) nearby.push_back({dot(apart, apart), b, image});
+      if (b == a && image.home()) return;
+      const double square = dot(apart, apart);
+      const Image shift = shift_of(a, b, image);
+      if (ring) {
+        free &= !too_near(a, *ring, b, shift, square);
+        if (own(a, b, shift) && (b == ring->before(a) || b == ring->after(a))) return;
+      }
+      if (b != a) nearby.push_back({square, b, shift});
     });
+    if (!free) return false;
     std::sort(nearby.begin(), nearby.end());
-    for (const Candidate &near : nearby) cut(a, near.b, shift_of(a, near.b, near.image));
+    for (const Candidate &near : nearby) cut(a, near.b, near.shift);
+    return true;
   }
 
   void cut_by_all(int64_t a, const Bounds &around)
@@ -226,48 +340,94 @@ class PowerCells {
   }
 };
 
+// Walls, as they are written out.
+class Walls {
+ public:
+  const int64_t room;
+  int64_t *i, *j, *shift;
+  double *height, *length, *ends;
+  int64_t count = 0;
+
+  void add(int64_t a, const Neighbor &by, double high, double wall, const Vector &p,
+           const Vector &q)
+  {
+    if (count < room) {
+      i[count] = a;
+      j[count] = by.j;
+      shift[2 * count] = by.shift.first;
+      shift[2 * count + 1] = by.shift.second;
+      height[count] = high;
+      length[count] = wall;
+      put(ends, 2 * count, p);
+      put(ends, 2 * count + 1, q);
+    }
+    ++count;
+  }
+};
+
+// Adds the walls of the cell of a point but for those with its owner. Returns its area; of a part
+// outside of a ring, what the walls give to the area within them about a place.
+double add_walls(const PowerCells &cells, int64_t a, const Vector &at, const Vector *about,
+                 Walls &walls)
+{
+  const std::size_t m = cells.cell.corners.size();
+  double area = 0.0;
+  for (std::size_t k = 0; k < m; ++k) {
+    const Neighbor &by = cells.neighbors[cells.cell.corners[k].side];
+    const bool own = cells.own(a, by);
+    if (own && about) continue;
+    const Vector p = cells.corner(k), q = cells.corner(k + 1 < m ? k + 1 : 0);
+    const double distance = std::sqrt(by.square), wall = cross(by.r, q - p) / distance;
+    const double high = by.limit / distance;
+    area += about ? 0.5 * cross(at - *about + p, q - p) : 0.5 * high * wall;
+    if (!own) walls.add(a, by, high, wall, at + p, at + q);
+  }
+  return area;
+}
+
 }  // namespace
 
 // Walls between the power cells of points in a periodic box.
 //   x (n, 2), radius (n), box (2, 2); owner (n): walls between points of one owner are left out;
-//   area (n) out; i, j (room), shift (room, 2), height, length (room), ends (room, 2, 2) out: walls
-//   seen from i, with j beyond, where ends lie beside i.
+//   area (n) out: of cells, or parts whose sum over the points of an owner is that of its cells;
+//   i, j (room), shift (room, 2), height, length (room), ends (room, 2, 2) out: walls seen from i,
+//   with j beyond, where ends lie beside i.
 // Returns the number of walls, of which the first `room` are written, or why there are none.
 JAMLAB_KERNEL power_walls(int64_t n, const double *x, const double *radius, const int64_t *owner,
                           const double *box, double most_copies, int64_t room, double *area,
                           int64_t *i, int64_t *j, int64_t *shift, double *height, double *length,
                           double *ends, double *search)
 try {
-  PowerCells cells(n, x, radius, box);
+  PowerCells cells(n, x, radius, owner, box);
+  Walls walls{room, i, j, shift, height, length, ends};
   Lattice(box).report(0.0, search);
   if (!cells.locate()) return TOO_FAR;
-  int64_t count = 0;
-  std::vector<Vector> corners;
-  for (int64_t a = 0; a < n; ++a) {
-    area[a] = 0.0;
-    if (!cells.cut_cell(a, most_copies)) return TOO_MANY_IMAGES;
-    const std::size_t m = cells.cell.corners.size();
-    corners.resize(m);
-    for (std::size_t k = 0; k < m; ++k) corners[k] = cells.corner(k);
-    for (std::size_t k = 0; k < m; ++k) {
-      const Neighbor &by = cells.neighbors[cells.cell.corners[k].side];
-      const Vector &p = corners[k], &q = corners[k + 1 < m ? k + 1 : 0];
-      const double distance = std::sqrt(by.square), wall = cross(by.r, q - p) / distance;
-      area[a] += 0.5 * by.limit / distance * wall;
-      if (owner[a] == owner[by.j] && by.shift.home()) continue;
-      if (count < room) {
-        i[count] = a;
-        j[count] = by.j;
-        shift[2 * count] = by.shift.first;
-        shift[2 * count + 1] = by.shift.second;
-        height[count] = by.limit / distance;
-        length[count] = wall;
-        put(ends, 2 * count, point(x, a) + p);
-        put(ends, 2 * count + 1, point(x, a) + q);
-      }
-      ++count;
+  const auto whole = [&](int64_t begin, int64_t end) {
+    for (int64_t a = begin; a < end; ++a) {
+      if (!cells.cut_cell(a, most_copies)) return false;
+      area[a] = add_walls(cells, a, point(x, a), nullptr, walls);
     }
+    return true;
+  };
+  const auto outer = [&](const Ring &ring) {
+    const Vector about = point(x, ring.begin);
+    for (int64_t a = ring.begin; a < ring.end; ++a) {
+      if (!cells.cut_outer_part(a, ring, most_copies)) return false;
+      area[a] = add_walls(cells, a, point(x, a), &about, walls);
+    }
+    return true;
+  };
+  for (const Ring &ring : cells.outlines()) {
+    const int64_t before = walls.count;
+    if (outer(ring)) continue;
+    walls.count = before;
+    if (!whole(ring.begin, ring.end)) return TOO_MANY_IMAGES;
   }
-  return count;
+  // rings inside others have walls that are known from one side alone
+  const double box_area = std::fabs(cross(point(box, 0), point(box, 1)));
+  const double found = cells.outlines().empty() ? 0.0 : std::accumulate(area, area + n, 0.0);
+  if (std::fabs(found - box_area) <= CLOSED * box_area) return walls.count;
+  walls.count = 0;
+  return whole(0, n) ? walls.count : TOO_MANY_IMAGES;
 }
 JAMLAB_OR_NO_MEMORY

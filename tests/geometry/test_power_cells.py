@@ -171,8 +171,45 @@ def test_cells_are_those_of_the_lifted_hull(packing):
     """Of disks, and of points along outlines."""
     owner, points, radius = packing.kind.power_points(packing, 0.2)
     area, walls = find_power_walls(points, radius, packing.box, owner)
-    wanted = hull_areas(points, radius, packing.box, 3 * np.abs(packing.box).max())
+    wanted = np.bincount(owner, hull_areas(points, radius, packing.box, 3 * np.abs(packing.box).max()))
     np.testing.assert_allclose(area, wanted, atol=1e-11 * packing.area)
     names = np.column_stack([walls.i, walls.j, walls.shift])[walls.length > 1e-9].tolist()
     assert {(j, i, -a, -b) for i, j, a, b in names} <= {(*name,) for name in names}
     np.testing.assert_allclose(walls.length, np.hypot(*(walls.ends[:, 1] - walls.ends[:, 0]).T), atol=1e-11)
+
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+NAIL = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.55, 0.3], [0.55, 1.0], [0.53, 1.0], [0.53, 0.3], [0.0, 0.3]])
+
+
+def at(x, y, ring=NAIL):
+    return ring + np.array([x, y])
+
+
+RINGS = {
+    "apart": [SQUARE, at(1.3, 0.4, 0.7 * SQUARE), at(0.1, 1.2)],
+    "nearer than points": [SQUARE, at(1.005, 0.4, 0.7 * SQUARE), at(0.1, 1.002)],
+    "one inside another": [SQUARE, at(0.31, 0.31, 0.3 * SQUARE), at(1.1, 1.2)],
+    "crossing": [SQUARE, at(0.71, 0.33, 0.6 * SQUARE), at(0.1, 0.83)],
+    "on its own image": [at(0.0, 0.5, NAIL * np.array([1.97, 1.0]))],
+}
+
+
+@pytest.mark.parametrize("spacing", [0.03, 0.2])
+@pytest.mark.parametrize("name", RINGS)
+def test_walls_of_outlines_are_those_of_all_points(name, spacing):
+    """Cells of points along outlines are cut outside of the outlines alone: where some points could have walls inside,
+    all is cut. The wanted walls are those of points that each have an owner."""
+    packing = droplets([ring + 0.01 for ring in RINGS[name]], 0.1, np.array([[2.0, 0.0], [0.3, 2.5]]))
+    owner, points, radius = packing.kind.power_points(packing, spacing)
+    area, walls = find_power_walls(points, radius, packing.box, owner)
+    each, all_walls = find_power_walls(points, radius, packing.box, np.arange(len(points)))
+    np.testing.assert_allclose(area, np.bincount(owner, each), rtol=1e-12)
+    wanted = (owner[all_walls.i] != owner[all_walls.j]) | all_walls.shift.any(axis=1)
+    for found, kept in ((walls, walls.length > 1e-9), (all_walls, wanted & (all_walls.length > 1e-9))):
+        order = np.lexsort(np.column_stack([found.i, found.j, found.shift])[kept].T)
+        rows = [value[kept][order] for value in (found.i, found.j, found.shift, found.length, found.ends)]
+        if found is walls:
+            first = rows
+    for one, other in zip(first, rows, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
