@@ -7,7 +7,6 @@ import time
 
 import psutil
 import pytest
-from campaigns import written
 from commands import call
 
 import jamlab
@@ -53,13 +52,6 @@ def test_nobody_can_connect_to_workers_on_this_machine(campaign):
     assert seen and heard <= before
 
 
-def test_progress_says_that_no_worker_has_answered_before_the_first_does(tmp_path):
-    said = []
-    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
-    campaign.run(1, progress=lambda share, text: said.append(text))
-    assert said[0] == "0 of 1 tasks, no worker has answered yet" and "answered" not in said[-1]
-
-
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
     monkeypatch.setattr(driver, "_MOST_UNBEGUN", 2)
     monkeypatch.setattr(sys, "executable", "/bin/false")
@@ -70,14 +62,17 @@ def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
 
 
 def test_a_task_that_ends_its_worker_is_recorded_at_once(tmp_path):
-    """Others go on: the observable ends the process at one seed only."""
+    """Others go on: the observable ends the process at one seed only. Progress says that no worker has answered before
+    the first does."""
     (tmp_path / "deadly.py").write_text(
         "import os\n\ndef kill(packing):\n    return os._exit(9) if packing.provenance['seed'] == 1 else 1.0\n"
     )
     (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 2") + 'observables = ["deadly:kill"]\n')
     campaign = jamlab.open_campaign(tmp_path / "c.toml")
-    done = campaign.run(1)
+    said = []
+    done = campaign.run(1, progress=lambda share, text: said.append(text))
     assert (done.finished, done.failed) == (1, 1)
+    assert said[0] == "0 of 2 tasks, no worker has answered yet" and "answered" not in said[-1]
     (record,) = campaign.status().failures.values()
     assert record["reason"] == "its worker died with exit code 9: a called function exited"
 
