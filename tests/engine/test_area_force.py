@@ -89,8 +89,14 @@ SOURCES = {
 }
 
 
-@pytest.mark.parametrize(("define", "ka"), SOURCES.values(), ids=SOURCES.keys())
-@pytest.mark.parametrize("rest", ["d_a0", "v_rest"])
+@pytest.mark.parametrize(
+    ("define", "ka", "rest"),
+    [
+        pytest.param(*SOURCES[name], rest, id=f"{name}-{rest}", marks=[pytest.mark.slow] * ((k + j) % 2))
+        for k, name in enumerate(SOURCES)
+        for j, rest in enumerate(("d_a0", "v_rest"))
+    ],
+)
 def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
     """The same energy, with a rest area for each polygon."""
     state = outlines.scene(4)

@@ -38,8 +38,18 @@ def wide(units="k", sizes=None, stickiness=0.03):
     return jamlab.Packing("sp", 1.015 * p.box, moved, params, units, p.diameters)
 
 
-@pytest.mark.parametrize("units", ["k", "eps"])
-@pytest.mark.parametrize("sizes", [None, np.linspace(0.8, 1.3, 66)], ids=["two sizes", "66 sizes"])
+SIXTY_SIX = np.linspace(0.8, 1.3, 66)
+
+
+@pytest.mark.parametrize(
+    ("units", "sizes"),
+    [
+        pytest.param("k", None, id="k, two sizes"),
+        pytest.param("eps", SIXTY_SIX, id="eps, 66 sizes"),
+        pytest.param("eps", None, id="eps, two sizes", marks=pytest.mark.slow),
+        pytest.param("k", SIXTY_SIX, id="k, 66 sizes", marks=pytest.mark.slow),
+    ],
+)
 def test_law_of_lammps_is_that_of_plain_loops(units, sizes, tmp_path):
     p = wide(units, sizes)
     gap = jamlab.contacts(p).forces.gap / p.diameters.mean()

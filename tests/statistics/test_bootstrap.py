@@ -115,7 +115,10 @@ def test_the_error_of_a_slow_series_is_that_of_its_blocks():
     assert 1 < block_average(values).independent < 8
 
 
-@pytest.mark.parametrize(("rows", "correlation"), [(16, 3.0), (40, 3.0), (200, 20.0), (2000, 3.0), (40, 0.1)])
+@pytest.mark.parametrize(
+    ("rows", "correlation"),
+    [(16, 3.0), (200, 20.0), (40, 0.1), *(pytest.param(n, 3.0, marks=pytest.mark.slow) for n in (40, 2000))],
+)
 def test_intervals_of_correlated_rows_hold_the_mean(rows, correlation):
     """Of autoregressive series whose mean is 0: 95 % intervals hold it in 92 to 99 %, few rows or many."""
     rng = np.random.default_rng(4)
