@@ -82,7 +82,7 @@ def test_vtk_reads_lines(written):
 
 def test_films_have_a_frame_for_each_packing(tmp_path):
     start = jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.05})
-    run = jamlab.quasistatic_shear(start, strain=0.02, strain_step=0.01)
+    run = jamlab.quasistatic_shear(start, strain=0.01, strain_step=0.01)
     sweep = list(jamlab.compress(start, start.phi - 0.02, 0.01, by="phi"))
     for k, film in enumerate((run, sweep)):
         count = jamlab.write_movie(tmp_path / f"{k}.gif", film, fps=5)
