@@ -158,12 +158,11 @@ def quench(
 
 def entangled(session: Session) -> bool:
     """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing, or
-    disks through a wall."""
-    packing = session.packing()
-    if not (packing.kind.has_outlines or packing.frame.has_walls):
-        return False
+    through their own, or disks through a wall."""
     try:
-        packing.kind.check_apart(packing)
+        packing = session.packing()
+        if packing.kind.has_outlines or packing.frame.has_walls:
+            packing.kind.check_apart(packing)
     except InputError:
         return True
     return False

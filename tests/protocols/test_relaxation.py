@@ -94,9 +94,9 @@ def test_folded_polygons_are_undone(dp_dense):
         folded = before.copy()
         folded[[0, 6]] = folded[[6, 0]]
         session.set_positions(folded)
-        assert session.self_crossings().tolist() == [0]
+        assert session.self_crossings().tolist() == [0] and steps.entangled(session)
         undo_if_folded(session, before)
-        assert session.positions() == pytest.approx(before, abs=1e-13)
+        assert session.positions() == pytest.approx(before, abs=1e-13) and not steps.entangled(session)
         moved = before + 1e-3
         session.set_positions(moved)
         undo_if_folded(session, before)
