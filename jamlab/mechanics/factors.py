@@ -44,19 +44,22 @@ class _CompiledFactors:
     def __init__(self) -> None:
         self._handle = _MAKE()
         self._lock = Lock()  # compiled functions let other threads run
-        self._size = 0
+        self._size = 0  # of the matrix whose factors are here
         finalize(self, _FREE, self._handle)
 
     def factorise(self, matrix: sparse.csc_array, shift: float, indefinite: bool) -> int | None:
         """Factorise a matrix plus a shift of its diagonal; return the row without a pivot, None if all have one."""
-        self._size = matrix.shape[0]
+        size, self._size = matrix.shape[0], 0
         numbers = np.ascontiguousarray(matrix.data, dtype=np.float64)
         if not (np.isfinite(numbers).all() and np.isfinite(shift)):
             raise ConvergenceError(f"a matrix has elements that are not finite, or the shift {shift:g} is not")
         first, rows = (np.ascontiguousarray(each, dtype=np.int32) for each in (matrix.indptr, matrix.indices))
         with self._lock:
-            done = _FACTORISE(self._handle, self._size, first, rows, numbers, shift, int(indefinite))
-        return None if done == self._size else done
+            done = _FACTORISE(self._handle, size, first, rows, numbers, shift, int(indefinite))
+        if done < size:
+            return done
+        self._size = size
+        return None
 
     @property
     def negative(self) -> int:
@@ -67,9 +70,9 @@ class _CompiledFactors:
         """Solve for (n,) or (n, k) right-hand sides."""
         solution = np.array(right, dtype=np.float64, order="C")
         if len(solution) != self._size:
-            raise ValueError(f"{len(solution)} numbers of a right-hand side for {self._size} rows")
+            raise ValueError(f"{len(solution)} numbers of a right-hand side for factors of {self._size} rows")
         with self._lock:
-            _SOLVE(self._handle, 1 if solution.ndim == 1 else solution.shape[1], solution)
+            _SOLVE(self._handle, solution.size // max(self._size, 1), solution)
         return solution
 
 

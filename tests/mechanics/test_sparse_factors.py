@@ -131,7 +131,7 @@ def test_wide_panels():
 def test_a_right_hand_side_of_another_length_is_refused():
     solver = PositiveSolver()
     solver.factorise(sparse.csc_array(np.eye(4)))
-    with pytest.raises(ValueError, match="3 numbers of a right-hand side for 4 rows"):
+    with pytest.raises(ValueError, match="3 numbers of a right-hand side for factors of 4 rows"):
         solver.solve(np.ones(3))
 
 
@@ -183,3 +183,12 @@ def test_an_element_of_one_triangle_alone():
 def test_what_is_not_finite_is_refused(element, shift):
     with pytest.raises(jamlab.ConvergenceError, match="not finite"):
         PositiveSolver().factorise(sparse.csc_array([[2.0, element], [element, 3.0]]), shift)
+
+
+def test_a_matrix_that_has_no_factors_solves_nothing():
+    solver, matrix = PositiveSolver(), sparse.csc_array(np.diag([2.0, 4.0]))
+    solver.factorise(matrix)
+    with pytest.raises(jamlab.ConvergenceError, match="not positive definite"):
+        solver.factorise(-matrix)
+    with pytest.raises(ValueError, match="factors of 0 rows"):
+        solver.solve(np.ones(2))
