@@ -98,7 +98,7 @@ class Session(Hinted):
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
         self._current = False  # whether LAMMPS has energy, forces and stress of the present positions
-        self._compiled_steps = 0
+        self._steps_elsewhere = 0  # than in what LAMMPS has counted since particles were built
         self.last_descent: DescentCounts | None = None  # of this session
         self.tally: Counter[str] = Counter()  # of factorisations and their reasons, since the last state was recorded
         self.detours: Counter[str] = Counter()  # what was done beside one minimisation, since then
@@ -269,7 +269,7 @@ class Session(Hinted):
                 if not self._own_forces:
                     self._kernel.see(self._contact_energy, self._kernel_says)
                 packing, taken, _ = found
-                self._compiled_steps += taken
+                self._steps_elsewhere += taken
                 if box_strains is None:
                     self._packing = packing
                     self._place()
@@ -314,7 +314,7 @@ class Session(Hinted):
 
     def steps(self) -> int:
         """Steps and iterations taken in this session, over all runs and minimisations."""
-        return int(self._lmp.extract_global("ntimestep")) + self._compiled_steps
+        return int(self._lmp.extract_global("ntimestep")) + self._steps_elsewhere
 
     def is_whole(self) -> bool:
         """Whether all disks or vertices are there and somewhere; after a run that failed, too."""
@@ -385,6 +385,7 @@ class Session(Hinted):
         packing, settings = self._packing, deck_variables(self._packing)
         self._edge_limit = settings.get("longest_edge", 0.0)
 
+        self._steps_elsewhere = self.steps()
         self._run("clear")
         self._run("newton on")
         for name in ("own_sizes", "section", *PairStyle.NAMES):

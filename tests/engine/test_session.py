@@ -147,6 +147,8 @@ def test_forces_without_a_setup(make, kind):
             assert differ(forces, wanted.forces) < 1e-10
             assert session.contact_energy() == pytest.approx(wanted.contact_energy, rel=1e-11)
             assert session.steps() == before + 1
+        session.load(p, anew=True)
+        assert session.steps() == before + 1
 
 
 @pytest.mark.parametrize("kind", KINDS)
