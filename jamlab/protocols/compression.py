@@ -102,8 +102,9 @@ def compress(
         converge, the state has `converged` False and the sweep ends; if rattlers block a sliding droplet, it has
         `on_rattlers`. A state that misses its packing fraction has `on_target` False. With `pressure_tolerance`,
         `provenance["pressure_error"]` is the largest relative error of a predicted pressure since the previous state.
-        `provenance["force_evaluations"]` counts them, and `provenance["detours"]` names what a state took beside one
-        minimisation, such as slides along modes that give way.
+        `provenance["minimizer_steps"]` counts the steps of minimizers, each with one force evaluation, or a few of
+        "cg"; `provenance["detours"]` names what a state took beside one minimisation, such as slides along modes that
+        give way.
 
     Raises:
         InputError: an argument is out of range.
@@ -240,8 +241,8 @@ def _sweep(
             found, off = sweep.go_to(target, tolerance)
             packing = session.packing()
             before = fraction_by(packing, by)
-            evaluations, detours = session.steps() - steps, name_detours(session.detours)
-            costs.add(evaluations, f"{by} = {before:.6g}: {detours or 'one minimisation'}")
+            taken, detours = session.steps() - steps, name_detours(session.detours)
+            costs.add(taken, f"{by} = {before:.6g}: {detours or 'one minimisation'}")
             packing = record(
                 session,
                 packing,
@@ -251,7 +252,7 @@ def _sweep(
                 target=float(target),
                 minimizer=making.descent.name(session),
                 wall_time=time.perf_counter() - began,
-                force_evaluations=evaluations,
+                minimizer_steps=taken,
                 detours=detours,
                 **({} if error is None else {"pressure_error": off}),
                 **{_SLOPE: sweep.slope},

@@ -1,4 +1,4 @@
-"""States of a sweep that take far more force evaluations than is usual there: the log says why."""
+"""States of a sweep that take far more steps of minimizers than is usual there: the log says why."""
 
 import logging
 from collections.abc import Mapping
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-DEAR = 20.0  # force evaluations of a state over the median of the sweep so far, from which on the log says why
+DEAR = 20.0  # steps of a state over the median of the sweep so far, from which on the log says why
 FEWEST = 3  # states of which a median is taken
 
 _log = logging.getLogger(__name__)
@@ -24,19 +24,19 @@ class Costs:
     _states: list[tuple[int, str]] = field(default_factory=list)
     _told: set[int] = field(default_factory=set)
 
-    def add(self, evaluations: int, state: str) -> None:
+    def add(self, steps: int, state: str) -> None:
         """Note a state, and tell the log of those that are dear beside all up to now: a first state is compared with
         the two after it.
 
         Args:
-            evaluations: of forces that the state took.
+            steps: of minimizers that the state took.
             state: the state and what it took, for the log.
         """
-        self._states.append((evaluations, state))
+        self._states.append((steps, state))
         if len(self._states) < FEWEST:
             return
         usual = float(np.median([count for count, _ in self._states]))
         for number, (count, what) in enumerate(self._states):
             if count > DEAR * usual and number not in self._told:
                 self._told.add(number)
-                _log.info("%d force evaluations, where %.0f are usual: %s", count, usual, what)
+                _log.info("%d steps of minimizers, where %.0f are usual: %s", count, usual, what)

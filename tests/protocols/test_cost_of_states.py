@@ -70,7 +70,7 @@ def test_a_dear_state_says_in_the_log_what_it_took(onset, monkeypatch, caplog):
     (line,) = [each.getMessage() for each in caplog.records if "are usual" in each.getMessage()]
     assert line.endswith(said) and f"{jamlab.packing_fraction(found[1]):.6g}" in line
     assert [said in str(p.provenance.get("detours")) for p in found] == [False, True, False, False, False]
-    assert line.startswith(f"{found[1].provenance['force_evaluations']} force evaluations, where ")
+    assert line.startswith(f"{found[1].provenance['minimizer_steps']} steps of minimizers, where ")
 
 
 def counted(monkeypatch, owner, name, counts):
