@@ -106,8 +106,8 @@ def test_disks_and_droplets_have_descents_of_their_own():
     found = [making_of(name) for name in ("sp", "dp")]
     assert [type(each.descent).__name__ for each in found] == ["DescentOfDisks", "DescentOfDroplets"]
     assert [(each.version, each.stiffening_version, each.compression_version) for each in found] == [
-        (1, 2, 3),
-        (5, 2, 5),
+        (2, 3, 4),
+        (6, 2, 5),
     ]
 
 
