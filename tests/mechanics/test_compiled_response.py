@@ -17,7 +17,7 @@ from jamlab.mechanics.factors import UnstableError
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import respond, rows_of, strain_stiffness
 from jamlab.mechanics.stiffness import energy_terms
-from jamlab.packing.terms import Terms
+from jamlab.packing.terms import Terms, area_terms
 
 STATES = Path(__file__).parents[1] / "states"
 
@@ -57,7 +57,11 @@ def test_any_terms_give_the_response_of_dense_numpy(model, data):
     assume(moves.any())
     kept = [Terms.among(term, held) for term in anchored(terms, size, 1.0)]
     stiffness = 2 * np.abs(dense(kept, held.sum())[1]).sum(axis=1).max() + 1.0
-    terms = anchored(terms, size, stiffness)
+    _answers_as_dense(anchored(terms, size, stiffness), held, moves)
+
+
+def _answers_as_dense(terms, held, moves):
+    """Of all sites the held ones are there, of which some move."""
     row = np.where(moves, np.cumsum(moves) - 1, np.where(held, -1, -2))
     found = respond(terms, row, 1e-15)
     force, uu, ue, ee = dense([term.among(held) for term in terms], held.sum())
@@ -73,6 +77,23 @@ def test_any_terms_give_the_response_of_dense_numpy(model, data):
     ):
         np.testing.assert_allclose(mine, wanted, rtol=0, atol=1e-11 * (1e-3 + np.abs(wanted).max()))
     assert not found.displacements[~moves].any() and not found.forces[~held].any()
+
+
+def test_a_spring_between_images_of_one_site_does_not_hold_it():
+    bonds = np.einsum("ab,ij->aibj", [[1.0, -1.0], [-1.0, 1.0]], [[2.0, 0.5], [0.5, 1.0]])
+    sites, local = np.array([[0, 0], [0, 1]]), np.array([[[0.0, 0.0], [1.0, 0.3]], [[0.0, 0.0], [0.3, 1.0]]])
+    springs = Terms("contact", sites, local, np.zeros(2), np.zeros((2, 2, 2)), np.stack([bonds, bonds]))
+    _answers_as_dense(anchored([springs], 2, 1.0), np.ones(2, dtype=bool), np.ones(2, dtype=bool))
+
+
+def test_zero_modes_of_a_droplet_alone_are_loose_and_negative_ones_unstable():
+    """Six vertices of which nothing but the area is fixed: all of them are eliminated within their droplet."""
+    turn = np.pi / 3 * np.arange(6)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    area = area_terms("area", ring, np.zeros(1, dtype=np.int64), 6, 1.0, np.zeros(1))
+    for stiffness, firm, unstable in ((0.0, False, False), (1e-3, True, False), (-1e-3, False, True)):
+        found = respond(anchored([area], 6, stiffness), np.arange(6), 1e-12)
+        assert (found.firm, found.unstable) == (firm, unstable)
 
 
 def _tiny(count):
