@@ -24,6 +24,7 @@ from jamlab.packing.neighbors import MOST_IMAGES, search_lattice
 from jamlab.packing.packing import Packing
 
 LARGEST_GAP = 1e-6  # of a rim, in the boundary of a share: where outlines graze, their ends err by sqrt(rounding)
+ROUNDINGS = 100  # of a coordinate, in the boundary of a share, which many pieces make: rims may be thinner than that
 
 _OUT = (REALS, REALS, REALS, INTEGERS, REALS, INTEGERS, *[REALS] * 6, INTEGERS, REALS)
 _cover = kernel("droplet_cover", INTEGER, INTEGERS, REALS, REALS, REAL, REAL, INTEGER, *_OUT)
@@ -60,19 +61,27 @@ def droplet_cover(packing: Packing) -> DropletCover:
     if "delta" not in packing.params:
         raise InputError(f"{packing.kind.particles} (model {packing.model}) have no edges with rims: use droplets")
     found = _cut(packing, packing.positions)
-    if found.gap <= LARGEST_GAP * 0.5 * packing.params["delta"]:
+    if _closes(packing, found):
         return found
     return replace(_cut(packing, packing.positions + _aside(packing)), meeting=found.meeting, met=found.met)
+
+
+def _closes(packing: Packing, found: DropletCover) -> bool:
+    gap = found.gap
+    return gap <= LARGEST_GAP * 0.5 * packing.params["delta"] or gap <= ROUNDINGS * _rounding(packing)
+
+
+def _rounding(packing: Packing) -> float:
+    return float(np.finfo(np.float64).eps * (np.abs(packing.positions).max() + np.abs(packing.box).max()))
 
 
 def _aside(packing: Packing) -> Array:
     """(n_vertices, 2) moves that no two polygons share, alike for vertices in one place."""
     rng, n, w = np.random.default_rng(1), packing.n, 0.5 * packing.params["delta"]
-    rounding = np.finfo(np.float64).eps * float(np.abs(packing.positions).max() + np.abs(packing.box).max())
     wave, phase = rng.normal(size=(n, 2, 2)) / w, rng.uniform(0, 2 * np.pi, (n, 2))
     x = packing.positions - packing.positions[packing.polygons.offsets[:-1]][packing.particle]
     angle = np.einsum("vj,vjk->vk", x, wave[packing.particle]) + phase[packing.particle]
-    return np.asarray(max(1e-10 * w, 10 * rounding) * np.sin(angle))
+    return np.asarray(max(1e-10 * w, 10 * _rounding(packing)) * np.sin(angle))
 
 
 def _cut(packing: Packing, positions: Array) -> DropletCover:
@@ -99,7 +108,7 @@ def _cut(packing: Packing, positions: Array) -> DropletCover:
 def shared_areas(packing: Packing) -> Array:
     """(n,) area of each droplet with its rim, overlaps shared equally between those that meet there."""
     found = droplet_cover(packing)
-    if found.gap > LARGEST_GAP * 0.5 * packing.params["delta"]:
+    if not _closes(packing, found):
         raise BoundaryError(
             f"the outlines of the droplets do not close, by {found.gap:.3g}: too many boundaries meet in one point; "
             "move a particle there by 1e-6 of its size"

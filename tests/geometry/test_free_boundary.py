@@ -189,3 +189,25 @@ def test_pieces_that_follow_each_other_share_an_end():
     pieces = boundary.pieces
     gap = (pieces.end - pieces.start[boundary.following]) @ np.linalg.inv(packing.box)
     np.testing.assert_allclose(gap - np.round(gap), 0.0, atol=2e-15)
+
+
+@pytest.mark.parametrize("delta", [1e-15, 1e-12, 1e-9])
+def test_voids_of_rims_thinner_than_rounding_of_coordinates(delta):
+    """A dented polygon is an island: its concave corners close, and the ray beside its tip meets it from outside."""
+    rng, box = np.random.default_rng(5), np.array([[2.0, 0.0], [0.6, 2.0]])
+    for _ in range(20):
+        turn = 2 * np.pi * (np.arange(7) + rng.uniform(-0.3, 0.3, 7)) / 7
+        ring = rng.uniform(0.3, 0.8, (7, 1)) * np.column_stack([np.cos(turn), np.sin(turn)]) + rng.uniform(-2, 2, 2)
+        packing = droplets([ring], delta, box)
+        found = jamlab.voids(packing)
+        assert found.area.tolist() == [pytest.approx(packing.area - packing.polygons.areas[0], rel=1e-8)]
+
+
+def test_ray_beside_a_thin_tip():
+    """The highest vertex is the rightmost one: a ray from there along x meets the tip of the next image."""
+    box = np.array([[4.34088317, 0.0], [0.0, 6.1]])
+    ring = np.array([[1.19713154, 0.8480542], [1.2949115764, 1.2055948121], [0.85400211, 1.15820266]])
+    for move in np.linspace(0, 1, 20):
+        packing = droplets([ring + move], 4.3e-9, box)
+        found = jamlab.voids(packing)
+        assert found.area.tolist() == [pytest.approx(packing.area - packing.polygons.areas[0], rel=1e-8)]

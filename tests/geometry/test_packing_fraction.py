@@ -79,3 +79,15 @@ def test_a_method_that_there_is_not_is_refused(sp_jammed):
     for packing, method in ((sp_jammed, "union"), (sp_jammed, ""), (polygons([[0.0, 0.0]]), "pairs")):
         with pytest.raises(InputError, match=repr(method)):
             packing_fraction(packing, method)
+
+
+@pytest.mark.parametrize("delta", [1e-15, 1e-9])
+def test_rims_thinner_than_rounding_of_coordinates(delta):
+    """They add p delta/2 to the area, wherever the polygons are."""
+    rng, box = np.random.default_rng(3), np.array([[3.0, 0.0], [0.5, 2.0]])
+    for _ in range(12):
+        rings = [regular_polygon(int(nv), 0.5, turn) + rng.uniform(-2, 2) * box[1] for nv, turn in ((5, 0.3), (8, 1.1))]
+        rings[1] = rings[1] + np.array([1.4, 0.2]) + rings[0].mean(axis=0) - rings[1].mean(axis=0)
+        packing = droplets(rings, delta, box)
+        grown = packing.polygons.areas.sum() + 0.5 * delta * packing.polygons.perimeters.sum()
+        assert packing_fraction(packing) == pytest.approx(grown / packing.area, rel=1e-13)

@@ -35,6 +35,7 @@ class Rays:
 
     # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
     joint: float = 1e-6
+    rounding: float = 100 * np.finfo(np.float64).eps  # of coordinates, of ends: rims may be thinner than that
     same: float = 1e-5  # of that: ends of droplets, which both sides calculate alike, are nearer
     seam: float = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
     # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
@@ -79,7 +80,10 @@ def _join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Ar
     loose, free, k = np.flatnonzero(~known), np.flatnonzero(~taken), int((~known).sum())
     if not k:
         return
-    for reach in (RAYS.same * tolerance, tolerance):  # both ends of a short overlap may lie within the tolerance
+    rounding = RAYS.rounding * float(np.abs(pieces.end).max() + np.abs(box).max())
+    tolerance = max(tolerance, rounding)
+    # both ends of a short overlap may lie within the tolerance
+    for reach in (max(RAYS.same * tolerance, rounding), tolerance):
         near = periodic_neighbors(pieces.end[loose], pieces.start[free], box, reach)
         if len(near.i) == k and (np.bincount(near.i, minlength=k) * np.bincount(near.j, minlength=k) == 1).all():
             following[loose], shift[loose] = free[near.j], near.shift
@@ -219,7 +223,8 @@ def find_first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: M
         nearest = np.full(len(open_rays), np.inf)
         np.minimum.at(nearest, i, distance)
         seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + RAYS.seam * reach))
-        order = seen[np.lexsort((distance[seen], away[seen], i[seen]))]
+        # at the tip of a thin rim a ray meets both sides at once, and that from outside counts
+        order = seen[np.lexsort((distance[seen], away[seen], behind[seen], i[seen]))]
         first = order[np.unique(i[order], return_index=True)[1]]
         inner = first[behind[first]]
         if len(inner):
