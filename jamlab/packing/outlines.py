@@ -47,8 +47,11 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
     suspects, shapes = suspects[crossed], shapes[crossed]
     if not len(suspects):
         return suspects
-    points = shapely.remove_repeated_points(shapes, 1e-12 * float(np.ptp(positions, axis=0).max()))
-    return np.asarray(suspects[~shapely.is_valid(points)])
+    rounding = 1e-12 * float(np.ptp(positions, axis=0).max())
+    crossed = shapely.area(shapes) <= rounding * shapely.length(shapes)  # its vertices lie in one or two places, or so
+    wide = ~crossed
+    crossed[wide] = ~shapely.is_valid(shapely.remove_repeated_points(shapes[wide], rounding))
+    return np.asarray(suspects[crossed])
 
 
 def outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:

@@ -43,6 +43,13 @@ def test_a_bow_tie_is_found_and_refused():
         jamlab.Packing("dp", 5 * np.eye(2), positions, law, offsets=offsets)
 
 
+@pytest.mark.parametrize("places", [1, 2])
+def test_vertices_in_one_or_two_places_are_no_outline(places):
+    corners = np.array([[0.0, 0.0], [1.0, 1.0]])[[0, places - 1, 0, 0]]
+    positions = np.vstack([bow_tie()[0][:4], corners + 2.0])
+    assert self_crossings(positions, np.array([0, 4, 8])).tolist() == [1]
+
+
 @pytest.mark.parametrize("grid", [None, 3, 5])  # corners on a grid touch and overlap exactly
 def test_random_outlines_are_judged_as_by_shapely(grid):
     rng = np.random.default_rng(grid)
