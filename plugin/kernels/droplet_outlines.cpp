@@ -146,6 +146,7 @@ DropletOutlines::DropletOutlines(int64_t n, const int64_t *offsets, const double
 int64_t DropletOutlines::find_near(double most_copies, double *search)
 {
   found.clear();
+  found.reserve(2 * edges.size());
   entangled.assign(n, {});
   std::vector<int64_t> who;
   std::vector<double> middles, reach;
@@ -223,13 +224,11 @@ void DropletOutlines::add_pair(int64_t i, int64_t j, const Image &shift, const V
   };
   if (both_beyond(cross(tail, a.along), cross(head, a.along), -limit, limit)) return;
   if (both_beyond(dot(tail, a.along), dot(head, a.along), -limit, a.length + limit)) return;
-  const Vector far = edges[a.after].tail - b.tail - move;
   if (!own) {
     const Meeting how = judge_edges(a, b, tail, head, rounding);
     if (how != APART) note(how, a.particle, b.particle, shift);
   }
-  found.push_back({i, {j, shift, tail, head, own, true}});
-  found.push_back({j, {i, Image{0, 0} - shift, tail * -1.0, far, own, false}});
+  found.push_back({i, j, shift, own});
 }
 
 void DropletOutlines::note(Meeting how, int64_t i, int64_t j, const Image &shift)
@@ -259,14 +258,24 @@ bool DropletOutlines::holds(int64_t particle, const Vector &place) const
   return inside;
 }
 
+// Lists each pair beside both of its edges.
 void DropletOutlines::sort_by_edge()
 {
   near_first.assign(edges.size() + 1, 0);
-  for (const Found &one : found) ++near_first[one.i + 1];
+  for (const Found &one : found) {
+    ++near_first[one.i + 1];
+    ++near_first[one.j + 1];
+  }
   std::partial_sum(near_first.begin(), near_first.end(), near_first.begin());
   std::vector<int64_t> next(near_first.begin(), near_first.end() - 1);
-  near.resize(found.size());
-  for (const Found &one : found) near[next[one.i]++] = one.near;
+  near.resize(2 * found.size());
+  for (const Found &one : found) {
+    const RimEdge &a = edges[one.i], &b = edges[one.j];
+    const Vector move = lattice.translation(one.shift), tail = b.tail - a.tail + move;
+    const Vector to_b = head(b) - a.tail + move, to_a = head(a) - b.tail - move;
+    near[next[one.i]++] = {one.j, one.shift, tail, to_b, one.own, true};
+    near[next[one.j]++] = {one.i, Image{0, 0} - one.shift, tail * -1.0, to_a, one.own, false};
+  }
 }
 
 // parts of elements -------------------------------------------------------------------------------

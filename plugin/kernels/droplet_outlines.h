@@ -66,14 +66,15 @@ class DropletOutlines : public EdgeRings {
 
  private:
   struct Found {
-    int64_t i;
-    NearEdge near;
+    int64_t i, j;
+    Image shift;
+    bool own;
   };
   struct Extent {
     double low, high;
     int64_t edge;
   };
-  std::vector<Found> found;
+  std::vector<Found> found;  // each pair once
   std::vector<Extent> near_p, near_q;
 
   void collect(int64_t particle, const Bounds &place, bool upright,
