@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
@@ -77,6 +78,24 @@ def test_void_paths_enclose_their_area(request, state):
         signed = abs(sum(_signed(ring) for ring in path.to_polygons(closed_only=True)))  # islands run the other way
         np.testing.assert_allclose(signed, area, rtol=0.02)
         assert np.abs((path.vertices.mean(axis=0) - centre) @ np.linalg.inv(packing.box)).max() <= 0.5
+
+
+@pytest.mark.parametrize("state", ["sp_jammed", "dp_dense"])
+def test_points_of_void_paths_lie_on_particles(request, state):
+    """Half a diameter from a centre, or half a rim from an outline, and nowhere within."""
+    packing = request.getfixturevalue(state)
+    points = np.concatenate([path.vertices for path in void_paths(voids(packing))])[::13]
+    points -= np.floor(points @ np.linalg.inv(packing.box)) @ packing.box
+    far = np.full(len(points), np.inf)
+    for image in np.ndindex(5, 5):
+        sites = packing.positions + (np.array(image) - 2) @ packing.box
+        if packing.model == "sp":
+            apart = np.hypot(*(points[:, None] - sites).T).T - packing.diameters / 2
+        else:
+            rings = [shapely.LinearRing(ring) for ring in np.split(sites, packing.offsets[1:-1])]
+            apart = shapely.distance(shapely.points(points)[:, None], rings) - packing.params["delta"] / 2
+        far = np.minimum(far, apart.min(axis=1))
+    assert len(points) > 50 and np.abs(far).max() < 1e-10
 
 
 def _signed(ring):
