@@ -151,6 +151,9 @@ def test_what_differs_is_not_averaged(full, table, by, named):
     with pytest.raises(InputError) as caught:
         full.aggregate(["omega" if table == "spectra" else "rho"], by=by, table=table)
     assert f"add {named!r} to by=" in str(caught.value)
+
+
+def test_what_is_alike_is_averaged(full):
     good = full.aggregate(["storage"], by=["target_pressure", "omega", "damping", "prestress"], table="spectra")
     assert len(good) == 16 and set(good["packings"]) == {1}
 
