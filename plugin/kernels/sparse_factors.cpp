@@ -1,5 +1,6 @@
-// Factors of sparse symmetric matrices that Python holds by columns: L L^T of positive definite ones, L S L^T, with
-// signs S, of others. Numbers that belong to one site are a block, as the displacement of a disk is.
+// Factors of sparse symmetric matrices that Python holds by columns: L L^T of positive definite
+// ones, L S L^T, with signs S, of others. Numbers that belong to one site are a block, as the
+// displacement of a disk is.
 #include "kernel.h"
 
 #include "../block_cholesky.h"
@@ -13,12 +14,13 @@ using LAMMPS_NS::BlockCholesky;
 
 namespace {
 
-constexpr double ZEROS = 0.25;  // part of the blocks that may be numbers which the matrix does not have
+constexpr double ZEROS = 0.25;  // part of the blocks that the matrix may lack
 
 class SparseFactors {
  public:
   void set_pattern(int size, const int *first, const int *rows) {
-    if (first_.size() == static_cast<std::size_t>(size) + 1 && std::equal(first_.begin(), first_.end(), first) &&
+    if (first_.size() == static_cast<std::size_t>(size) + 1 &&
+        std::equal(first_.begin(), first_.end(), first) &&
         std::equal(rows_.begin(), rows_.end(), rows))
       return;
     first_.clear();  // whatever fails below, the pattern is set anew
@@ -29,7 +31,8 @@ class SparseFactors {
       if (width == 2) factors_.emplace<1>();
       if (width == 3) factors_.emplace<2>();
     }
-    std::visit([&](auto &factors) { factors.set_pattern(size / static_cast<int>(width), first, rows); }, factors_);
+    const int blocks = size / static_cast<int>(width);
+    std::visit([&](auto &factors) { factors.set_pattern(blocks, first, rows); }, factors_);
     first_.assign(first, first + size + 1);
   }
 
@@ -38,7 +41,8 @@ class SparseFactors {
     return std::visit(
         [&](auto &factors) {
           factors.set(numbers);
-          const bool done = indefinite ? factors.factorise_indefinite(shift) : factors.factorise(shift);
+          const bool done =
+              indefinite ? factors.factorise_indefinite(shift) : factors.factorise(shift);
           return done ? static_cast<int>(first_.size()) - 1 : factors.stopped_at();
         },
         factors_);
@@ -80,7 +84,9 @@ class SparseFactors {
   }
 };
 
-SparseFactors &factors_of(std::int64_t handle) { return *reinterpret_cast<SparseFactors *>(handle); }
+SparseFactors &factors_of(std::int64_t handle) {
+  return *reinterpret_cast<SparseFactors *>(handle);
+}
 
 }  // namespace
 
@@ -96,10 +102,11 @@ JAMLAB_KERNEL sparse_factors_free(std::int64_t handle) {
   return 0;
 }
 
-// Factorises a matrix by columns, of both triangles, with `shift` added to its diagonal. Its order of elimination is
-// kept. Returns the row where a pivot fails, the number of rows if none does.
-JAMLAB_KERNEL sparse_factors_factorise(std::int64_t handle, std::int64_t size, const int *first, const int *rows,
-                                       const double *numbers, double shift, std::int64_t indefinite)
+// Factorises a matrix by columns, of both triangles, with `shift` added to its diagonal. Its order
+// of elimination is kept. Returns the row where a pivot fails, the number of rows if none does.
+JAMLAB_KERNEL sparse_factors_factorise(std::int64_t handle, std::int64_t size, const int *first,
+                                       const int *rows, const double *numbers, double shift,
+                                       std::int64_t indefinite)
 try {
   SparseFactors &factors = factors_of(handle);
   factors.set_pattern(static_cast<int>(size), first, rows);
