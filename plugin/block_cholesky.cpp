@@ -111,24 +111,24 @@ auto BlockCholesky<D>::read(int size, const std::vector<Entry> &entries) const -
 {
   std::vector<int> end(size + 1, 0), other(2 * entries.size());
   for (const Entry &e : entries) {
-    end[e.i]++;
-    end[e.j]++;
+    end[e.i] += e.i != e.j;
+    end[e.j] += e.i != e.j;
   }
   std::partial_sum(end.begin(), end.end(), end.begin());
   for (const Entry &e : entries) {    // each row is filled from its end
+    if (e.i == e.j) continue;
     other[--end[e.i]] = e.j;
     other[--end[e.j]] = e.i;
   }
   // the transpose is the same graph with sorted rows
-  std::vector<int> next = end, sorted(other.size());
+  std::vector<int> next = end, sorted(end[size]);
   for (int i = 0; i < size; i++)
     for (int n = end[i]; n < end[i + 1]; n++) sorted[next[other[n]]++] = i;
   Graph found;
   found.first.push_back(0);
   for (int i = 0; i < size; i++) {
     for (int n = end[i]; n < end[i + 1]; n++)
-      if (sorted[n] != i && (n == end[i] || sorted[n] != sorted[n - 1]))
-        found.other.push_back(sorted[n]);
+      if (n == end[i] || sorted[n] != sorted[n - 1]) found.other.push_back(sorted[n]);
     found.first.push_back(static_cast<int>(found.other.size()));
   }
   return found;
@@ -157,12 +157,13 @@ template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
   return parent;
 }
 
-/* In the new order, which keeps the factors, a column follows the last of its children. */
-template <int D> void BlockCholesky<D>::order_children_first()
+/* In the new order, which keeps the factors, a column follows the last of its children. Parents in
+   this order are returned. */
+template <int D> std::vector<int> BlockCholesky<D>::order_children_first()
 {
   const int size = static_cast<int>(row.size());
   const std::vector<int> parent = find_parents();
-  std::vector<int> first_child(size + 1, -1), next_child(size, -1), order, way;
+  std::vector<int> first_child(size + 1, -1), next_child(size, -1), order, way, place_of(size);
   for (int c = size - 1; c >= 0; c--) {
     const int above = parent[c] < 0 ? size : parent[c];
     next_child[c] = first_child[above];
@@ -176,6 +177,7 @@ template <int D> void BlockCholesky<D>::order_children_first()
         way.push_back(child);
         child = next_child[child];
       } else {
+        place_of[way.back()] = static_cast<int>(order.size());
         order.push_back(row[way.back()]);
         way.pop_back();
       }
@@ -183,6 +185,10 @@ template <int D> void BlockCholesky<D>::order_children_first()
   }
   row = order;
   for (int c = 0; c < size; c++) rank[row[c]] = c;
+  std::vector<int> moved(size, -1);
+  for (int c = 0; c < size; c++)
+    if (parent[c] >= 0) moved[place_of[c]] = place_of[parent[c]];
+  return moved;
 }
 
 /* Numbers of blocks in each column of the factors, the diagonal too: J. R. Gilbert, E. G. Ng and
@@ -222,8 +228,7 @@ std::vector<int> BlockCholesky<D>::count_blocks(const std::vector<int> &parent) 
 
 template <int D> void BlockCholesky<D>::find_fill()
 {
-  order_children_first();
-  const std::vector<int> parent = find_parents(), count = count_blocks(parent);
+  const std::vector<int> parent = order_children_first(), count = count_blocks(parent);
   filled = updated = 0.0;
   for (const int blocks : count) {
     const double below = blocks - 1.0;
@@ -304,10 +309,13 @@ template <int D> void BlockCholesky<D>::find_rows(const std::vector<int> &parent
   }
 }
 
-/* Entries of the same rows and columns as the last time, in the same order, go to the same spots. */
+/* Entries of the same rows and columns as the last time, in the same order, go to the same
+   spots. */
 template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
 {
-  const auto known = [](const Spot &spot, const Entry &e) { return spot.i == e.i && spot.j == e.j; };
+  const auto known = [](const Spot &spot, const Entry &e) {
+    return spot.i == e.i && spot.j == e.j;
+  };
   if (!std::equal(spots.begin(), spots.end(), entries.begin(), entries.end(), known))
     find_spots(entries);
   std::fill(values.begin(), values.end(), 0.0);
@@ -403,6 +411,7 @@ template <int D> int BlockCholesky<D>::negative() const
 template <int D> bool BlockCholesky<D>::eliminate(double shift, double least)
 {
   stopped = -1;
+  values_rounded = false;
   const auto factor = signs.empty() ? dense->factorise : dense->factorise_signed;
   for (const Panel &panel : panels) {
     double *const own = &values[panel.values];
@@ -447,82 +456,6 @@ template <int D> void BlockCholesky<D>::subtract_product(const Panel &panel)
       }
     }
   }
-}
-
-template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
-{
-  solve_one(r.data(), 1);
-}
-
-template <int D> void BlockCholesky<D>::solve(double *r, int count)
-{
-  for (int k = 0; k < count; k += TOGETHER)
-    if (k + 1 == count)
-      solve_one(r + k, count);
-    else
-      solve_four(r + k, count, std::min(TOGETHER, count - k));
-}
-
-template <int D> void BlockCholesky<D>::solve_one(double *r, int apart)
-{
-  const int size = static_cast<int>(rank.size());
-  solved.resize(std::max<std::size_t>(solved.size(), D * size));
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) solved[D * c + a] = r[apart * (D * row[c] + a)];
-  double *const x = gathered.data();
-  const auto row_below = [&](const Panel &p, int n) { return &solved[D * lower[p.below + n]]; };
-  const auto gather = [&](const Panel &p) {
-    for (int n = 0; n < p.rows; n++) std::copy_n(row_below(p, n), D, x + D * n);
-  };
-  for (const Panel &p : panels) {
-    gather(p);
-    double *const own = &solved[D * p.begin];
-    dense->down[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, own, x);
-    if (!signs.empty())
-      for (int k = 0; k < p.width(); k++) own[k] *= signs[D * p.begin + k];
-    for (int n = 0; n < p.rows; n++) std::copy_n(x + D * n, D, row_below(p, n));
-  }
-  for (std::size_t k = panels.size(); k-- > 0;) {
-    const Panel &p = panels[k];
-    gather(p);
-    dense->up[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
-  }
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) r[apart * (D * row[c] + a)] = solved[D * c + a];
-}
-
-template <int D> void BlockCholesky<D>::solve_four(double *r, int apart, int count)
-{
-  constexpr int SIZE = TOGETHER * D;    // numbers of one row
-  const int size = static_cast<int>(rank.size());
-  solved.resize(std::max<std::size_t>(solved.size(), SIZE * size));
-  const auto numbers = [&](int c, int a) { return r + apart * (D * row[c] + a); };
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) {
-      double *const to = &solved[SIZE * c + TOGETHER * a];
-      std::fill(std::copy_n(numbers(c, a), count, to), to + TOGETHER, 0.0);
-    }
-  double *const x = gathered.data();
-  const auto row_below = [&](const Panel &p, int n) { return &solved[SIZE * lower[p.below + n]]; };
-  const auto gather = [&](const Panel &p) {
-    for (int n = 0; n < p.rows; n++) std::copy_n(row_below(p, n), SIZE, x + SIZE * n);
-  };
-  for (const Panel &p : panels) {
-    gather(p);
-    double *const own = &solved[SIZE * p.begin];
-    dense->down_four(&values[p.values], p.width(), D * p.rows, p.stride, own, x);
-    if (!signs.empty())
-      for (int k = 0; k < TOGETHER * p.width(); k++) own[k] *= signs[D * p.begin + k / TOGETHER];
-    for (int n = 0; n < p.rows; n++) std::copy_n(x + SIZE * n, SIZE, row_below(p, n));
-  }
-  for (std::size_t k = panels.size(); k-- > 0;) {
-    const Panel &p = panels[k];
-    gather(p);
-    dense->up_four(&values[p.values], p.width(), D * p.rows, p.stride, &solved[SIZE * p.begin], x);
-  }
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++)
-      std::copy_n(&solved[SIZE * c + TOGETHER * a], count, numbers(c, a));
 }
 
 template class LAMMPS_NS::BlockCholesky<1>;    // any symmetric matrix

@@ -23,8 +23,8 @@ template <int D> class BlockCholesky {
 
   // Sets where blocks may differ from zero: where entries are, in any order, repeated or not.
   void set_pattern(int size, const std::vector<Entry> &);
-  // The same from a matrix of numbers by columns, of D size each: rows of column c are rows[first[c]]
-  // and so on. Of two elements (r, c) and (c, r) one may be missing.
+  // The same from a matrix of numbers by columns, of D size each: rows of column c are
+  // rows[first[c]] and so on. Of two elements (r, c) and (c, r) one may be missing.
   void set_pattern(int size, const int *first, const int *rows);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
   void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
@@ -37,11 +37,17 @@ template <int D> class BlockCholesky {
   int stopped_at() const { return stopped; }    // number of a row without a pivot, -1 if none
   void solve(std::vector<double> &r);    // D numbers of each row: right-hand side in, solution out
   void solve(double *r, int count);      // for several; those of one number of a row lie together
+  // In single precision, from factors of a positive definite matrix: a preconditioner at half the
+  // cost. The first solution after each factorisation rounds them.
+  void solve_roughly(std::vector<double> &r);
   int size() const { return static_cast<int>(rank.size()); }
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
   double updates() const { return updated; }    // products of two blocks in a factorisation
-  double memory_usage() const { return bytes(values, product, solved, panels, graph.other, lower, spots); }
+  double memory_usage() const
+  {
+    return bytes(values, rounded, product, solved, panels, graph.other, lower, spots);
+  }
 
  private:
   struct Graph {    // of each row, the other rows that it has blocks with, in order
@@ -75,6 +81,8 @@ template <int D> class BlockCholesky {
   std::vector<Panel> panels;
   const DensePanels *dense = &dense_panels();
   std::vector<double> values, product, solved, gathered;
+  std::vector<float> rounded, rough, few;    // values, a solution, and its numbers of one panel
+  bool values_rounded = false;
   std::vector<double> signs;    // in the order of elimination; none of a positive definite matrix
   int stopped = -1;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
@@ -85,7 +93,7 @@ template <int D> class BlockCholesky {
   void use(Graph &&);
   void find_places(const Panel &);
   void find_order();
-  void order_children_first();
+  std::vector<int> order_children_first();
   void find_fill();
   std::vector<int> count_blocks(const std::vector<int> &parent) const;
   void make_panels(const std::vector<int> &parent, const std::vector<int> &count);
@@ -94,6 +102,7 @@ template <int D> class BlockCholesky {
   std::vector<int> find_parents() const;
   bool eliminate(double shift, double least);
   void subtract_product(const Panel &);
+  void round_values();
   void solve_one(double *r, int apart);
   void solve_four(double *r, int apart, int count);
   double *column(const Panel &panel, int k) { return &values[panel.values + k * panel.stride]; }

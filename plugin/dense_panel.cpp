@@ -15,9 +15,12 @@ static constexpr int DEPTH = 64;     // columns of a panel that are copied at on
 using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 using Eight = double __attribute__((vector_size(64), aligned(8), may_alias));
+using Floats = float __attribute__((vector_size(16), aligned(4), may_alias));
+using ManyFloats = float __attribute__((vector_size(32), aligned(4), may_alias));
 
 namespace any_processor {
   using Wide = Two;
+  using Single = Floats;
   static constexpr int TILE = 4, TILE_ROWS = 4;
 #include "dense_panel_code.h"
 }    // namespace any_processor
@@ -28,6 +31,7 @@ namespace any_processor {
 #pragma GCC target("avx2")
 namespace avx2 {
   using Wide = Four;
+  using Single = ManyFloats;
   static constexpr int TILE = 4, TILE_ROWS = 8;
 #include "dense_panel_code.h"
 }    // namespace avx2
@@ -36,6 +40,7 @@ namespace avx2 {
 #pragma GCC target("avx512f,prefer-vector-width=256")
 namespace avx512 {
   using Wide = Eight;
+  using Single = ManyFloats;
   static constexpr int TILE = 8, TILE_ROWS = 8;
 #include "dense_panel_code.h"
 }    // namespace avx512

@@ -7,8 +7,8 @@ namespace LAMMPS_NS {
 
 /* Factors consist of dense panels: `width` columns of `height` numbers, column by column, `stride`
    apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond the
-   height have no meaning. The diagonal of factors holds reciprocals. Factors are L S L^T: S = 1 of a
-   positive definite matrix; of another one S holds signs. */
+   height have no meaning. The diagonal of factors holds reciprocals. Factors are L S L^T: S = 1 of
+   a positive definite matrix; of another one S holds signs. */
 using Stride = std::ptrdiff_t;
 inline constexpr int PANEL_ROWS = 8;    // are read and written together, beyond the height too
 inline constexpr int PANEL_COLUMNS = 32;    // of a product that are found together
@@ -32,12 +32,16 @@ struct DensePanels {
                     double *below);
   using Up = void(const double *panel, int width, int rows, Stride stride, double *own,
                   const double *below);
+  // Take these steps in single precision. `numbers` are those of the columns and of the rows that
+  // follow. They and the panel hold zeros in PANEL_ROWS rows beyond the height.
+  using Rough = void(const float *panel, int width, int height, Stride stride, float *numbers);
   Factorise *factorise, *factorise_signed;
   Multiply *multiply, *multiply_signed;
   Down *down[3];
   Up *up[3];
   Down *down_four;
   Up *up_four;
+  Rough *down_rough, *up_rough;
 };
 
 const DensePanels &dense_panels();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Included by dense_panel.cpp once for each kind of processor: `Wide` is the type of its vectors;
-// its registers hold the sums of TILE columns and TILE_ROWS rows. Sums have one order in all of them.
+// Included by dense_panel.cpp once for each kind of processor: `Wide` and `Single` are the types of
+// its vectors; its registers hold the sums of TILE columns and TILE_ROWS rows. Sums have one order
+// in all of them.
 
 static constexpr int LANES = sizeof(Wide) / sizeof(double);
 static constexpr int PIECES = TILE_ROWS / LANES;    // vectors in a column of a tile
@@ -216,6 +217,71 @@ static void up_four(const double *panel, int width, int rows, Stride stride, dou
   FOUR(own, 0) = (four(own, 0) - x) * panel[0];
 }
 
+#define single(from) (*reinterpret_cast<const Single *>(from))
+#define SINGLE(to) (*reinterpret_cast<Single *>(to))
+
+static constexpr int SINGLES = sizeof(Single) / sizeof(float);
+static constexpr int PARTS = PANEL_ROWS / SINGLES;    // vectors in PANEL_ROWS numbers
+
+template <int COUNT>
+static ALWAYS_INLINE void take_down(const float *column, int height, Stride stride, float *numbers)
+{
+  float x[COUNT];
+  for (int a = 0; a < COUNT; a++) {
+    x[a] = numbers[a];
+    for (int b = 0; b < a; b++) x[a] -= column[b * stride + a] * x[b];
+    numbers[a] = x[a] *= column[a * stride + a];
+  }
+  for (int r = COUNT; r < height; r += SINGLES) {
+    Single sum = single(column + r) * x[0];
+#pragma GCC unroll 4
+    for (int b = 1; b < COUNT; b++) sum += single(column + b * stride + r) * x[b];
+    SINGLE(numbers + r) -= sum;
+  }
+}
+
+template <int COUNT>
+static ALWAYS_INLINE void take_up(const float *column, int height, Stride stride, float *numbers)
+{
+  Single sums[COUNT][PARTS] = {};
+  for (int r = COUNT; r < height; r += PANEL_ROWS)
+#pragma GCC unroll 4
+    for (int b = 0; b < COUNT; b++)
+#pragma GCC unroll 2
+      for (int p = 0; p < PARTS; p++)
+        sums[b][p] += single(column + b * stride + r + p * SINGLES) *
+            single(numbers + r + p * SINGLES);
+#pragma GCC unroll 4
+  for (int b = COUNT - 1; b >= 0; b--) {
+    float parts[PANEL_ROWS];
+    for (int p = 0; p < PARTS; p++) SINGLE(parts + p * SINGLES) = sums[b][p];
+    const Floats half = *reinterpret_cast<Floats *>(parts) + *reinterpret_cast<Floats *>(parts + 4);
+    float sum = (half[0] + half[2]) + (half[1] + half[3]);
+    for (int a = b + 1; a < COUNT; a++) sum += column[b * stride + a] * numbers[a];
+    numbers[b] = (numbers[b] - sum) * column[b * stride + b];
+  }
+}
+
+static void down_rough(const float *panel, int width, int height, Stride stride, float *numbers)
+{
+  int c = 0;
+  for (; c + 4 <= width; c += 4)
+    take_down<4>(panel + c * (stride + 1), height - c, stride, numbers + c);
+  const auto rest = width - c == 1 ? take_down<1> : width - c == 2 ? take_down<2> : take_down<3>;
+  if (c < width) rest(panel + c * (stride + 1), height - c, stride, numbers + c);
+}
+
+static void up_rough(const float *panel, int width, int height, Stride stride, float *numbers)
+{
+  int c = width - width % 4;
+  const auto rest = width - c == 1 ? take_up<1> : width - c == 2 ? take_up<2> : take_up<3>;
+  if (c < width) rest(panel + c * (stride + 1), height - c, stride, numbers + c);
+  while ((c -= 4) >= 0)
+    take_up<4>(panel + c * (stride + 1), height - c, stride, numbers + c);
+}
+
+#undef single
+#undef SINGLE
 #undef four
 #undef FOUR
 #undef wide
@@ -223,4 +289,4 @@ static void up_four(const double *panel, int width, int rows, Stride stride, dou
 
 static constexpr DensePanels FUNCTIONS = {
     factorise<false>, factorise<true>, multiply<false>, multiply<true>, down<1>, down<2>, down<3>,
-    up<1>, up<2>, up<3>, down_four, up_four};
+    up<1>, up<2>, up<3>, down_four, up_four, down_rough, up_rough};
