@@ -1,4 +1,5 @@
-// This file finds derivatives of small terms of the energy, as jamlab.packing.terms.Terms holds them.
+// This file finds derivatives of small terms of the energy, as jamlab.packing.terms.Terms holds
+// them.
 
 #include "kernel.h"
 #include "vector.h"

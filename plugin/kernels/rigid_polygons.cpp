@@ -63,7 +63,9 @@ void RigidPolygons::list_pairs()
   double search[5];
   const Reaching all{n, centres.data(), reach.data()};
   pairs.clear();
-  const auto list = [&](const Neighbor &found) { pairs.push_back({found.i, found.j, found.shift}); };
+  const auto list = [&](const Neighbor &found) {
+    pairs.push_back({found.i, found.j, found.shift});
+  };
   crossed = visit_neighbors(all, all, Lattice(box), true, MOST_COPIES, search, list) != 0;
   listed.q = q;
   listed.width = width;

@@ -88,9 +88,9 @@ class RigidPolygons : public RigidState {
   using Block = Factors::Block;
   struct Pair {
     int64_t i, j;
-    Image shift;                             // of j
-    int64_t vertex[2] = {0, 0}, edge[2] = {0, 0};  // the nearest ones last seen, of i and j, j and i
-    bool held = false;                       // has blocks of the matrix
+    Image shift;  // of j
+    int64_t vertex[2] = {0, 0}, edge[2] = {0, 0};  // nearest ones last seen, of i and j, j and i
+    bool held = false;                             // has blocks of the matrix
   };
   struct Stiffness {  // second derivatives of the energy of one pair
     int64_t i, j;

@@ -1,6 +1,6 @@
 // Rigid regular polygons relax to a minimum by Levenberg-Marquardt steps, of which each knows the
-// contacts that it opens and closes: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions: Nocedal
-// & Wright, Numerical Optimization, algorithm 4.1.
+// contacts that it opens and closes: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions:
+// Nocedal & Wright, Numerical Optimization, algorithm 4.1.
 
 #include "kernel.h"
 #include "rigid_step.h"
@@ -19,7 +19,7 @@ struct Settings {  // in the order of `RigidDescent` of Python
   double accepted, good, poor, shrink, grow, definite, sets, rest;
 };
 
-constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part of it is rounding
+constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part is rounding
 // Gaps up to this many times the longest move of a step are known to the next one, and at most up to
 // this many times the reach of a step.
 constexpr double NEXT = 8, WIDEST = 2;

@@ -3,9 +3,9 @@
 //
 //     sum of (k/2) max(0, overlap + change)^2 + (1/2) u (curvature + shift) u.
 //
-// Gaps that the step u closes are in it, contacts that it opens are not. Newton steps from one set of
-// active contacts to the next go to its minimum: Nocedal & Wright, Numerical Optimization, 16.5. The
-// curvature is left out where the matrix would not be positive definite.
+// Gaps that the step u closes are in it, contacts that it opens are not. Newton steps from one set
+// of active contacts to the next go to its minimum: Nocedal & Wright, Numerical Optimization, 16.5.
+// The curvature is left out where the matrix would not be positive definite.
 #pragma once
 
 #include "rigid_polygons.h"
