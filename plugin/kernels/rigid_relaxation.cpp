@@ -20,8 +20,8 @@ struct Settings {  // in the order of `RigidDescent` of Python
 };
 
 constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part is rounding
-// Gaps up to this many times the longest move of a step are known to the next one, and at most up to
-// this many times the reach of a step.
+// Gaps up to this many times the longest move of a step are known to the next one, and at most up
+// to this many times the reach of a step.
 constexpr double NEXT = 8, WIDEST = 2;
 // A shift that shrank too fast shrinks by the square root of its factor next time, up to this one,
 // and by the factor to this power after a step that fared well.
