@@ -43,6 +43,26 @@ def test_the_first_step_is_that_of_the_shifted_hessian_of_numpy(dp_dense, contac
     assert 0 < np.abs(moved).max() <= FAR.reach * (1 + 1e-12)
 
 
+def test_the_second_step_is_that_of_the_first_factors_and_one_pair(dp_dense):
+    """By numpy in double precision; factors in single precision give six digits of it."""
+    start = at_phi(dp_dense, dp_dense.phi + 0.01)
+    places, forces = [start.positions.ravel()], []
+    with Session(start) as session:
+        forces.append(session.evaluate().forces.ravel())
+        for steps in (1, 2):
+            session.load(start)
+            assert descent(session, 1e-12, steps, first_shift=30.0).factors == 1
+            places.append(session.positions().ravel())
+            forces.append(session.evaluate().forces.ravel())
+    matrix = jamlab.hessian(start).toarray() + 30.0 * np.eye(len(forces[0]))
+    change, bend = places[1] - places[0], forces[0] - forces[1]
+    along = change @ forces[1] / (change @ bend)
+    wanted = np.linalg.solve(matrix, forces[1] - along * bend)
+    wanted += (along - bend @ wanted / (change @ bend)) * change
+    moved = places[2] - places[1]
+    assert moved == pytest.approx(wanted * (moved @ wanted) / (wanted @ wanted), abs=1e-6 * np.abs(wanted).max())
+
+
 def test_a_descent_near_a_minimum_needs_one_factorisation(dp_dense):
     """In steps to the tolerance, at an energy no higher than that of the minimum; nothing moves where it is enough."""
     kick = 1e-7 * np.random.default_rng(1).normal(size=dp_dense.positions.shape)
