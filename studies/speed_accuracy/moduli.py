@@ -1,8 +1,9 @@
 """Charts of moduli: the static shear modulus, and G*(omega) by every solver."""
 
 from collections.abc import Iterator
-from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -136,9 +137,9 @@ def measure_spectrum(name: str, packing: Packing, damping: DragLaw) -> Iterator[
     ways: list[tuple[SpectrumMethod, str, str, dict[str, float]]] = []
     ways += [("dense", "dense", "", {}), ("direct", "direct", "", {})]
     for tolerance in _SHIFT_TOLERANCES:
-        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", {"TOLERANCE": tolerance, "QUIET": 1}))
+        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", {"tolerance": tolerance, "quiet": 1}))
     for steps in _KRYLOV_STEPS:
-        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", {"STEPS": steps}))
+        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", {"steps": steps}))
     usual = ("", f"{reduced_model.SEARCH.steps} steps")
     for method, way, setting, numbers in ways:
         run = partial(_modulus_with, numbers, packing, damping, method)
@@ -149,9 +150,8 @@ def _modulus_with(
     numbers: dict[str, float], packing: Packing, damping: DragLaw, method: SpectrumMethod
 ) -> ComplexModulus:
     """G* with other numbers of the search for shifts."""
-    with ExitStack() as changed:
-        for name, value in numbers.items():
-            changed.enter_context(patch.object(reduced_model, name, value))
+    search: Any = numbers
+    with patch.object(reduced_model, "SEARCH", replace(reduced_model.SEARCH, **search)):
         return complex_modulus(packing, _OMEGA, damping, method=method)
 
 
