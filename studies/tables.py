@@ -81,7 +81,7 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, commits: str = "",
 
 def _write_manifest(folder: Path, known: Mapping[str, Mapping[str, str]]) -> None:
     with atomic_file(folder / MANIFEST) as temporary:
-        pd.DataFrame.from_dict(known, orient="index").sort_index().to_csv(temporary, index_label="file")
+        pd.DataFrame.from_dict(dict(known), orient="index").sort_index().to_csv(temporary, index_label="file")
 
 
 def forget(folder: Path, name: str) -> None:
