@@ -45,13 +45,16 @@ class Record:
         return datetime.fromisoformat(self.committed)
 
 
-def commit_of(folder: Path) -> tuple[str, str]:
-    """Short name and date of the commit of a checkout; `-dirty` after a name if files differ from it."""
+def commit_of(folder: Path, *, needed: bool = True) -> tuple[str, str]:
+    """Short name and date of the commit of a checkout; `-dirty` after a name if files differ from it. `needed`: refuse
+    what is no checkout, which else is "no commit" of the present."""
     asked = ["describe", "--always", "--dirty", "--exclude", "*"], ["log", "-1", "--format=%cI"]
     found = [
         subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=False) for words in asked
     ]
     if any(one.returncode for one in found):
+        if not needed:
+            return "no commit", datetime.now(UTC).isoformat()
         raise InputError(f"{folder} is no checkout of jamlab: install jamlab with `pip install -e .` in a clone")
     return found[0].stdout.strip(), found[1].stdout.strip()
 
@@ -73,7 +76,7 @@ def measure_record(
         if done.returncode:
             raise InputError(f"{python} cannot run {PROGRAM.name}: {done.stderr.strip().splitlines()[-1]}")
         runs.append(json.loads(done.stdout.splitlines()[-1]))
-    commit, committed = commit_of(Path(runs[0]["jamlab"]))
+    commit, committed = commit_of(Path(runs[0]["jamlab"]), needed=not only)
     today = datetime.now(UTC).date().isoformat()
     return Record(commit, committed, today, processor(), runs[0]["python"], runs[0]["numpy"], _merged(runs))
 
