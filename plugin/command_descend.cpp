@@ -39,7 +39,7 @@ CommandDescend::CommandDescend(LAMMPS *lmp) :
 {
 }
 
-/* The energy, the forces and the stress of LAMMPS are those of the end.
+/* At the end LAMMPS has the energy, the forces and the stress of the final state.
 
    The string-style variable "descent" returns the numbers of steps, of evaluations of forces, of
    factorisations, of those refused because the matrix is not positive definite, of line searches

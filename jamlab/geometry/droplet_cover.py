@@ -6,7 +6,7 @@ of these elements is cut by the capsules of other edges: those of other particle
 not convex. Each capsule covers one interval of an element. Where polygons cross, or one lies in another, their insides
 cover elements as well. By Green's theorem a part from p to q of the outline of a particle, with k others above it,
 adds (p x q)/2 and the bulge of an arc, with weight 1/(k + 1), to the area of the particle, and with weight
-1/(k + 1) - 1/k to those of the others. The area of the union is the sum of these shares.
+1/(k + 1) - 1/k to the areas of the k others. The area of the union is the sum of these shares.
 """
 
 from dataclasses import dataclass, replace

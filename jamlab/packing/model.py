@@ -114,8 +114,8 @@ class State(Part[P]):
         return {"diameters": diameters, "offsets": offsets}
 
     def check_moved(self, packing: P) -> None:
-        """Refuse a packing that was checked and of which only positions have changed since, to finite ones, where a
-        particle is none any more: one whose outline crosses itself, by default found by `checked`."""
+        """Refuse a packing with a particle that its move has broken, such as an outline that crosses itself. All but
+        its positions, which are finite, was checked before; by default `checked` looks at it again."""
         if self.has_outlines:
             self.checked(packing)
 
