@@ -10,13 +10,31 @@
 #include "neighbor.h"
 #include "restart_values.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 using namespace LAMMPS_NS;
 
+static constexpr int BLOCK = 128;    // bonds
+
+namespace {
+
+struct Row {    // of the bond list
+  int i1, i2, type;
+};
+
+/* An edge of zero length has no direction and pulls nowhere: its length is over zero all the same. */
+double smoothed(double square, double eta)
+{
+  return sqrt(std::max(square + eta * eta, std::numeric_limits<double>::min()));
+}
+
+}    // namespace
+
 BondLineTension::BondLineTension(LAMMPS *_lmp) :
-    Bond(_lmp), rings(nullptr), gamma(nullptr), eta(nullptr)
+    Bond(_lmp), gamma(nullptr), eta(nullptr)
 {
   writedata = 1;
 }
@@ -34,27 +52,44 @@ void BondLineTension::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  const bool only_energy = !vflag_either && !eflag_atom;
-  if (rings && only_energy && rings->add_tension_too(gamma[1], eta[1], energy)) return;
-  if (neighbor->nbondlist == 0) return;
+  for (int begin = 0; begin < neighbor->nbondlist; begin += BLOCK)
+    add_pulls(begin, std::min(BLOCK, neighbor->nbondlist - begin));
+}
+
+/* The roots of a block of bonds are taken side by side. */
+void BondLineTension::add_pulls(int begin, int count)
+{
+  const auto bonds = reinterpret_cast<const Row *>(neighbor->bondlist[begin]);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
   const int nlocal = atom->nlocal, newton_bond = force->newton_bond;
+  double ex[BLOCK], ey[BLOCK], length[BLOCK], pull[BLOCK];    // pull: over the length
 
-  for (int n = 0; n < neighbor->nbondlist; n++) {
-    const int *const bond = neighbor->bondlist[n], i1 = bond[0], i2 = bond[1];
-    const double delx = x[i1][0] - x[i2][0], dely = x[i1][1] - x[i2][1];
-    double fbond;
-    const double ebond = single(bond[2], delx * delx + dely * dely, i1, i2, fbond);
+  for (int n = 0; n < count; n++) {
+    const double *const from = x[bonds[n].i1], *const to = x[bonds[n].i2];
+    ex[n] = to[0] - from[0];
+    ey[n] = to[1] - from[1];
+    pull[n] = gamma[bonds[n].type];
+    length[n] = eta[bonds[n].type];
+  }
+#pragma omp simd
+  for (int n = 0; n < count; n++) {
+    length[n] = smoothed(ex[n] * ex[n] + ey[n] * ey[n], length[n]);
+    pull[n] /= length[n];
+  }
+  for (int n = 0; n < count; n++) {
+    const auto [i1, i2, type] = bonds[n];
+    const double fx = pull[n] * ex[n], fy = pull[n] * ey[n];
     if (newton_bond || i1 < nlocal) {
-      f[i1][0] += delx * fbond;
-      f[i1][1] += dely * fbond;
+      f[i1][0] += fx;
+      f[i1][1] += fy;
     }
     if (newton_bond || i2 < nlocal) {
-      f[i2][0] -= delx * fbond;
-      f[i2][1] -= dely * fbond;
+      f[i2][0] -= fx;
+      f[i2][1] -= fy;
     }
-    if (evflag) ev_tally(i1, i2, nlocal, newton_bond, ebond, fbond, delx, dely, 0.0);
+    if (evflag)
+      ev_tally(i1, i2, nlocal, newton_bond, gamma[type] * length[n], -pull[n], ex[n], ey[n], 0.0);
   }
 }
 
@@ -114,11 +149,10 @@ void BondLineTension::write_data(FILE *fp)
     fprintf(fp, "%d %.17g %.17g\n", i, gamma[i], eta[i]);
 }
 
-/* An edge of zero length has no direction and pulls nowhere. */
 double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, double &fforce)
 {
-  const double length = sqrt(rsq + eta[type] * eta[type]);
-  fforce = length > 0.0 ? -gamma[type] / length : 0.0;
+  const double length = smoothed(rsq, eta[type]);
+  fforce = -gamma[type] / length;
   return gamma[type] * length;
 }
 

@@ -5,15 +5,6 @@
 
 namespace LAMMPS_NS {
 
-/* Who may add the tension of all edges together with forces of its own; false: it does not. */
-class TensionCarrier {
- public:
-  virtual bool add_tension_too(double gamma, double eta, double &energy_of_edges) = 0;
-
- protected:
-  ~TensionCarrier() = default;
-};
-
 /* The line tension of an edge without rest length has the energy E = gamma sqrt(l^2 + eta^2). With
    eta = 0 this is the first term of Boromand et al. eq 7; eta > 0 smooths the direction of the edge
    as l -> 0. */
@@ -28,15 +19,14 @@ class BondLineTension : public Bond {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   void write_data(FILE *) override;
-  double single(int, double, int, int, double &) final;
+  double single(int, double, int, int, double &) override;
   void *extract(const char *, int &) override;
-
-  TensionCarrier *rings;    // the fix that adds the tension of all edges with its own forces
 
  protected:
   double *gamma, *eta;
 
   void allocate();
+  void add_pulls(int begin, int count);
 };
 
 }    // namespace LAMMPS_NS

@@ -6,13 +6,12 @@
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
+#include "library.h"
 #include "modify.h"
 #include "update.h"
 #include "utils.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -22,8 +21,7 @@ static constexpr char WHO[] = "Fix polygon/area";
 /* The command is: fix ID group polygon/area ka a0. Each value is a number, d_name or v_name. */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka", true),
-    rest_area(lmp, WHO, "rest area", false), energy(0.0), eflag_caller(0), parameters_of(-1),
-    done(false)
+    rest_area(lmp, WHO, "rest area", false), energy(0.0), level(0), checked(-1)
 {
   if (narg != 5)
     error->all(FLERR, "{} needs: ka a0, each a number, d_name from fix property/atom, or v_name",
@@ -38,13 +36,13 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
   energy_global_flag = energy_peratom_flag = 1;
   virial_global_flag = virial_peratom_flag = 1;
   thermo_energy = thermo_virial = 1;
+  respa_level_support = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
 }
 
-FixPolygonArea::~FixPolygonArea()
+int FixPolygonArea::setmask()
 {
-  const auto bond = dynamic_cast<BondLineTension *>(force ? force->bond : nullptr);
-  if (bond && bond->rings == this) bond->rings = nullptr;
+  return FixConst::POST_FORCE | FixConst::PRE_FORCE_RESPA | FixConst::MIN_POST_FORCE;
 }
 
 void FixPolygonArea::post_constructor()
@@ -57,63 +55,44 @@ void FixPolygonArea::init()
   stiffness.init(igroup);
   rest_area.init(igroup);
   polygon_rings.init(groupbit);
-  parameters_of = -1;
-  done = false;
 
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "{}: works with run_style verlet only", WHO);
-  const auto bond = dynamic_cast<BondLineTension *>(force->bond);
-  if (bond && atom->nbondtypes == 1 && first_to_add())
-    bond->rings = this;
-  else if (bond && bond->rings == this)
-    bond->rings = nullptr;
+  if (!utils::strmatch(update->integrate_style, "^respa")) return;
+  const int levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
+  level = respa_level < 0 ? levels - 1 : std::min(respa_level, levels - 1);
 }
 
-/* No fix before this one may see or change the forces that it adds to. */
-bool FixPolygonArea::first_to_add()
+/* Properties may have changed since the last run, without a neighbor build. */
+void FixPolygonArea::setup(int vflag)
 {
-  for (Fix *fix : modify->get_fix_list()) {
-    if (fix == this) return true;
-    if (fix->setmask() & OWN_MASK) return false;
-  }
-  return false;
+  checked = -1;
+  if (!utils::strmatch(update->integrate_style, "^respa")) post_force(vflag);
+}
+
+/* At its level, the force is there before those of styles and of other fixes. */
+void FixPolygonArea::pre_force_respa(int vflag, int at, int /*loop*/)
+{
+  if (at == level) post_force(vflag);
+}
+
+void FixPolygonArea::setup_pre_force_respa(int vflag, int at)
+{
+  checked = -1;
+  pre_force_respa(vflag, at, 0);
 }
 
 /* The force is f_i = -ka (a - a0) da/dx_i with da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
    Each rank adds the forces on its own vertices, so nothing goes back to other ranks. */
 void FixPolygonArea::post_force(int vflag)
 {
-  ev_init(eflag_caller, vflag);
-  if (!done) add_forces(0.0, 0.0);
-  done = false;
-}
-
-/* Bond style line/tension calls this: where all its bonds are edges of these rings, their tension
-   is added in the same pass. The energy is that of edges that start at vertices of this rank. */
-bool FixPolygonArea::add_tension_too(double gamma, double eta, double &energy_of_edges)
-{
-  polygon_rings.refresh(groupbit);
-  if (!polygon_rings.hold_all_bonds()) return false;
-  vflag_either = eflag_atom = 0;
-  energy_of_edges += add_forces(gamma, eta);
-  return done = true;
-}
-
-double FixPolygonArea::add_forces(double gamma, double eta)
-{
+  ev_init(update->eflag_atom == update->ntimestep ? ENERGY_ATOM : ENERGY_NONE, vflag);
   polygon_rings.refresh(groupbit);
   find_parameters();
   energy = 0.0;
-  double length = 0.0;
-  const auto act = [&](const auto &segment) { length += add_area_force(segment, gamma, eta); };
+  const auto act = [this](const auto &segment) { add_area_force(segment); };
   polygon_rings.areas_and_centers(shape, vflag_either, act);
-  return gamma * length;
 }
 
-/* The sum of sqrt(l^2 + eta^2) is returned. An edge of zero length has no direction and pulls
-   nowhere. */
-double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, double gamma,
-                                      double eta)
+void FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment)
 {
   const PolygonRings::Vertex *const vertices = &polygon_rings.vertices()[segment.begin];
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
@@ -123,24 +102,13 @@ double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, 
   const double per_vertex = -half_pressure * excess / polygon_rings.polygons()[k].size;
   energy += per_vertex * size;
 
-  pulls.resize(std::max<std::size_t>(pulls.size(), size + 1));
-  double *const pull = pulls.data();    // of each edge, over its length
-  double length = 0.0;
-#pragma omp simd reduction(+ : length)
-  for (int n = 0; n <= size; n++) {
-    const double square = ex[n] * ex[n] + ey[n] * ey[n] + eta * eta;
-    const double long_enough = sqrt(std::max(square, std::numeric_limits<double>::min()));
-    pull[n] = gamma / long_enough;
-    length += n ? long_enough : 0.0;
-  }
   for (int n = 0; n < size; n++) {
     const double fx = half_pressure * (ey[n] + ey[n + 1]);
     const double fy = -half_pressure * (ex[n] + ex[n + 1]);
-    f[vertices[n].i][0] += fx + pull[n + 1] * ex[n + 1] - pull[n] * ex[n];
-    f[vertices[n].i][1] += fy + pull[n + 1] * ey[n + 1] - pull[n] * ey[n];
+    f[vertices[n].i][0] += fx;
+    f[vertices[n].i][1] += fy;
     if (vflag_either || eflag_atom) tally(vertices[n], per_vertex, {fx, fy});
   }
-  return length;
 }
 
 void FixPolygonArea::tally(const PolygonRings::Vertex &vertex, double share,
@@ -155,13 +123,15 @@ void FixPolygonArea::tally(const PolygonRings::Vertex &vertex, double share,
   if (eflag_atom) eatom[vertex.i] += share;
 }
 
+/* Values may change from step to step. That all vertices of a polygon have the same is checked after
+   each neighbor build. */
 void FixPolygonArea::find_parameters()
 {
-  const bool fresh = parameters_of != polygon_rings.refreshed();
-  if (!fresh && !stiffness.changes() && !rest_area.changes()) return;
-  parameters_of = polygon_rings.refreshed();
+  const bool fresh = checked != polygon_rings.refreshed();
+  if (!fresh && stiffness.constant() && rest_area.constant()) return;
+  checked = polygon_rings.refreshed();
 
-  const bool variables = stiffness.changes() || rest_area.changes();
+  const bool variables = stiffness.is_variable() || rest_area.is_variable();
   if (variables) modify->clearstep_compute();
   stiffness.evaluate(polygon_rings, fresh, ka);
   rest_area.evaluate(polygon_rings, fresh, a0);

@@ -20,7 +20,8 @@ class PolygonParameter : protected Pointers {
   void read(const char *argument);
   void init(int igroup);    // finds the variable or property
   void evaluate(const PolygonRings &, bool check, std::vector<double> &);    // collective if check
-  bool changes() const { return source == EQUAL || source == ATOM; }    // from step to step
+  bool constant() const { return source == NUMBER; }
+  bool is_variable() const { return source == EQUAL || source == ATOM; }
 
  private:
   enum { NUMBER, PROPERTY, EQUAL, ATOM } source = NUMBER;

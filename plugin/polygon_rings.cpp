@@ -84,13 +84,8 @@ void PolygonRings::refresh(int groupbit)
 
   clear();
   std::vector<char> seen(atom->nlocal, 0);
-  int others = 0;
-  for (int i = 0; i < atom->nlocal; i++) {
-    others = others || (atom->num_bond[i] && !takes_part(i, groupbit));
+  for (int i = 0; i < atom->nlocal; i++)
     if (!seen[i] && takes_part(i, groupbit)) walk(i, groupbit, seen);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &others, 1, MPI_INT, MPI_MAX, world);
-  all_bonds = !others;
   edge_x.resize(vertex_list.size() + segment_list.size());
   edge_y.resize(edge_x.size());
   place_x.resize(vertex_list.size());

@@ -38,7 +38,6 @@ class PolygonRings : protected Pointers {
   void init(int groupbit);
   void refresh(int groupbit);    // collective, before use after a neighbor build
   bigint refreshed() const { return outline_refresh; }
-  bool hold_all_bonds() const { return all_bonds; }    // no atom outside the group has any
 
   const std::vector<Polygon> &polygons() const { return polygon_list; }
   const std::vector<RingSegment> &segments() const { return segment_list; }
@@ -104,7 +103,6 @@ class PolygonRings : protected Pointers {
   const char *who;
   class FixPolygonOutline *outline = nullptr;
   bigint outline_refresh = -1;
-  bool all_bonds = false;
   std::vector<Polygon> polygon_list;
   std::unordered_map<tagint, int> number;    // of the polygon of a molecule
   std::vector<RingSegment> segment_list;
