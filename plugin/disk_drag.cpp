@@ -17,9 +17,9 @@ static constexpr double LOOK = 0.125;         // part of a step
 static constexpr double ACCURATE = 1e-12;    // part of a step, of the time of a change
 
 DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings,
-                   const PairDiskDrag &pair, Atom *atom) :
+                   PairDiskDrag &pair, Atom *atom) :
     DragSystem(world, exchange, settings, pair.drag()), pair(pair), atom(atom),
-    slow(SLOW * sqrt(static_cast<double>(atom->natoms)))
+    length(pair.unit_length()), slow(SLOW * sqrt(static_cast<double>(atom->natoms)))
 {
 }
 
@@ -52,7 +52,7 @@ void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row,
   const double r = hypot(x, y);
   const Repulsion push = pair.push(p, p.reach - r);
   const double back = law.arms == DragLaw::CONTACT ? 0.5 * push.overlap : 0.0;
-  const double lever = law.arms == DragLaw::NONE ? 0.0 : 1.0;
+  const double lever = law.arms == DragLaw::NONE ? 0.0 : 1.0 / length;
   const double stiffness =
       p.reach - r < least_overlap ? pair.push(p, least_overlap).stiffness : push.stiffness;
   row = {p.i, p.j, x / r, y / r, lever * (p.radius_i - back), lever * (p.radius_j - back)};

@@ -55,7 +55,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   static Ids ids(tagint a, tagint b) { return std::minmax(a, b); }
 
   DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings,
-           const class PairDiskDrag &pair, Atom *);
+           class PairDiskDrag &pair, Atom *);
   void update_contacts(int nlocal, int nghost, double ahead) override;
   void zero_rattler_velocities(Field &u);
   double elastic_moment() const override;
@@ -90,6 +90,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   const std::vector<MarginalContact> &marginal_contacts() const { return marginal; }
   void set_marginal_contacts(const std::vector<MarginalContact> &earlier) { marginal = earlier; }
   bool is_linear() const { return law.is_linear(); }
+  double spin_length() const { return length; }
 
   // displacement of j against i at a time within the step, and the strain of the box by then
   using Displacement = std::function<void(const DiskPair &, double time, double &x, double &y,
@@ -121,6 +122,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   };
   const class PairDiskDrag &pair;
   Atom *atom;
+  const double length;    // spins are velocities at this distance, so that all numbers compare
   const double slow;    // iterations from which on factors pay
   std::vector<int> states;     // of pairs
   std::vector<int> pair_of;    // of rows

@@ -33,7 +33,7 @@ static constexpr int ROUNDS = 8;          // of the states of several pairs
 // become 100 times longer
 static constexpr double LAYER = 0.01;
 
-std::unique_ptr<DragSolver> DiskFlow::make_solver(Compute &, Compute &)
+std::unique_ptr<DragSolver> DiskFlow::make_solver()
 {
   auto *const style = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
   if (!style)

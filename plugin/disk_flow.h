@@ -23,6 +23,7 @@ class DiskFlow : public OverdampedFlow {
   std::vector<Field *> fields() override { return {&velocity, &acceleration}; }
   void keep(RestartBytes &) override;
   const tagint *particles() const override { return atom->tag; }
+  double spin_length() const override { return drag->spin_length(); }
   bool owners_count_twice() const override { return !force->newton_pair; }
 
  private:
@@ -43,7 +44,7 @@ class DiskFlow : public OverdampedFlow {
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;
 
-  std::unique_ptr<DragSolver> make_solver(Compute &, Compute &) override;
+  std::unique_ptr<DragSolver> make_solver() override;
   void settle_contacts();
   bool fit(const DragSolver::Result &, double least_speed) const;
   void relax_ties(const std::vector<double> &parts, double least_speed);

@@ -2,6 +2,7 @@
 #include "droplet_drag.h"
 
 #include "atom.h"
+#include "bond.h"
 #include "compute.h"
 #include "domain.h"
 #include "error.h"
@@ -33,15 +34,44 @@ static FixPolygonArea *area_of_all(LAMMPS *lmp)
     lmp->error->all(FLERR, "{}: droplets need one fix polygon/area, of group all", WHO);
   if (!lmp->force->bond || !utils::strmatch(lmp->force->bond_style, "^line/tension$"))
     lmp->error->all(FLERR, "{}: droplets need bond_style line/tension", WHO);
+  if (!area->thermo_virial)
+    lmp->error->all(FLERR, "{}: stresses need the virial of fix {}: use fix_modify {} virial yes",
+                    WHO, area->id, area->id);
   return area;
 }
 
 DropletDrag::DropletDrag(LAMMPS *lmp, GhostExchange &exchange, const Settings &settings,
-                         const DragLaw &law, Compute &virial, Compute &energy) :
+                         const DragLaw &law) :
     DragSystem(lmp->world, exchange, settings, law), lmp(lmp),
     pair(dynamic_cast<PairCirculoline *>(lmp->force->pair_match("circuloline", 1))),
-    area(area_of_all(lmp)), virial(virial), energy(energy), stiffness(lmp, area)
+    area(area_of_all(lmp)), stiffness(lmp, area)
 {
+  const char *const names[] = {"thermo_pe", "thermo_press"};
+  for (int k = 0; k < 2; k++) {
+    wanted[k] = lmp->modify->get_compute_by_id(names[k]);
+    if (!wanted[k])
+      lmp->error->all(FLERR, "{}: compute {} of LAMMPS is gone, which makes it find energies and "
+                      "virials: do not uncompute it", WHO, names[k]);
+  }
+  want_sums(lmp->update->ntimestep);
+}
+
+void DropletDrag::want_sums(bigint step)
+{
+  for (Compute *each : wanted) each->addstep(step);
+}
+
+void DropletDrag::read_sums()
+{
+  Bond *const bond = lmp->force->bond;
+  evaluated = {pair->eng_vdwl + bond->energy};
+  for (const double *virial : {+pair->virial, +bond->virial, +area->virial}) {
+    evaluated.xx += virial[0];
+    evaluated.yy += virial[1];
+    evaluated.xy += virial[3];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &evaluated, 4, MPI_DOUBLE, MPI_SUM, world);
+  evaluated.energy += area->compute_scalar();
 }
 
 void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
@@ -51,7 +81,8 @@ void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
   ahead = time_ahead;
   if (lmp->neighbor->ago == 0) moved_between_ranks = true;
   outdated = ahead > OTHER_STEP * factors_ahead || ahead * OTHER_STEP < factors_ahead;
-  for (Compute *compute : {&virial, &energy}) compute->addstep(lmp->update->ntimestep + 1);
+  want_sums(lmp->update->ntimestep + 1);
+  read_sums();
 
   if (!find_meetings(*pair, lmp->atom->x, meetings)) {
     const DropletMeeting &m = meetings.back();
@@ -136,13 +167,6 @@ double DropletDrag::rounding() const
   return force * force * lmp->atom->natoms / std::max(mean_diagonal, 1e-300);
 }
 
-/* The stress is that of the forces before they follow the velocities. */
-double DropletDrag::elastic_moment() const
-{
-  virial.compute_vector();
-  return -virial.vector[3] * lmp->domain->xprd * lmp->domain->yprd;
-}
-
 void DropletDrag::elastic_forces(Field &force) const
 {
   force.resize(nlocal);
@@ -176,13 +200,33 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   const Product drag = multiply(still, rate, DRAG, out, nullptr, &sums);
   add_background_sums(u, sums);
   MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(FlowSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
-  const double elastic = elastic_moment(), a = lmp->domain->xprd * lmp->domain->yprd;
-  sums.energy += energy.compute_scalar() + ahead * rate_change * (elastic + 0.5 * sums.elastic);
+  const double elastic = elastic_moment();
+  sums.energy += evaluated.energy + ahead * rate_change * (elastic + 0.5 * sums.elastic);
   sums.elastic += elastic;
   sums.viscous = drag.flow;
-  sums.xx -= a * virial.vector[0];
-  sums.yy -= a * virial.vector[1];
+  sums.xx -= evaluated.xx;
+  sums.yy -= evaluated.yy;
   return sums;
+}
+
+/* In single precision: the mean does not depend on the order of the sum. */
+DropletDrag::Scales DropletDrag::scales() const
+{
+  const auto &polygons = area->rings().polygons();
+  double sums[2] = {0.0, 0.0};
+  for (std::size_t k = 0; k < polygons.size(); k++) {
+    if (polygons[k].first < 0) continue;    // another rank counts it
+    sums[0] += sqrt(area->rest_area_of(static_cast<int>(k)));
+    sums[1] += 1.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, lmp->world);
+  const double length = static_cast<float>(sums[0] / sums[1]);
+  int unused;
+  const auto eps = static_cast<double **>(pair->extract("eps", unused));
+  double energy = length * stiffness.largest_tension();
+  for (int i = 1; i <= lmp->atom->ntypes; i++)
+    energy = std::max(energy, *std::max_element(eps[i] + 1, eps[i] + 1 + lmp->atom->ntypes));
+  return {length, energy};
 }
 
 /* Places are counted from the centroid of the area. Forces are 0 on all but fixed droplets. */

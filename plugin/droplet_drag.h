@@ -19,20 +19,28 @@ namespace LAMMPS_NS {
    many steps as it makes conjugate gradients short. */
 class DropletDrag : public DragSystem<DropletRow> {
  public:
-  DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &,
-              class Compute &virial, Compute &energy);
+  DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &);
   void update_contacts(int nlocal, int nghost, double ahead) override;
   void elastic_forces(Field &) const override;
-  double elastic_moment() const override;
+  double elastic_moment() const override { return -evaluated.xy; }
   FlowSums add_up(const Field &u, double rate) override;
   double least_relaxation_time() const override { return HUGE_VAL; }    // none is unstable
   double moment_of_kept(const Field &) const override;
+  struct Scales {    // of this packing: mean root of the rest areas; of contacts, or of tension
+    double length, energy;
+  };
+  Scales scales() const;
 
  private:
   class LAMMPS *lmp;
   class PairCirculoline *pair;
   class FixPolygonArea *area;
-  Compute &virial, &energy;
+  // Energy and virial of the last evaluation of forces, of all ranks, in units of energy. LAMMPS
+  // finds them in steps that its own computes want.
+  struct Evaluated {
+    double energy = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+  } evaluated;
+  class Compute *wanted[2];
   DropletStiffness stiffness;
   std::vector<DropletMeeting> meetings;
   Field work, still;
@@ -45,6 +53,8 @@ class DropletDrag : public DragSystem<DropletRow> {
   };
   std::vector<Turn> turns;
 
+  void want_sums(bigint step);
+  void read_sums();
   void read_outlines();
   void factorise();
   void find_preconditioner(bool free_rate) override;

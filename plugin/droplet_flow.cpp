@@ -18,12 +18,13 @@ static constexpr double LEAST = 1e-2;    // step over tau to which errors may sh
 static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
 static constexpr double STILL = 1e-11;      // over tau: a velocity whose error is rounding
 static constexpr double PHASE = 0.1;    // of an oscillation in a step: its work is a trapezoid
-static constexpr double FARTHEST = 0.005;    // from its prediction to where forces take a vertex
+static constexpr double FARTHEST = 0.005;    // over the size of a droplet: from its prediction to
+                                             // where forces take a vertex
 static constexpr double RETRY = 0.25;        // step over one that was too long
 static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
                         ROUNDING = 1e-13;    // see `balances`
 
-std::unique_ptr<DragSolver> DropletFlow::make_solver(Compute &virial, Compute &energy)
+std::unique_ptr<DragSolver> DropletFlow::make_solver()
 {
   if (!force->pair_match("circuloline", 1))
     error->all(FLERR, "{}: needs pair_style circuloline, with which it began", WHO);
@@ -31,7 +32,9 @@ std::unique_ptr<DragSolver> DropletFlow::make_solver(Compute &virial, Compute &e
   if (law.tau == 0.0 && settings.solver.background == 0.0)
     error->all(FLERR, "{}: no drag at all: give drag tau beta alpha with a tau that is not 0, or a "
                "background drag", WHO);
-  return std::make_unique<DropletDrag>(lmp, exchange, settings.solver, law, virial, energy);
+  auto found = std::make_unique<DropletDrag>(lmp, exchange, settings.solver, law);
+  drag = found.get();
+  return found;
 }
 
 void DropletFlow::keep(RestartBytes &bytes)
@@ -41,11 +44,21 @@ void DropletFlow::keep(RestartBytes &bytes)
   bytes(lost);
 }
 
+/* Without contact drag, the background drag on a droplet relaxes against its contacts. */
+void DropletFlow::find_scales()
+{
+  const auto [length, energy] = drag->scales();
+  size = length;
+  time_unit = settings.droplet_law.tau;
+  if (time_unit == 0.0) time_unit = settings.solver.background * size * size / energy;
+}
+
 /* A run that resumes has its velocities. A flow begins with velocities that the drag alone allows:
    forces, which vertices without drag cannot stand, act from the first step on. */
 void DropletFlow::setup()
 {
   solver->update_contacts(atom->nlocal, atom->nghost, 0.0);
+  find_scales();
   const bool begins = state.step == 0.0;
   if (begins) last = Last();
   if (!begins || settings.free_rate())
@@ -59,7 +72,7 @@ void DropletFlow::setup()
     sums.elastic = state.sums.elastic;
     state.sums = sums;
   }
-  const double longest = longest_step(1.0, PHASE, time_unit());
+  const double longest = longest_step(size, PHASE, time_unit);
   if (begins) state.step = FIRST * longest;
   set_time_step(up_to_end(std::min(state.step, longest)));
 }
@@ -111,7 +124,7 @@ void DropletFlow::end_step()
     farthest = std::max(farthest, hypot(change[i].x, change[i].y));
   }
   farthest = over_ranks(farthest, MPI_MAX);
-  if (!converged || farthest > FARTHEST) return step_back();
+  if (!converged || farthest > FARTHEST * size) return step_back();
   approached += 2.0 * farthest;
   correct(change, settings.free_rate() ? implicit_time * (state.rate - rate_before) : 0.0);
   add_up();
@@ -146,7 +159,7 @@ void DropletFlow::correct(const Field &change, double strain)
    steps always pass. */
 bool DropletFlow::balances(double gap, double dissipation_before) const
 {
-  const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();
+  const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit;
   const double least = std::min(dissipation_before, dissipation());
   const double power = std::max(fabs(stress() * state.rate), least);
   const double together =
@@ -154,13 +167,13 @@ bool DropletFlow::balances(double gap, double dissipation_before) const
   const double left = gap * lost > 0.0 ? std::max(STRICTEST, 1.0 - fabs(lost) / together) : 1.0;
   const double rounding = ROUNDING * fabs(state.sums.energy) / area();
   return fabs(gap) <= left * BALANCE * settings.tolerance * time * power + rounding ||
-      last.time <= SHORTEST * time_unit();
+      last.time <= SHORTEST * time_unit;
 }
 
 /* The flow goes back to the start of the step, from which a shorter one begins without history. */
 void DropletFlow::step_back()
 {
-  if (last.time < SHORTEST * time_unit()) refuse();
+  if (last.time < SHORTEST * time_unit) refuse();
   for (int i = 0; i < atom->nlocal; i++) {
     move(i, -displacement[i].x, -displacement[i].y, -last.strain);
     velocity[i] = last_velocity[i];
@@ -193,10 +206,10 @@ void DropletFlow::adapt_step()
     off += hypot(m.x / dt - 0.5 * (u.x + v.x + leaned * v.y), m.y / dt - 0.5 * (u.y + v.y));
   }
   off = over_ranks(8.0 / 3.0 * off, MPI_SUM);
-  off /= state.sums.speed + atom->natoms * (typical_rate() + STILL / time_unit());
-  const double longest = longest_step(1.0, PHASE, time_unit()), tolerance = settings.tolerance;
+  off /= state.sums.speed + atom->natoms * size * (typical_rate() + STILL / time_unit);
+  const double longest = longest_step(size, PHASE, time_unit), tolerance = settings.tolerance;
   const double factor = off > 0.0 ? SAFETY * sqrt(tolerance / off) : GROWTH;
-  const double floor = LEAST * std::min(time_unit(), longest);
+  const double floor = LEAST * std::min(time_unit, longest);
   const double least = std::min(floor * std::min(1.0, sqrt(tolerance / FINE)), dt * GROWTH);
   state.step = std::max(dt * std::clamp(factor, SHRINKAGE, GROWTH), least);
   set_time_step(up_to_end(std::min(state.step, longest)));

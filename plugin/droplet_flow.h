@@ -34,19 +34,18 @@ class DropletFlow : public OverdampedFlow {
   struct Last {    // step, none if its time is 0
     double time = 0.0, time_before = 0.0, strain = 0.0, rate_before = 0.0;
   } last;
+  class DropletDrag *drag = nullptr;    // the solver
+  double size = 1.0, time_unit = 1.0;    // of a droplet; in which drag relaxes
   double lost = 0.0;             // energy per area, by the errors of all steps
   double implicit_time = 0.0;    // ahead, of the last step
   State initial;                 // at the start of the step
 
-  std::unique_ptr<DragSolver> make_solver(Compute &virial, Compute &energy) override;
+  std::unique_ptr<DragSolver> make_solver() override;
   void correct(const Field &change, double strain);
   bool balances(double gap, double dissipation_before) const;
   void step_back();
   void adapt_step();
-  double time_unit() const
-  {
-    return settings.droplet_law.tau > 0.0 ? settings.droplet_law.tau : 1.0;
-  }
+  void find_scales();
   [[noreturn]] void refuse() const;
 };
 

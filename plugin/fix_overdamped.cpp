@@ -2,7 +2,6 @@
 #include "fix_overdamped.h"
 
 #include "comm.h"
-#include "compute.h"
 #include "disk_flow.h"
 #include "droplet_flow.h"
 #include "error.h"
@@ -64,17 +63,6 @@ FixOverdamped::~FixOverdamped()
   atom->delete_callback(id, Atom::RESTART);
   memory->destroy(array_atom);
   if (update) flow->set_time_step(user_time_step);
-  if (!modify) return;
-  for (const char *name : {"virial", "energy"})    // they may be gone, by uncompute
-    if (const auto own = fmt::format("{}_{}", id, name); modify->get_compute_by_id(own))
-      modify->delete_compute(own);
-}
-
-/* Computes that come later than the fix would not be asked before the first step. */
-void FixOverdamped::post_constructor()
-{
-  modify->add_compute(fmt::format("{}_virial all pressure NULL virial", id));
-  modify->add_compute(fmt::format("{}_energy all pe", id));
 }
 
 int FixOverdamped::setmask()
@@ -87,12 +75,7 @@ void FixOverdamped::init()
   check();
   check_forces();
   if (update->whichflag == 2) flow->set_time_step(user_time_step);    // of a minimisation
-  Compute *const virial = modify->get_compute_by_id(fmt::format("{}_virial", id));
-  Compute *const energy = modify->get_compute_by_id(fmt::format("{}_energy", id));
-  if (!virial || !energy)
-    error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not "
-               "uncompute them", WHO, id, id);
-  flow->init(*virial, *energy);
+  flow->init();
 }
 
 void FixOverdamped::check() const
@@ -132,10 +115,15 @@ void FixOverdamped::check_forces() const
   if (force->dihedral) refuse(fmt::format("dihedral_style {}", force->dihedral_style));
   if (force->improper) refuse(fmt::format("improper_style {}", force->improper_style));
   if (force->kspace) refuse("kspace_style");
+  bool later = false;
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *const fix = modify->fix[k];
     const int mask = modify->fmask[k];
     const char *const style = fix->style;
+    if (fix == this) later = true;
+    if (later && utils::strmatch(style, "^polygon/area"))
+      error->all(FLERR, "{}: fix {} of style {} comes later, so the first step would miss its "
+                 "forces: define it before", WHO, fix->id, style);
     if (fix == this || utils::strmatch(style, "^polygon/") || utils::strmatch(style, "^enforce2d"))
       continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, style));
@@ -178,7 +166,10 @@ void FixOverdamped::final_integrate()
 void FixOverdamped::show_velocities()
 {
   const Field &u = flow->velocities();
-  for (int i = 0; i < atom->nlocal; i++) std::copy_n(&u[i].x, 3, array_atom[i]);
+  for (int i = 0; i < atom->nlocal; i++) {
+    std::copy_n(&u[i].x, 2, array_atom[i]);
+    array_atom[i][2] = u[i].spin / flow->spin_length();
+  }
 }
 
 void FixOverdamped::post_run()

@@ -14,7 +14,6 @@ class FixOverdamped : public Fix, private GhostExchange {
   FixOverdamped(class LAMMPS *, int, char **);
   ~FixOverdamped() override;
   int setmask() override;
-  void post_constructor() override;
   void init() override;
   void setup(int) override;
   void initial_integrate(int) override;

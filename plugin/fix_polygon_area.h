@@ -30,6 +30,7 @@ class FixPolygonArea : public Fix {
   // These values are those of the last evaluation of forces.
   const PolygonRings &rings() const { return polygon_rings; }
   double stiffness_of(int polygon) const { return ka[polygon]; }
+  double rest_area_of(int polygon) const { return a0[polygon]; }
   double excess_of(int polygon) const { return shape[3 * polygon] - a0[polygon]; }
 
  private:

@@ -17,10 +17,10 @@ static constexpr double REACH = 0.2;      // the same over the skin of the neigh
 static constexpr double STRAIN = 0.02;    // that the box may lean in a step
 static constexpr double STUCK = 1e-7;     // step over the stable one at which a run is given up
 
-void OverdampedFlow::init(Compute &virial, Compute &energy)
+void OverdampedFlow::init()
 {
   settings.solver.fluid = settings.fluid * area();
-  solver = make_solver(virial, energy);
+  solver = make_solver();
 }
 
 void OverdampedFlow::keep(RestartBytes &bytes)

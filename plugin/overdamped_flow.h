@@ -36,7 +36,7 @@ class OverdampedFlow : protected Pointers {
       Pointers(lmp), settings(settings), exchange(exchange) {}
 
   // A run calls init and setup, and, at each step, begin_step before forces and end_step after them
-  void init(class Compute &virial, Compute &energy);    // of the forces on droplets
+  void init();
   virtual void setup() = 0;
   virtual void begin_step() = 0;    // particles and box go to the end of the step
   virtual void end_step() = 0;      // finds the velocities there, and how long the next step is
@@ -53,6 +53,7 @@ class OverdampedFlow : protected Pointers {
   virtual bool owners_count_twice() const { return false; }    // both owners see a contact
   double column(int n) const;    // of the output, as in the manual
   const Field &velocities() const { return velocity; }    // beside the affine flow
+  virtual double spin_length() const { return 1.0; }    // distance at which a spin is a velocity
   double memory_usage();
 
   static constexpr int COLUMNS = 22;
@@ -73,7 +74,7 @@ class OverdampedFlow : protected Pointers {
   double approached = 0.0;     // by two particles at most, since neighbors were found
   double iterations = 0.0, last_iterations = 0.0;    // since the start, of the last solution
 
-  virtual std::unique_ptr<DragSolver> make_solver(Compute &virial, Compute &energy) = 0;
+  virtual std::unique_ptr<DragSolver> make_solver() = 0;
   DragSolver::Result find_velocities(bool with_forces = true);
   void add_up();
 

@@ -180,6 +180,21 @@ double PairDiskDrag::mean_diameter()
   return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
 }
 
+/* The mean diameter without flat walls; in single precision it does not depend on the order of the
+   sum, and is 1 for packings in that unit. */
+double PairDiskDrag::unit_length()
+{
+  find_sizes();
+  double sums[2] = {0.0, 0.0};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (is_wall(i)) continue;
+    sums[0] += diameter(i, atom->type[i]);
+    sums[1] += 1.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
+  return sums[1] > 0.0 ? static_cast<float>(sums[0] / sums[1]) : 1.0;
+}
+
 void PairDiskDrag::allocate()
 {
   allocated = 1;

@@ -51,6 +51,7 @@ class PairDiskDrag : public Pair {
   int owner(int i) const { return i < atom->nlocal ? i : atom->map(atom->tag[i]); }
   const DragLaw &drag() const { return law; }
   double mean_diameter();
+  double unit_length();    // by which turning disks are compared with moving ones
   bool is_elastic() const { return elastic; }
   // `depth`: cutoff less distance, the overlap itself of disks without a shell
   Repulsion push(const DiskPair &p, double depth) const

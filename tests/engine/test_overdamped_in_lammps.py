@@ -74,6 +74,14 @@ HYBRID = "pair_style hybrid/overlay disk/drag 1 1 zero 1.0\npair_coeff * * disk/
         ("unfix area", STOKES, "polygon/area"),
         # no Hessian of it is known: steps that took it as given lost 50 times the work
         ("angle_style zero nocoeff", STOKES, "angle_style"),
+        # stresses of droplets are sums that LAMMPS finds when asked
+        ("thermo_style custom step\nuncompute thermo_press", STOKES, "thermo_press"),
+        (
+            "unfix flow\nfix flow all overdamped rate 1 background 1\nunfix area\nfix area all polygon/area 300 d_a0",
+            STOKES,
+            "define it before",
+        ),
+        ("fix_modify area virial no", STOKES, "fix_modify area virial yes"),
     ],
 )
 def test_setting(tmp_path, disks, droplets, line, drag, named):
@@ -154,17 +162,6 @@ def test_dumps_at_given_times(tmp_path, disks):
     assert len(times) == int(end / 0.5) + 1
     for k, time in enumerate(times):
         assert 0.5 * k - 1e-9 <= time < 0.5 * k + 0.08
-
-
-@pytest.mark.parametrize("kind", [Flow, DropletFlow])
-def test_a_compute_of_the_fix_that_is_gone_is_named(tmp_path, disks, droplets, kind):
-    """It was a segmentation fault."""
-    packing, drag = (disks, "1 1") if kind is Flow else (droplets, STOKES)
-    with kind(tmp_path, packing, "rate 1e-2", drag) as flow:
-        flow.run(1)
-        flow.lmp.command("uncompute flow_virial")
-        assert "flow_virial" in refused(lambda: flow.run(1))
-        flow.lmp.command("unfix flow")
 
 
 def test_a_minimisation_between_two_flows_is_a_new_start(tmp_path, droplets):
