@@ -20,6 +20,8 @@ namespace LAMMPS_NS {
    on ghosts go back by reverse communication whatever the newton setting. */
 class PairCirculoline : public Pair {
  public:
+  static constexpr char WHO[] = "Pair style circuloline";    // in messages
+
   PairCirculoline(class LAMMPS *);
   ~PairCirculoline() override;
   void compute(int, int) override;
