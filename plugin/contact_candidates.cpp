@@ -92,7 +92,7 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
     if (width < 0.0 || foot_on_edge(atom->x[i], all_frames[tail]).rsq >= reach * reach) return;
     const Edge edge = {tail, laws->disk(type[tail]) ? tail : outline->next(tail)};
     const int law = PairLaws::number(atom->ntypes, type[i], type[tail], special);
-    of_point.push_back({molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
+    of_point.push_back({molecule[tail], atom->tag[tail], outline->image_of(tail), edge, law});
   };
 
   for (int n = 0; n < list->numneigh[i]; n++) {
@@ -114,7 +114,7 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
 /* Two atoms of one outline, in one image, have no contact. */
 bool ContactCandidates::one_outline(int i, int j) const
 {
-  return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
+  return atom->molecule[i] == atom->molecule[j] && outline->image_of(i) == outline->image_of(j) &&
       !laws->disk(atom->type[i]) && !laws->disk(atom->type[j]);
 }
 
@@ -143,7 +143,7 @@ void ContactCandidates::keep(int i)
 bool ContactCandidates::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];
-  return ImageOffset() < outline->image(j) - outline->image(i);
+  return ImageOffset() < outline->image_of(j) - outline->image_of(i);
 }
 
 void ContactCandidates::measure_edges(const Block &block)

@@ -53,7 +53,7 @@ class FixPolygonOutline : public Fix {
 
   // These belong to owned atoms and ghosts at the last refresh.
   const OutlineLink &link(int i) const { return links[i]; }
-  const ImageOffset &image(int i) const { return images[i]; }
+  const ImageOffset &image_of(int i) const { return images[i]; }
   int next(int i) const { return successor[i]; }      // local index in the same copy, -1 if absent
   int prev(int i) const { return predecessor[i]; }
 

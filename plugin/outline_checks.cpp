@@ -59,14 +59,14 @@ Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaw
   const int j = outline.next(i), some = atom->map(link.next);    // in the same copy; any image
   found.length = 1e300;
   if (some >= 0) {
-    const ImageOffset apart = outline.image(some) - outline.image(i);
+    const ImageOffset apart = outline.image_of(some) - outline.image_of(i);
     found.length = size(apart.unwrapped(atom->x[some], lmp->domain) - jamlab::point(atom->x[i], 0));
   }
   if (j < 0 || found.length > laws.longest_edge)
     found.fault = TOO_LONG;
   else if (!same_law(laws, atom->ntypes, type, atom->type[j]))
     found.fault = OTHER_LAW;
-  else if (!(outline.image(lmp->domain->closest_image(i, j)) == outline.image(j)))
+  else if (!(outline.image_of(lmp->domain->closest_image(i, j)) == outline.image_of(j)))
     found.fault = OTHER_IMAGE;
   return found;
 }

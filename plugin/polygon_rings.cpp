@@ -105,7 +105,7 @@ void PolygonRings::walk(int start, int groupbit, std::vector<char> &seen)
     if (prev < 0 || next < 0)
       error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify "
                  "cutoff", who, atom->tag[i], atom->molecule[i]);
-    vertex_list.push_back({i, prev, next, count(i), outline->image(i)});
+    vertex_list.push_back({i, prev, next, count(i), outline->image_of(i)});
     i = atom->map(outline->link(i).next);
   }
   segment_list.push_back({vertex_list[begin].polygon, begin, static_cast<int>(vertex_list.size())});
@@ -144,7 +144,7 @@ void PolygonRings::refuse_cut_polygons() const
 void PolygonRings::find_origins()
 {
   const std::vector<double> found = of_first(4, [this](int i, double *origin) {
-    const ImageOffset &image = outline->image(i);
+    const ImageOffset &image = outline->image_of(i);
     const double numbers[4] = {atom->x[i][0], atom->x[i][1], 1.0 * image.a, 1.0 * image.b};
     std::copy_n(numbers, 4, origin);
   });
