@@ -44,7 +44,9 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) :
   manybody_flag = 1;
   no_virial_fdotr_compute = 1;    // the virial is summed contact by contact, newton on or off
   centroidstressflag = CENTROID_NOTAVAIL;
-  comm_reverse_off = RETURNED;    // here: LAMMPS sizes its buffers by it before init_style()
+  // here: LAMMPS sizes its buffers by them before init_style(), and comm_style tiled of 22Jul2025
+  // asks for the first of them even if newton is off
+  comm_reverse = comm_reverse_off = RETURNED;
   delta = 0.0;
   form = OUTLINE;
   cite(lmp, CITE_CIRCULOLINE);

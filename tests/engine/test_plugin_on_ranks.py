@@ -116,6 +116,25 @@ def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
             assert perimeters == pytest.approx(p.polygons.perimeters, rel=1e-12), name
 
 
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
+def test_tiled_subdomains_change_nothing(random_polygons, random_disks, tmp_path, ranks):
+    """With newton off, forces of ghosts return by the plugin's own communication."""
+    states = {"outline": random_polygons(0.3, "outline", 1), "smooth": random_polygons(0.0, "segment/smooth", 2)}
+    states["disks"] = random_disks(0.3, "eps", 1, n=40)
+    deck = ""
+    for kind, p in states.items():
+        jamlab.write(tmp_path / f"{kind}.data", p)
+        tiled = "comm_style tiled\nbalance 1.0 rcb\n"
+        deck += deck_for(p, f"state-{kind}", newton="off", data=f"{kind}.data", more=tiled)
+    printed = run(tmp_path, deck, ranks)
+    assert len(printed) == len(states)
+    for name, values in printed.items():
+        e = jamlab.evaluate(states[name.removeprefix("state-")])
+        assert values[:2] == pytest.approx([e.energy, e.contact_energy], rel=1e-12), name
+        assert np.abs(values[2:] - e.stress[[0, 1, 0], [0, 1, 1]]).max() < 1e-12 * np.abs(e.stress).max(), name
+        assert np.abs(columns(tmp_path / f"{name}.dump", 9) - e.forces).max() < 1e-12 * e.max_force, name
+
+
 GROW = """
 neigh_modify every 1 delay 0 check yes
 unfix area
