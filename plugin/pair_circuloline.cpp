@@ -15,7 +15,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <sstream>
+#include <memory>
 
 using namespace LAMMPS_NS;
 
@@ -120,16 +120,23 @@ void PairCirculoline::settings(int narg, char **arg)
       if (setflag[i][j]) set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form);
 }
 
-/* Types are read as LAMMPS writes them, several of them with commas: 2 or 2*4 or 2,5*. */
+/* Types are read as LAMMPS writes them, several of them with commas: 2 or 2*4 or 2,5* or wall. They
+   become numbers, which restart files keep, since labels may change. */
 void PairCirculoline::read_roles()
 {
   laws.role.assign(atom->ntypes + 1, VERTEX);
   for (const Role role : {WALL, DISK, FLAT}) {
-    std::istringstream ranges(role_types[role]);
-    for (std::string range; std::getline(ranges, range, ',');) {
+    const std::string words = role_types[role];
+    std::string &numbers = role_types[role] = "";
+    for (std::size_t from = 0, to; from < words.size(); from = to + 1) {
+      to = std::min(words.find(',', from), words.size());
+      std::string range = words.substr(from, to - from);
+      const std::unique_ptr<char[]> number(utils::expand_type(FLERR, range, Atom::ATOM, lmp));
+      if (number) range = number.get();
       int low, high;
       utils::bounds(FLERR, range, 1, atom->ntypes, low, high, error);
       std::fill(laws.role.begin() + low, laws.role.begin() + high + 1, role);
+      numbers += (numbers.empty() ? "" : ",") + range;
     }
   }
 }

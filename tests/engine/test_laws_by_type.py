@@ -100,6 +100,7 @@ pair_coeff 1 3 0.4 0.8
 pair_coeff 2 3 1.0 0.7 outline
 """
 PRINT = 'run 0\nprint "state-{0} $(pe:%.17g) $(evdwl:%.17g) $(pxx:%.17g) $(pxy:%.17g) $(fmax:%.17g)"\n'
+PROPERTY = "fix d_a0 all property/atom d_a0\n"
 AGAIN = """
 group rings type 1
 fix area rings polygon/area 20.0 d_a0
@@ -123,7 +124,7 @@ def test_files_keep_every_law(tmp_path, ranks):
         deck += outlines.deck("data") + laws + PRINT.format(name)
         deck += f"write_restart {name}.restart\nwrite_data {name}.data pair {'ij' if name == 'own' else 'ii'}\n"
         head = outlines.HEAD.format(newton="on")
-        deck += f"clear\nread_restart {name}.restart\nfix d_a0 all property/atom d_a0\n" + AGAIN
+        deck += f"clear\nread_restart {name}.restart\n" + PROPERTY + AGAIN
         deck += PRINT.format(f"{name}-restart") + head + "bond_style line/tension\n"
         deck += (style if name == "own" else mixed) + f"read_data {name}.data fix d_a0 NULL d_a0\n" + AGAIN
         deck += PRINT.format(f"{name}-data")
@@ -131,6 +132,22 @@ def test_files_keep_every_law(tmp_path, ranks):
     for name in ("own", "mixed"):
         assert found[f"state-{name}-restart"].tolist() == found[f"state-{name}"].tolist()
         assert found[f"state-{name}-data"].tolist() == found[f"state-{name}"].tolist()
+
+
+def test_types_have_labels(lmp, tmp_path):
+    """In keywords of pair_style too. Restart files hold numbers, so that labels may change."""
+    state = outlines.scene(22)
+    outlines.start(lmp, tmp_path, state, "labelmap atom 1 ring 2 line 3 round\n")
+    style = "pair_style circuloline 0.25 1.2 disks 3,round walls"
+    with pytest.raises(Exception, match="square"):
+        lmp.command(f"{style} square")
+    laws = "".join(f"pair_coeff {k} {k} {EPS[k]} {WIDTH[k]}\n" for k in EPS)
+    outlines.commands(lmp, f"{style} line\n{laws}run 0\n")
+    assert lmp.get_thermo("evdwl") > 0.1
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
+    again = f"labelmap atom 2 chain\nwrite_restart state\nclear\nread_restart state\n{PROPERTY}{AGAIN}run 0\n"
+    outlines.commands(lmp, again)
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
 
 
 MOVE = """
