@@ -14,6 +14,7 @@
 #include "neigh_list.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <tuple>
 
@@ -21,11 +22,21 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-enum Fault { NONE, OTHER_IMAGE, OTHER_LAW, TOO_LONG, NOT_AN_OUTLINE };    // the last is the worst
+enum Fault {    // the last is the worst
+  NONE,
+  OTHER_IMAGE,
+  OTHER_LAW,
+  TOO_LONG,
+  NOT_AN_OUTLINE,
+  OUT_OF_PLANE
+};
+
+constexpr double ROUNDING = 1e-6;    // of z over the longest edge, of vz over the speed
 
 struct Finding {
   int fault = NONE;
   double length = 0.0;    // of the edge that starts at the atom; 1e300: no rank sees both its ends
+  double z = 0.0, vz = 0.0;
   tagint ends[2] = {0, 0}, molecule = 0;
   int type = 0, kind = 0;
 
@@ -45,13 +56,24 @@ bool same_law(const ContactLaws &laws, int ntypes, int a, int b)
   return laws.role[a] == laws.role[b];
 }
 
+/* Outlines lie in the plane: their forces have no part along z, which neighbor lists count. */
+bool leaves_plane(const Atom *atom, const ContactLaws &laws, int i)
+{
+  const double *const v = atom->v[i];
+  const double speed = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  return std::fabs(atom->x[i][2]) > ROUNDING * laws.longest_edge ||
+      std::fabs(v[2]) > ROUNDING * speed;
+}
+
 Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaws &laws, int i)
 {
   Atom *const atom = lmp->atom;
   const int type = atom->type[i];
   const OutlineLink &link = outline.link(i);
-  Finding found{NONE, 0.0, {atom->tag[i], link.next}, atom->molecule[i], type, link.kind};
-  if (laws.disk(type)) return found;
+  Finding found{NONE, 0.0, atom->x[i][2], atom->v[i][2], {atom->tag[i], link.next},
+                atom->molecule[i], type, link.kind};
+  if (leaves_plane(atom, laws, i)) found.fault = OUT_OF_PLANE;
+  if (found.fault || laws.disk(type)) return found;
   if (link.kind != RING && !(link.kind == CHAIN && laws.role[type] == WALL))
     found.fault = NOT_AN_OUTLINE;
   if (found.fault || !link.next) return found;    // the end of a chain
@@ -83,8 +105,12 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const char *who, const FixPolygonOut
   const Finding &worst = *std::max_element(all.begin(), all.end());
   if (worst.fault == NONE) return;
 
-  const auto [fault, length, ends, molecule, type, kind] = worst;
+  const auto [fault, length, z, vz, ends, molecule, type, kind] = worst;
   const auto stop = [&](const std::string &what) { lmp->error->all(FLERR, "{}: {}", who, what); };
+  if (fault == OUT_OF_PLANE)
+    stop(fmt::format("atom {} leaves the plane, with z {:.6g} and vz {:.6g}: use fix enforce2d, after "
+                     "all fixes that add forces, regions from 0 to 0 along z for fix deposit and "
+                     "create_atoms, or set group all z 0", ends[0], z, vz));
   const std::string edge = fmt::format(
       "the edge between atoms {} and {} is {:.6g} long, more than ", ends[0], ends[1], length);
   if (fault == NOT_AN_OUTLINE && kind == CHAIN)

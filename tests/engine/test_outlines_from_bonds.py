@@ -59,11 +59,10 @@ REST = "variable rest atom 0.9+0.01*mol\ngroup rings type 1\nfix area rings poly
 SIX = "six\n\n6 atoms\n6 bonds\n\nCoords\n\n{}\n\nTypes\n\n{}\n\nBonds\n\n{}\n"
 DEPOSIT = """
 molecule six six.mol
-region free block 0.7 4.5 7.2 9.2 -0.5 0.5
+region free block 0.7 4.5 7.2 9.2 0 0
 group new empty
 fix rain rings deposit 3 0 20 4711 region free mol six near 0.4 id max attempt 100
 run 100
-set group all z 0.0  # the region of fix deposit is deep
 """
 EVAPORATE = """
 region all block INF INF INF INF -0.5 0.5

@@ -107,6 +107,22 @@ def test_what_no_run_can_start_from_is_refused(squares_in, commands, named):
     assert named in refusal(squares_in, "run 0")
 
 
+HEAT = """
+neigh_modify every 1 delay 0 check no
+fix move all nve
+fix bath all langevin 0.1 0.1 1.0 4711
+"""
+
+
+def test_motion_along_z_is_refused(squares_in):
+    """As soon as neighbor lists are made, with the fix that stops it; with it, nothing leaves the plane."""
+    squares_in.commands_string(FORCE + HEAT + "fix plane all enforce2d\nrun 5\nunfix plane")
+    said = refusal(squares_in, "run 5")
+    assert re.search(r"atom \d leaves the plane, with z \S+ and vz \S+: use fix enforce2d, after", said), said
+    assert refusal(squares_in, "unfix bath\nrun 0") == said
+    squares_in.commands_string("set group all z 0\nvelocity all set NULL NULL 0\nrun 5")
+
+
 @pytest.mark.parametrize("style", ["polygon/area", "circuloline", "line/tension"])
 def test_three_dimensions_are_refused(lmp, tmp_path, style):
     (tmp_path / "squares.data").write_text(squares(depth=5.0))
