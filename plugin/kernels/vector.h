@@ -6,8 +6,6 @@
 
 namespace jamlab {
 
-using std::int64_t;
-
 struct Vector {
   double x, y;
   Vector operator+(const Vector &other) const { return {x + other.x, y + other.y}; }
