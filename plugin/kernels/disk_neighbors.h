@@ -1,12 +1,8 @@
-// This file sorts disks in a periodic parallelogram by cells, and lists which of them may touch
+// This file sorts disks in a periodic parallelogram by bins, and lists which of them may touch
 // until one has moved half a skin.
 #pragma once
 
-#include "vector.h"
-
-#include <algorithm>
-#include <numeric>
-#include <vector>
+#include "periodic_grid.h"
 
 using jamlab::Vector;
 
@@ -64,17 +60,17 @@ class DiskNeighbors {
     for (int k = 0; k < 9; ++k) shift[k] = box({k / 3 - 1.0, k % 3 - 1.0});
   }
 
-  // Returns whether cells as wide as the reach fit three times into the box either way: then a pair
+  // Returns whether bins as wide as the reach fit three times into the box either way: then a pair
   // can touch in one image only.
   bool fits(double skin)
   {
     const double reach = (largest + skin) * (1 + 1e-12);
     const double across = box.xx * box.yy / std::hypot(box.xy, box.yy);
     if (!(reach > 0) || !(across >= 3 * reach) || !(box.yy >= 3 * reach)) return false;
-    // cells are larger in wide empty boxes
+    // bins are larger in wide empty boxes
     const double most = std::sqrt(4.0 * static_cast<double>(disks.size())) + 3;
-    columns = static_cast<std::int64_t>(std::min(across / reach, most));
-    rows = static_cast<std::int64_t>(std::min(box.yy / reach, most));
+    bins.count[UP] = static_cast<std::int64_t>(std::min(box.yy / reach, most));
+    bins.count[ALONG] = static_cast<std::int64_t>(std::min(across / reach, most));
     return true;
   }
 
@@ -83,12 +79,7 @@ class DiskNeighbors {
   bool sort()
   {
     const std::int64_t n = static_cast<std::int64_t>(disks.size());
-    std::vector<std::int64_t> cell(n);
-    const auto bin = [](double fraction, std::int64_t cells) {
-      const auto number = static_cast<std::int64_t>(fraction * static_cast<double>(cells));
-      return std::clamp<std::int64_t>(number, 0, cells - 1);
-    };
-    cell_start.assign(columns * rows + 1, 0);
+    std::vector<std::int64_t> bin(n);
     for (std::int64_t i = 0; i < n; ++i) {
       const double up = disks[i].at.y / box.yy, along = (disks[i].at.x - box.xy * up) / box.xx;
       const double wrap_y = std::floor(up), wrap_x = std::floor(along);
@@ -96,12 +87,9 @@ class DiskNeighbors {
       disks[i].at -= box({wrap_x, wrap_y});
       image_x[i] += static_cast<std::int64_t>(wrap_x);
       image_y[i] += static_cast<std::int64_t>(wrap_y);
-      cell[i] = bin(up - wrap_y, rows) * columns + bin(along - wrap_x, columns);
-      ++cell_start[cell[i] + 1];
+      bin[i] = bins.at(up - wrap_y, along - wrap_x);
     }
-    std::partial_sum(cell_start.begin(), cell_start.end(), cell_start.begin());
-    std::vector<std::int64_t> next(cell_start.begin(), cell_start.end() - 1), place(n);
-    for (std::int64_t i = 0; i < n; ++i) place[i] = next[cell[i]]++;
+    const std::vector<std::int64_t> place = bins.sort(bin);
     permute(disks, place);
     permute(velocity, place);
     permute(id, place);
@@ -122,31 +110,24 @@ class DiskNeighbors {
     for (auto *list : {&share.disk, &share.neighbor, &share.outer_disk, &share.outer_neighbor})
       list->clear();
     if (share.first == share.last) return;
-    const auto after = std::upper_bound(cell_start.begin(), cell_start.end(), share.first);
-    std::int64_t c = after - cell_start.begin() - 1;
+    std::int64_t bin = bins.of(share.first);
     for (std::int64_t i = share.first; i < share.last; ++i) {
-      while (cell_start[c + 1] <= i) ++c;
-      const std::int64_t row = c / columns, column = c % columns;
-      for (std::int64_t dy = -1; dy <= 1; ++dy)
-        for (std::int64_t dx = -1; dx <= 1; ++dx) {
-          std::int64_t r = row + dy, q = column + dx, sx = 0, sy = 0;
-          if (r < 0) r += rows, sy = -1;
-          if (r >= rows) r -= rows, sy = 1;
-          if (q < 0) q += columns, sx = -1;
-          if (q >= columns) q -= columns, sx = 1;
-          const std::uint32_t image = static_cast<std::uint32_t>(3 * sx + sy + 4);
-          const std::int64_t other = r * columns + q;
-          for (std::int64_t j = cell_start[other]; j < cell_start[other + 1]; ++j) {
-            const bool mine = j >= share.first && j < share.last;
-            if (mine ? j <= i : j == i) continue;
-            const Vector apart = disks[j].at + shift[image] - disks[i].at;
-            const double reach = disks[i].radius + disks[j].radius + skin;
-            if (dot(apart, apart) > reach * reach) continue;
-            const std::uint32_t neighbor = static_cast<std::uint32_t>(j) | image << IMAGE;
-            (mine ? share.disk : share.outer_disk).push_back(static_cast<std::uint32_t>(i));
-            (mine ? share.neighbor : share.outer_neighbor).push_back(neighbor);
-          }
+      while (bins.end(bin) <= i) ++bin;
+      const std::int64_t row = bin / bins.count[ALONG], column = bin % bins.count[ALONG];
+      const std::int64_t from[2] = {row - 1, column - 1}, to[2] = {row + 1, column + 1};
+      bins.visit(from, to, [&](std::int64_t begin, std::int64_t end, const jamlab::Image &of) {
+        const std::uint32_t image = static_cast<std::uint32_t>(3 * of.second + of.first + 4);
+        for (std::int64_t j = begin; j < end; ++j) {
+          const bool mine = j >= share.first && j < share.last;
+          if (mine ? j <= i : j == i) continue;
+          const Vector apart = disks[j].at + shift[image] - disks[i].at;
+          const double reach = disks[i].radius + disks[j].radius + skin;
+          if (dot(apart, apart) > reach * reach) continue;
+          const std::uint32_t neighbor = static_cast<std::uint32_t>(j) | image << IMAGE;
+          (mine ? share.disk : share.outer_disk).push_back(static_cast<std::uint32_t>(i));
+          (mine ? share.neighbor : share.outer_neighbor).push_back(neighbor);
         }
+      });
     }
   }
 
@@ -186,9 +167,9 @@ class DiskNeighbors {
   Vector shift[9];
 
  private:
+  enum Side { UP, ALONG };
   double largest = 0.0;
-  std::int64_t columns = 0, rows = 0;
-  std::vector<std::int64_t> cell_start;
+  jamlab::PeriodicBins bins;  // first up the box, then along x
 
   template <class Value>
   static void permute(std::vector<Value> &values, const std::vector<std::int64_t> &place)

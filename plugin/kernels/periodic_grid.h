@@ -155,6 +155,66 @@ inline bool locate_all(const Lattice &lattice, int64_t n, const double *points,
   return true;
 }
 
+// Bins of a periodic cell hold points, which their owner sorts by bin.
+class PeriodicBins {
+ public:
+  int64_t count[2] = {1, 1};  // along both sides of the cell
+
+  // The bin of a place with fractions from 0 to 1 of the cell.
+  int64_t at(double first, double second) const
+  {
+    return along(first, count[0]) * count[1] + along(second, count[1]);
+  }
+
+  // Returns where each point comes in the order of bins, given the bin of each.
+  std::vector<int64_t> sort(const std::vector<int64_t> &bin)
+  {
+    start.assign(count[0] * count[1] + 1, 0);
+    for (const int64_t b : bin) ++start[b + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    std::vector<int64_t> next(start.begin(), start.end() - 1), place(bin.size());
+    for (std::size_t i = 0; i < bin.size(); ++i) place[i] = next[bin[i]]++;
+    return place;
+  }
+
+  // The bin of a point in this order.
+  int64_t of(int64_t point) const
+  {
+    return std::upper_bound(start.begin(), start.end(), point) - start.begin() - 1;
+  }
+  int64_t end(int64_t bin) const { return start[bin + 1]; }
+
+  // Calls visit(first, last, image) for the points of all bins from one to another, in the images
+  // in which these lie.
+  template <class Visit> void visit(const int64_t *from, const int64_t *to, Visit &&visit) const
+  {
+    for (int64_t row = from[0]; row <= to[0]; ++row) {
+      const int64_t first = whole_cells(row, count[0]);
+      const int64_t offset = (row - first * count[0]) * count[1];
+      for (int64_t column = from[1]; column <= to[1];) {
+        const int64_t second = whole_cells(column, count[1]), zero = second * count[1];
+        const int64_t last = std::min(to[1], zero + count[1] - 1);
+        visit(start[offset + column - zero], start[offset + last - zero + 1], Image{first, second});
+        column = last + 1;
+      }
+    }
+  }
+
+ private:
+  std::vector<int64_t> start;  // first point of each bin, and the end
+
+  static int64_t along(double fraction, int64_t bins)
+  {
+    return std::clamp<int64_t>(static_cast<int64_t>(fraction * bins), 0, bins - 1);
+  }
+
+  static int64_t whole_cells(int64_t bin, int64_t bins)
+  {
+    if (bin >= 0 && bin < bins) return 0;  // a division takes as long as four distances
+    return bin >= 0 ? bin / bins : -((bins - 1 - bin) / bins);
+  }
+};
+
 // The grid finds points at their places by their numbers.
 class PeriodicGrid {
  public:
@@ -170,20 +230,14 @@ class PeriodicGrid {
     const double spread =
         std::sqrt(lattice.height[0] / std::max<double>(n, 1)) * std::sqrt(lattice.height[1]);
     for (int k = 0; k < 2; ++k) {
-      const double wanted = lattice.height[k] / std::max(reach, spread);
-      bins[k] = wanted >= 1 ? static_cast<int64_t>(std::min<double>(wanted, 4.0 * n + 4.0)) : 1;
+      const double wanted = std::min(lattice.height[k] / std::max(reach, spread), 4.0 * n + 4.0);
+      bins.count[k] = wanted >= 1 ? static_cast<int64_t>(wanted) : 1;
     }
     std::vector<int64_t> bin(n);
-    start.assign(bins[0] * bins[1] + 1, 0);
-    for (int64_t i = 0; i < n; ++i) {
-      bin[i] = locate(places[i].f[0], 0) * bins[1] + locate(places[i].f[1], 1);
-      ++start[bin[i] + 1];
-    }
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<int64_t> next(start.begin(), start.end() - 1);
+    for (int64_t i = 0; i < n; ++i) bin[i] = bins.at(places[i].f[0], places[i].f[1]);
+    const std::vector<int64_t> place = bins.sort(bin);
     entries.resize(n);
-    for (int64_t i = 0; i < n; ++i)
-      entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, i};
+    for (int64_t i = 0; i < n; ++i) entries[place[i]] = {{places[i].f[0], places[i].f[1]}, i};
   }
 
   // Calls visit(entry, image) for every point that may lie between two fractions, and its image.
@@ -191,36 +245,17 @@ class PeriodicGrid {
   {
     int64_t from[2], to[2];
     for (int k = 0; k < 2; ++k) {
-      from[k] = static_cast<int64_t>(std::floor(low[k] * bins[k]));
-      to[k] = static_cast<int64_t>(std::floor(high[k] * bins[k]));
+      from[k] = static_cast<int64_t>(std::floor(low[k] * bins.count[k]));
+      to[k] = static_cast<int64_t>(std::floor(high[k] * bins.count[k]));
     }
-    for (int64_t row = from[0]; row <= to[0]; ++row) {
-      const int64_t first = whole_cells(row, bins[0]), offset = (row - first * bins[0]) * bins[1];
-      for (int64_t column = from[1]; column <= to[1];) {
-        const int64_t second = whole_cells(column, bins[1]), zero = second * bins[1];
-        const int64_t last = std::min(to[1], zero + bins[1] - 1);
-        const int64_t stop = start[offset + last - zero + 1];
-        for (int64_t k = start[offset + column - zero]; k < stop; ++k)
-          visit(entries[k], Image{first, second});
-        column = last + 1;
-      }
-    }
+    bins.visit(from, to, [&](int64_t first, int64_t last, const Image &image) {
+      for (int64_t k = first; k < last; ++k) visit(entries[k], image);
+    });
   }
 
  private:
-  int64_t bins[2];
-  std::vector<int64_t> start;
+  PeriodicBins bins;
   std::vector<Entry> entries;
-
-  int64_t locate(double fraction, int k) const
-  {
-    return std::min(static_cast<int64_t>(fraction * bins[k]), bins[k] - 1);
-  }
-
-  static int64_t whole_cells(int64_t bin, int64_t bins)
-  {
-    return bin >= 0 ? bin / bins : -((bins - 1 - bin) / bins);
-  }
 };
 
 }  // namespace jamlab
