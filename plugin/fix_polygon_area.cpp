@@ -21,7 +21,7 @@ static constexpr char WHO[] = "Fix polygon/area";
 /* The command is: fix ID group polygon/area ka a0. Each value is a number, d_name or v_name. */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka", true),
-    rest_area(lmp, WHO, "rest area", false), energy(0.0), level(0), checked(-1)
+    rest_area(lmp, WHO, "rest area", false), energy(0.0), level(0), parameters_of(-1)
 {
   if (narg != 5)
     error->all(FLERR, "{} needs: ka a0, each a number, d_name from fix property/atom, or v_name",
@@ -55,16 +55,15 @@ void FixPolygonArea::init()
   stiffness.init(igroup);
   rest_area.init(igroup);
   polygon_rings.init(groupbit);
+  parameters_of = -1;
 
   if (!utils::strmatch(update->integrate_style, "^respa")) return;
   const int levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
   level = respa_level < 0 ? levels - 1 : std::min(respa_level, levels - 1);
 }
 
-/* Properties may have changed since the last run, without a neighbor build. */
 void FixPolygonArea::setup(int vflag)
 {
-  checked = -1;
   if (!utils::strmatch(update->integrate_style, "^respa")) post_force(vflag);
 }
 
@@ -72,12 +71,6 @@ void FixPolygonArea::setup(int vflag)
 void FixPolygonArea::pre_force_respa(int vflag, int at, int /*loop*/)
 {
   if (at == level) post_force(vflag);
-}
-
-void FixPolygonArea::setup_pre_force_respa(int vflag, int at)
-{
-  checked = -1;
-  pre_force_respa(vflag, at, 0);
 }
 
 /* The force is f_i = -ka (a - a0) da/dx_i with da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
@@ -123,13 +116,12 @@ void FixPolygonArea::tally(const PolygonRings::Vertex &vertex, double share,
   if (eflag_atom) eatom[vertex.i] += share;
 }
 
-/* Values may change from step to step. That all vertices of a polygon have the same is checked after
-   each neighbor build. */
+/* Values may change from one evaluation to the next, those of properties too. */
 void FixPolygonArea::find_parameters()
 {
-  const bool fresh = checked != polygon_rings.refreshed();
+  const bool fresh = parameters_of != polygon_rings.refreshed();
   if (!fresh && stiffness.constant() && rest_area.constant()) return;
-  checked = polygon_rings.refreshed();
+  parameters_of = polygon_rings.refreshed();
 
   const bool variables = stiffness.is_variable() || rest_area.is_variable();
   if (variables) modify->clearstep_compute();

@@ -19,11 +19,11 @@ class FixPolygonArea : public Fix {
   void post_constructor() override;
   void init() override;
   void setup(int vflag) override;
-  void min_setup(int vflag) override { setup(vflag); }
+  void min_setup(int vflag) override { post_force(vflag); }
   void post_force(int) override;
   void min_post_force(int vflag) override { post_force(vflag); }
-  void setup_pre_force_respa(int vflag, int level) override;
-  void pre_force_respa(int vflag, int level, int loop) override;
+  void setup_pre_force_respa(int vflag, int at) override { pre_force_respa(vflag, at, 0); }
+  void pre_force_respa(int vflag, int at, int loop) override;
   double compute_scalar() override;
   double memory_usage() override { return bytes(ka, a0, shape) + polygon_rings.memory_usage(); }
 
@@ -39,7 +39,7 @@ class FixPolygonArea : public Fix {
   std::vector<double> ka, a0, shape;    // of each polygon; shape: area and center
   double energy;                        // of this rank's share
   int level;                            // of respa
-  bigint checked;                       // refresh at which all vertices of a polygon had one value
+  bigint parameters_of;                 // refresh for which all ranks agreed on ka and a0
 
   void find_parameters();
   void add_area_force(const PolygonRings::RingSegment &);

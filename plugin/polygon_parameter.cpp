@@ -41,22 +41,18 @@ void PolygonParameter::init(int group)
   }
 }
 
-void PolygonParameter::evaluate(const PolygonRings &rings, bool checked,
+void PolygonParameter::evaluate(const PolygonRings &rings, bool on_all_ranks,
                                 std::vector<double> &values)
 {
   const auto &polygons = rings.polygons();
   if (source == EQUAL) number = input->variable->compute_equal(index);
   values.assign(polygons.size(), number);
-  const double *of_atom = source == PROPERTY ? atom->dvector[index] : nullptr;
+  if (source == PROPERTY) read_vertices(rings, on_all_ranks, atom->dvector[index], values);
   if (source == ATOM) {
     per_atom.resize(atom->nmax);
     input->variable->compute_atom(index, igroup, per_atom.data(), 1, 0);
-    of_atom = per_atom.data();
+    read_vertices(rings, on_all_ranks, per_atom.data(), values);
   }
-  if (of_atom && checked) check_vertices(rings, of_atom);
-  if (of_atom)
-    for (const auto &segment : rings.segments())
-      values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
   for (std::size_t k = 0; k < polygons.size(); k++)
     if (!allowed(values[k]))
       error->one(FLERR, "{}: {} of polygon {} is {}, must be positive{}; vertices that fix deposit "
@@ -64,13 +60,21 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool checked,
                  polygons[k].molecule, values[k], may_be_zero ? " or 0" : "");
 }
 
-/* All vertices must have the value of the first one, which another rank may own. */
-void PolygonParameter::check_vertices(const PolygonRings &rings, const double *of_atom) const
+/* All vertices of a polygon must have the value of the first one, which another rank may own, or of
+   one of this rank. */
+void PolygonParameter::read_vertices(const PolygonRings &rings, bool on_all_ranks,
+                                     const double *of_atom, std::vector<double> &values) const
 {
-  const auto first = rings.of_first(1, [=](int i, double *value) { *value = of_atom[i]; });
-  for (const auto &vertex : rings.vertices())
-    if (of_atom[vertex.i] != first[vertex.polygon])
-      error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who,
-                 what, name, rings.polygons()[vertex.polygon].molecule, first[vertex.polygon],
-                 of_atom[vertex.i]);
+  if (on_all_ranks)
+    values = rings.of_first(1, [=](int i, double *value) { *value = of_atom[i]; });
+  for (const auto &segment : rings.segments()) {
+    const auto *const vertices = rings.vertices().data();
+    if (!on_all_ranks) values[segment.polygon] = of_atom[vertices[segment.begin].i];
+    const double value = values[segment.polygon];
+    for (int n = segment.begin; n < segment.end; n++)
+      if (of_atom[vertices[n].i] != value)
+        error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who,
+                   what, name, rings.polygons()[segment.polygon].molecule, value,
+                   of_atom[vertices[n].i]);
+  }
 }

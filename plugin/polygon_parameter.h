@@ -19,7 +19,7 @@ class PolygonParameter : protected Pointers {
 
   void read(const char *argument);
   void init(int igroup);    // finds the variable or property
-  void evaluate(const PolygonRings &, bool check, std::vector<double> &);    // collective if check
+  void evaluate(const PolygonRings &, bool on_all_ranks, std::vector<double> &);
   bool constant() const { return source == NUMBER; }
   bool is_variable() const { return source == EQUAL || source == ATOM; }
 
@@ -33,7 +33,8 @@ class PolygonParameter : protected Pointers {
   std::vector<double> per_atom;
 
   bool allowed(double value) const { return value > 0.0 || (may_be_zero && value == 0.0); }
-  void check_vertices(const PolygonRings &, const double *of_atom) const;
+  void read_vertices(const PolygonRings &, bool on_all_ranks, const double *of_atom,
+                     std::vector<double> &values) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import outlines
 import pytest
-from engine.test_plugin_on_ranks import launch, run
+from engine.test_plugin_on_ranks import launch
 
 LAST = "write_dump all custom {0}.dump id x y modify sort id format float %.17g\n"
 NVE = """
@@ -103,27 +103,6 @@ def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
     law = f"{define}\nvariable rest atom d_a0\nunfix area\nfix area rings polygon/area {ka} {rest}\nrun 0\n"
     outlines.start(lmp, tmp_path, state, law)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
-
-
-@pytest.mark.parametrize("newton", ["on", "off"])
-@pytest.mark.parametrize("ranks", [1, pytest.param(3, marks=pytest.mark.slow)])
-def test_forces_do_not_depend_on_whether_a_virial_is_asked_for(tmp_path, ranks, newton):
-    """Without one, tension is added along with the area force; not where walls have bonds or a fix comes between."""
-    area = "fix area rings polygon/area 20.0 d_a0\n"
-    held = "unfix area\nfix held all setforce 0.0 NULL NULL\n" + area
-    deck = ""
-    for name, foreign, more in (("rings", False, ""), ("walls", True, ""), ("held", False, held)):
-        (tmp_path / name).write_text(outlines.data(outlines.scene(6, foreign=foreign)))
-        deck += outlines.deck(name, newton=newton) + more
-        for kind, command in (("with", "run 0"), ("without", "jamlab/forces")):
-            deck += f"{command}\n" + LAST.format(f"{name}-{kind}").replace("id x y", "id fx fy")
-            deck += f'print "state-{name}-{kind} $(pe:%.17g) $(ebond:%.17g) $(f_area:%.17g)"\n'
-    found = run(tmp_path, deck, ranks)
-    for name in ("rings", "walls", "held"):
-        wanted = np.loadtxt(tmp_path / f"{name}-with.dump", skiprows=9)
-        assert np.abs(wanted[:, 1:]).max(axis=0).min() > 0.01
-        assert np.loadtxt(tmp_path / f"{name}-without.dump", skiprows=9) == pytest.approx(wanted, abs=1e-13)
-        assert found[f"state-{name}-without"] == pytest.approx(found[f"state-{name}-with"], rel=1e-13)
 
 
 LAWS = {"v_none d_a0": "none", "v_text d_a0": "text", "d_none d_a0": "d_none", "v_low d_a0": "-1", "20.0 v_low": "-1"}

@@ -75,7 +75,6 @@ AT_SETUP = {  # commands -> what the error of `run 0` after them names
     "unfix area\nfix area all polygon/area 50.0 d_rest": "d_rest",
     "set atom 6 d_a0 0.0": "polygon 2",
     "set atom 3 y 3.6\nset atom 4 y 3.4\nset atom 1 y 2.0\nset atom 2 y 1.5": "atoms 2 and 3 is 2.1 long",
-    "run_style respa 2 2": "verlet",
     "compute c all pair/local dist": "pair/local",
     "compute c all pair/local dist eng force": "pair/local",
     "compute c all force/tally all": "force/tally",
