@@ -19,19 +19,19 @@ using namespace LAMMPS_NS;
 
 static constexpr int BLOCK = 128;    // bonds
 
-namespace {
-
-struct Row {    // of the bond list
+struct BondLineTension::Row {    // of the bond list
   int i1, i2, type;
 };
 
+struct BondLineTension::Block {    // pull: tension over length
+  double gamma[BLOCK], eta[BLOCK], ex[BLOCK], ey[BLOCK], length[BLOCK], pull[BLOCK];
+};
+
 /* An edge of zero length has no direction and pulls nowhere: its length is over zero all the same. */
-double smoothed(double square, double eta)
+static double smoothed(double square, double eta)
 {
   return sqrt(std::max(square + eta * eta, std::numeric_limits<double>::min()));
 }
-
-}    // namespace
 
 BondLineTension::BondLineTension(LAMMPS *_lmp) :
     Bond(_lmp), gamma(nullptr), eta(nullptr)
@@ -52,34 +52,46 @@ void BondLineTension::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  for (int begin = 0; begin < neighbor->nbondlist; begin += BLOCK)
-    add_pulls(begin, std::min(BLOCK, neighbor->nbondlist - begin));
+  Block block;
+  const bool one_type = atom->nbondtypes == 1;
+  std::fill_n(block.gamma, BLOCK, gamma[1]);
+  std::fill_n(block.eta, BLOCK, eta[1]);
+  for (int begin = 0; begin < neighbor->nbondlist; begin += BLOCK) {
+    const auto rows = reinterpret_cast<const Row *>(neighbor->bondlist[begin]);
+    const int count = std::min(BLOCK, neighbor->nbondlist - begin);
+    for (int n = 0; !one_type && n < count; n++) {
+      block.gamma[n] = gamma[rows[n].type];
+      block.eta[n] = eta[rows[n].type];
+    }
+    measure(rows, count, block);
+    add_pulls(rows, count, block);
+  }
 }
 
-/* The roots of a block of bonds are taken side by side. */
-void BondLineTension::add_pulls(int begin, int count)
+/* The square roots of a block do not wait for each other. */
+void BondLineTension::measure(const Row *rows, int count, Block &block) const
 {
-  const auto bonds = reinterpret_cast<const Row *>(neighbor->bondlist[begin]);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const auto f = reinterpret_cast<Position *>(atom->f[0]);
-  const int nlocal = atom->nlocal, newton_bond = force->newton_bond;
-  double ex[BLOCK], ey[BLOCK], length[BLOCK], pull[BLOCK];    // pull: over the length
-
   for (int n = 0; n < count; n++) {
-    const double *const from = x[bonds[n].i1], *const to = x[bonds[n].i2];
-    ex[n] = to[0] - from[0];
-    ey[n] = to[1] - from[1];
-    pull[n] = gamma[bonds[n].type];
-    length[n] = eta[bonds[n].type];
+    const double *const from = x[rows[n].i1], *const to = x[rows[n].i2];
+    block.ex[n] = to[0] - from[0];
+    block.ey[n] = to[1] - from[1];
   }
 #pragma omp simd
   for (int n = 0; n < count; n++) {
-    length[n] = smoothed(ex[n] * ex[n] + ey[n] * ey[n], length[n]);
-    pull[n] /= length[n];
+    const double square = block.ex[n] * block.ex[n] + block.ey[n] * block.ey[n];
+    block.length[n] = smoothed(square, block.eta[n]);
+    block.pull[n] = block.gamma[n] / block.length[n];
   }
+}
+
+void BondLineTension::add_pulls(const Row *rows, int count, const Block &block)
+{
+  const auto f = reinterpret_cast<Position *>(atom->f[0]);
+  const int nlocal = atom->nlocal, newton_bond = force->newton_bond;
   for (int n = 0; n < count; n++) {
-    const auto [i1, i2, type] = bonds[n];
-    const double fx = pull[n] * ex[n], fy = pull[n] * ey[n];
+    const int i1 = rows[n].i1, i2 = rows[n].i2;
+    const double fx = block.pull[n] * block.ex[n], fy = block.pull[n] * block.ey[n];
     if (newton_bond || i1 < nlocal) {
       f[i1][0] += fx;
       f[i1][1] += fy;
@@ -88,9 +100,19 @@ void BondLineTension::add_pulls(int begin, int count)
       f[i2][0] -= fx;
       f[i2][1] -= fy;
     }
-    if (evflag)
-      ev_tally(i1, i2, nlocal, newton_bond, gamma[type] * length[n], -pull[n], ex[n], ey[n], 0.0);
   }
+  if (!evflag) return;
+  const bool whole = newton_bond && !vflag_either && !eflag_atom;
+  double of_all = 0.0;
+  for (int n = 0; n < count; n++) {
+    const double ebond = block.gamma[n] * block.length[n];
+    if (whole)
+      of_all += ebond;
+    else
+      ev_tally(rows[n].i1, rows[n].i2, nlocal, newton_bond, ebond, -block.pull[n], block.ex[n],
+               block.ey[n], 0.0);
+  }
+  energy += of_all;
 }
 
 void BondLineTension::init_style()

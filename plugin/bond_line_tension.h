@@ -26,7 +26,12 @@ class BondLineTension : public Bond {
   double *gamma, *eta;
 
   void allocate();
-  void add_pulls(int begin, int count);
+
+ private:
+  struct Row;
+  struct Block;
+  void measure(const Row *, int count, Block &) const;
+  void add_pulls(const Row *, int count, const Block &);
 };
 
 }    // namespace LAMMPS_NS
