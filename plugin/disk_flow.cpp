@@ -59,20 +59,13 @@ void DiskFlow::keep(RestartBytes &bytes)
 {
   OverdampedFlow::keep(bytes);
   if (drag) marginal = drag->marginal_contacts();
-  std::size_t size = marginal.size();
   bytes(gap_time);
-  bytes(size);
-  marginal.resize(size);
-  for (DiskDrag::MarginalContact &each : marginal) bytes(each);
+  bytes(marginal);
 }
 
 void DiskFlow::begin_step()
 {
-  if (!plan.made) {    // of `run ... pre no` after an interval, as if before this step
-    update->ntimestep--;
-    make_plan();
-    update->ntimestep++;
-  }
+  if (!plan.made) make_plan(update->ntimestep - 1);    // of `run ... pre no` after an interval
   const double step = plan.step, strain = strain_after(plan.time, step);
   const Weights times = dense_weights(plan.time, step), ahead = ahead_weights(plan.time / step);
   // without a background drag, motion that no contact drags would keep its slope for good
@@ -106,7 +99,7 @@ void DiskFlow::end_step()
 {
   settle_contacts();
   plan.made = false;
-  if (!interval_ended()) make_plan();    // a run that resumes here plans anew
+  if (!interval_ended()) make_plan(update->ntimestep);    // a run that resumes here plans anew
 }
 
 /* The integral up to a time of the parabola through the three stages of a step: the time for which
@@ -290,7 +283,7 @@ double DiskFlow::choose_step(double allowed)
 }
 
 /* The next step is as long as its error and contacts allow. */
-void DiskFlow::make_plan()
+void DiskFlow::make_plan(bigint last)
 {
   const double interval = settings.interval;
   plan.longest = longest_step(diameter, PHASE, interval > 0.0 ? interval : HUGE_VAL);
@@ -300,7 +293,7 @@ void DiskFlow::make_plan()
   plan.step = choose_step(allowed);
   plan.time = up_to_changes(plan.step, finite_size_factor() * allowed);
   plan.made = true;
-  set_time_step(plan.time);
+  set_time_step(plan.time, last);
 }
 
 /* Contacts that open or close within the step, and rubbing pairs that part or meet. */

@@ -49,7 +49,7 @@ class DiskFlow : public OverdampedFlow {
   bool fit(const DragSolver::Result &, double least_speed) const;
   void relax_ties(const std::vector<double> &parts, double least_speed);
   [[noreturn]] void refuse(const DragSolver::Result &) const;
-  void make_plan();
+  void make_plan(bigint last);    // of the step after the last one
   double choose_step(double allowed);
   double try_stages(double step);
   void keep_stage(int stage, const Field &u, double strain);

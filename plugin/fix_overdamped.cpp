@@ -23,7 +23,8 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr double LEAN = 0.55;    // tilt over width where the box flips, and not back at once
-static constexpr double LAYOUT = -28.0;    // of a restart file; up to 0.2.0 there is a time
+static constexpr double LAYOUT = -29.0;    // of a restart file; up to 0.2.0 there is a time
+static constexpr int HEAD = 3;    // layout, numbers of an atom, bytes of the flow
 
 FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), user_time_step(update->dt)
@@ -222,21 +223,31 @@ void FixOverdamped::pre_exchange()
 void FixOverdamped::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  const double head[2] = {LAYOUT, static_cast<double>(maxexchange)};
-  RestartBytes bytes = {{reinterpret_cast<const char *>(head), sizeof(head)}};
-  flow->keep(bytes);
-  write_value(fp, bytes.written);
+  RestartBytes kept, record;
+  flow->keep(kept);
+  double head[HEAD] = {LAYOUT, static_cast<double>(maxexchange),
+                       static_cast<double>(kept.written().size())};
+  for (double &each : head) record(each);
+  write_value(fp, record.written() + kept.written());
 }
 
 void FixOverdamped::restart(char *buf)
 {
-  const double *const head = reinterpret_cast<const double *>(buf);
+  double head[HEAD] = {};
+  RestartBytes layout(buf, sizeof(double)), record(buf, sizeof(head));
+  layout(head[0]);    // earlier records may have nothing else
+  if (head[0] == LAYOUT)
+    for (double &each : head) record(each);
   if (head[0] != LAYOUT || head[1] != maxexchange)
     error->all(FLERR, "{}: the restart file was written by another version of this plugin, which "
                "can end the flow, or for other particles; or start a flow anew from a data file of "
                "its state", WHO);
-  RestartBytes bytes = {"", buf + 2 * sizeof(double)};
-  flow->keep(bytes);
+  RestartBytes kept(buf + sizeof(head), static_cast<std::size_t>(std::max(0.0, head[2])));
+  flow->keep(kept);
+  if (!kept.complete())
+    error->all(FLERR, "{}: the restart file holds {} bytes of the flow, which are not those of its "
+               "numbers: it is damaged; start a flow anew from a data file of its state", WHO,
+               head[2]);
 }
 
 void FixOverdamped::send_to_ghosts(Field &motions)

@@ -3,7 +3,6 @@
 
 #include "error.h"
 #include "output.h"
-#include "update.h"
 #include "vector_bytes.h"
 
 #include <algorithm>
@@ -104,8 +103,14 @@ double OverdampedFlow::up_to_end(double step) const
   return step;
 }
 
-void OverdampedFlow::set_time_step(double dt)
+/* LAMMPS takes its present step for the last one. In a run without setup that is the next one. */
+void OverdampedFlow::set_time_step(double dt, bigint last)
 {
+  struct Present {
+    bigint &step, present;
+    ~Present() { step = present; }
+  } const present = {update->ntimestep, update->ntimestep};
+  update->ntimestep = last;
   update->update_time();
   update->dt = dt;
   output->reset_dt();    // of dumps that are written at given times

@@ -6,25 +6,13 @@
 #include "flow_settings.h"
 #include "neighbor.h"
 #include "pointers.h"
+#include "restart_values.h"
+#include "update.h"
 
-#include <cstring>
 #include <memory>
 #include <string>
-#include <utility>
 
 namespace LAMMPS_NS {
-
-/* What a restart file keeps, value by value in one order: written, or read back. */
-struct RestartBytes {
-  std::string written;
-  const char *read = nullptr;
-
-  template <class Value> void operator()(Value &value)
-  {
-    if (!read) written.append(reinterpret_cast<const char *>(&value), sizeof(Value));
-    if (read) memcpy(&value, std::exchange(read, read + sizeof(Value)), sizeof(Value));
-  }
-};
 
 /* Simple shear of particles without mass: at every step drag balances the other forces. A rate, an
    oscillating strain or a stress drives the flow. What disks and droplets share stands here: the
@@ -45,7 +33,8 @@ class OverdampedFlow : protected Pointers {
   // skin is left to the corrections of droplets, which come after.
   bool outran_neighbors() const { return approached > 0.5 * neighbor->skin; }
   bool begin_interval();    // where one has ended, or the flow begins; false: neither
-  void set_time_step(double dt);
+  void set_time_step(double dt) { set_time_step(dt, update->ntimestep); }
+  void set_time_step(double dt, bigint last);    // of steps after the last one
 
   virtual std::vector<Field *> fields() = 0;                  // that travel with atoms
   virtual void keep(RestartBytes &);        // in a restart file

@@ -96,7 +96,7 @@ def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
         assert "3 iterations" in refused(lambda: flow.run(1))
 
 
-@pytest.mark.parametrize(("layout", "who"), [(-28.0, "Fix overdamped"), (-4.0, "Pair style disk/drag")])
+@pytest.mark.parametrize(("layout", "who"), [(-29.0, "Fix overdamped"), (-4.0, "Pair style disk/drag")])
 def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
     """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
     file = tmp_path / "flow.restart"
@@ -108,6 +108,21 @@ def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
         file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
         again = ["clear", f"read_restart {file}", "fix flow all overdamped rate 1"]
         assert who in refused(lambda: flow.lmp.commands_list(again))
+
+
+@pytest.mark.parametrize("more", [-8.0, 8.0, -1e3])
+def test_a_restart_record_of_another_length(tmp_path, disks, more):
+    """Nothing is read beyond it, and nothing is left."""
+    file = tmp_path / "flow.restart"
+    with Flow(tmp_path, disks, "rate 1 background 1e-2") as flow:
+        flow.run(1)
+        flow.lmp.command(f"write_restart {file}")
+        record, head = file.read_bytes(), struct.pack("d", -29.0)
+        length = record.index(head) + 16
+        (size,) = struct.unpack_from("d", record, length)
+        file.write_bytes(record[:length] + struct.pack("d", size + more) + record[length + 8 :])
+        again = ["clear", f"read_restart {file}", "fix flow all overdamped rate 1 background 1e-2"]
+        assert f"{size + more:g} bytes of the flow" in refused(lambda: flow.lmp.commands_list(again))
 
 
 @pytest.mark.parametrize(
