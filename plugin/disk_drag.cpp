@@ -188,7 +188,9 @@ void DiskDrag::find_preconditioner(bool free_rate)
       own.add(-1.0, g.approach * approach + g.slide * slide);
       blocks[row.site(a)] += own;
     }
-    const double squared = contacts[k].share * lever(k) * lever(k);
+    const double along = carried.empty()
+        ? lever(k) : relative_velocity(row, carried.data(), lever(k)).xy[0];
+    const double squared = contacts[k].share * along * along;
     flow[0] += squared * own.xx;
     flow[1] += squared * contacts[k].stiffness * row.nx * row.nx;
   }

@@ -129,7 +129,7 @@ double DiskFlow::finite_size_factor() const
 void DiskFlow::settle_contacts()
 {
   if (neighbor->ago == 0) drag->neighbors_are_new();
-  drag->update_contacts(atom->nlocal, atom->nghost, 0.0);
+  update_contacts(0.0);
   drag->close_gaps(gap_time > 0.0 ? SETTLES / gap_time : 0.0);
   drag->forget_settled(false);    // gaps of the last step have become wide
   drag->zero_rattler_velocities(velocity);

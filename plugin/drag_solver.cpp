@@ -58,6 +58,19 @@ void DragSolver::make_room(int local, int ghost)
     each->resize(local + ghost);
 }
 
+void DragSolver::hold(const std::vector<char> &atoms, const Field &per_rate)
+{
+  given = atoms;
+  carried = per_rate;
+  if (!carried.empty()) exchange.send_to_ghosts(carried);
+}
+
+double DragSolver::driven_moment(const Field &force) const
+{
+  const double elastic = elastic_moment();
+  return carried.empty() ? elastic : elastic - sum(field_dot(force, carried, nlocal));
+}
+
 /* Atoms whose velocities are given keep them. */
 double DragSolver::precondition_free()
 {
@@ -119,7 +132,9 @@ bool DragSolver::iterate(Descent &d, double rho, Field &u, Load &load, Result &r
 {
   Energies &found = d.found;
   const double z_flow = inverse_flow * d.r_flow;
-  auto [power, flow] = multiply(descent, z_flow, TANGENT, product, &rho);
+  for (std::size_t i = 0; i < given.size() && !carried.empty(); i++)
+    if (given[i]) descent[i] = z_flow * carried[i];
+  auto [power, flow, affine_flow] = multiply(descent, z_flow, TANGENT, product, &rho);
   rho += d.r_flow * z_flow;
   if (!(rho > 0.0)) {    // no residual, but for rounding
     found.left = std::isnan(rho) ? rho : 0.0;

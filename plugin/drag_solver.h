@@ -74,11 +74,16 @@ class DragSolver {
   virtual void update_contacts(int nlocal, int nghost, double ahead) = 0;
   Result solve(Field &force, Field &u, Load &load);    // changes the force where pairs rub
   void set_solution(Field &u, double rate);    // of an earlier run, as if it were the solution
-  // owned atoms whose velocities stay as they are, and on which no background drags
-  virtual void hold(const std::vector<char> &atoms) { given = atoms; }
+  // owned atoms whose velocities are given, and on which no background drags; per_rate: velocities
+  // that a free rate gives them, over the rate
+  virtual void hold(const std::vector<char> &atoms, const Field &per_rate);
   virtual void elastic_forces(Field &) const = 0;    // of the contacts of update_contacts
   // force: in, those; out, at the end of the step; net: with drag, F - B u - b rate, of owned atoms
   void net_forces(Field &force, Field &u, double rate, Field &net);
+
+  // A elastic stress that a free rate works against, with forces on what it carries along
+  double driven_moment(const Field &force) const;
+  bool resists_rate() const { return inverse_flow > 0.0; }    // a free one, in the last solution
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
@@ -98,6 +103,7 @@ class DragSolver {
   int nlocal = 0, nghost = 0;
   double ahead = 0.0;
   std::vector<char> given;      // marks owned atoms whose velocities are given; empty: none
+  Field carried;                // velocities over the free rate that gives them; empty: none
   double inverse_flow = 0.0;    // inverse of c
   double affine_drag = 0.0;     // c, of disks
   bool factored = false;        // the preconditioner has factors of the matrix
@@ -143,8 +149,9 @@ class DragSolver {
   Field direction, product_of_direction;    // of conjugate gradients
 
   enum Matrix { DRAG, TANGENT };    // B; B + ahead K, with the tangent of a power law if known
-  struct Product {    // (p, rate) B (p, rate) and b p + c rate, of all ranks
-    double power, flow;
+  // (p, rate) B (p, rate) and b p + c rate, of all ranks; flow: with the drag on what is carried
+  struct Product {
+    double power, flow, affine_flow;
   };
   // out = B p + b rate; also: another number of each rank to be summed
   virtual Product multiply(Field &p, double rate, Matrix, Field &out, double *also = nullptr,

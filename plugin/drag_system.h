@@ -20,9 +20,9 @@ template <class Row> class DragSystem : public DragSolver {
     return DragSolver::memory_usage() + rows.capacity() * each + factors.memory_usage();
   }
 
-  void hold(const std::vector<char> &atoms) override
+  void hold(const std::vector<char> &atoms, const Field &per_rate) override
   {
-    DragSolver::hold(atoms);
+    DragSolver::hold(atoms, per_rate);
     for (std::size_t i = 0; i < given.size(); i++)
       if (given[i]) background[i] = 0.0;
   }
@@ -74,7 +74,7 @@ template <class Row> class DragSystem : public DragSolver {
     if (drag) add_row_sums(p, rate, *drag);
     const bool corrected = matrix == TANGENT && !corrections.empty();
     const bool isotropic = law.beta == 1.0 && !corrected;
-    double sums[3] = {0.0, 0.0, also ? *also : 0.0};
+    double sums[4] = {0.0, 0.0, also ? *also : 0.0, 0.0};
     const bool flow = needs_flow || rate != 0.0;
     sums[1] = flow && isotropic ? add_rows<true, true>(p, rate, corrected, out)
         : flow                  ? add_rows<false, true>(p, rate, corrected, out)
@@ -88,9 +88,10 @@ template <class Row> class DragSystem : public DragSolver {
       out[i].y += background[i] * p[i].y;
     }
     sums[0] += field_dot(out, p, nlocal);
-    MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
+    if (!carried.empty()) sums[3] = field_dot(out, carried, nlocal);
+    MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
     if (also) *also = sums[2];
-    return {sums[0] + rate * sums[1], sums[1]};
+    return {sums[0] + rate * sums[1], sums[1] + sums[3], sums[1]};
   }
 
   void find_weights(const Field &u, double rate) override

@@ -203,7 +203,7 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   const double elastic = elastic_moment();
   sums.energy += evaluated.energy + ahead * rate_change * (elastic + 0.5 * sums.elastic);
   sums.elastic += elastic;
-  sums.viscous = drag.flow;
+  sums.viscous = drag.affine_flow;
   sums.xx -= evaluated.xx;
   sums.yy -= evaluated.yy;
   return sums;
@@ -264,6 +264,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
   inverse_flow = 0.0;
   if (!free_rate) return;
   std::fill(still.begin(), still.end(), Vec3());
+  std::copy(carried.begin(), carried.end(), still.begin());
   Field out(still.size());
   const double flow = multiply(still, 1.0, TANGENT, out, nullptr, nullptr).flow + settings.fluid;
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;

@@ -57,7 +57,7 @@ void DropletFlow::find_scales()
    forces, which vertices without drag cannot stand, act from the first step on. */
 void DropletFlow::setup()
 {
-  solver->update_contacts(atom->nlocal, atom->nghost, 0.0);
+  update_contacts(0.0);
   find_scales();
   const bool begins = state.step == 0.0;
   if (begins) last = Last();
@@ -116,7 +116,7 @@ void DropletFlow::end_step()
   const double stress_before = stress(), dissipation_before = dissipation();
   const double energy_before = state.sums.energy, rate_before = state.rate;
   Field change(velocity.begin(), velocity.begin() + n);
-  solver->update_contacts(n, atom->nghost, implicit_time);
+  update_contacts(implicit_time);
   const bool converged = find_velocities().converged;
   double farthest = 0.0;
   for (int i = 0; i < n; i++) {
@@ -143,10 +143,10 @@ void DropletFlow::end_step()
 void DropletFlow::correct(const Field &change, double strain)
 {
   for (int i = 0; i < atom->nlocal; i++) {
-    if (rides(i)) continue;
-    move(i, change[i].x, change[i].y, 0.0);
+    const Vec3 more = rides(i) ? Vec3{strain * to_edge(i), 0.0, 0.0} : change[i];
+    move(i, more.x, more.y, 0.0);
     move(i, 0.0, 0.0, strain);
-    displacement[i] = with_lean(displacement[i] + change[i], strain);
+    displacement[i] = with_lean(displacement[i] + more, strain);
   }
   last.strain += strain;
   state.strain += strain;

@@ -35,8 +35,6 @@ FlowSettings::FlowSettings(LAMMPS *lmp, int narg, char **arg)
   }
   if (drive == NONE)
     lmp->error->all(FLERR, "{}: give rate, oscillate or stress, and what it is", WHO);
-  if (walls && drive == STRESS)
-    lmp->error->all(FLERR, "{}: walls need a rate or oscillate, not a stress", WHO);
 }
 
 /* Reads a keyword and its values. Returns how many words these are. */

@@ -319,8 +319,9 @@ std::vector<DiskDrag::Answer> DiskDrag::answers_to(const std::vector<PairForces>
       const auto &[e, back, rub] = forces[first + k];
       Pending &p = some[k];
       p.answer = {none, none, 0.0, 0.0};
-      const double moment = add_pair_forces(e, back, rub, p.answer.force);
+      double moment = add_pair_forces(e, back, rub, p.answer.force);
       exchange.add_from_ghosts(p.answer.force);
+      if (!carried.empty()) moment += field_dot(p.answer.force, carried, nlocal);
       p.answer.moment = free_rate ? sum(moment) : 0.0;
       p.unit = {0.0, p.answer.moment, free_rate};
       p.so_far = begin_descent({accuracy, 0.0, 0.0, 0.0}, p.answer.moment);
@@ -429,7 +430,7 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
   Field force, base(u);
   elastic_forces(force);
   Load load = driven;
-  if (load.free_rate) load.moment -= elastic_moment();
+  if (load.free_rate) load.moment -= driven_moment(force);
   Result result = {0, false, 0.0, true};
   exchange.send_to_ghosts(base);
   find_weights(base, load.rate);

@@ -116,6 +116,12 @@ void OverdampedFlow::set_time_step(double dt, bigint last)
   output->reset_dt();    // of dumps that are written at given times
 }
 
+void OverdampedFlow::update_contacts(double ahead)
+{
+  solver->update_contacts(atom->nlocal, atom->nghost, ahead);
+  hold_fixed();
+}
+
 DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
 {
   if (with_forces)
@@ -125,8 +131,12 @@ DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
   state.rate = driven_rate();
   hold_fixed();
   DragSolver::Load load = {state.rate, 0.0, settings.free_rate()};
-  if (load.free_rate) load.moment = area() * settings.stress - solver->elastic_moment();
+  if (load.free_rate) load.moment = area() * settings.stress - solver->driven_moment(forces);
   const DragSolver::Result result = solver->solve(forces, velocity, load);
+  if (load.free_rate && !solver->resists_rate())
+    error->all(FLERR, "{}: {} nothing resists a shear rate under a stress at time {:.6g}, strain "
+               "{:.6g}: give a fluid with a viscosity, or drag of contacts that touch", WHO,
+               FLOW_SINGULAR, state.time, state.strain);
   last_iterations = result.iterations;
   iterations += result.iterations;
   state.rate = load.rate;
@@ -176,12 +186,15 @@ void OverdampedFlow::hold_fixed()
 {
   if (!settings.fixed_bit) return;
   std::vector<char> given(atom->nlocal, 0);
+  Field per_rate;    // of walls under a stress
+  if (settings.walls && settings.free_rate()) per_rate.resize(atom->nlocal + atom->nghost);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & settings.fixed_bit)) continue;
     given[i] = 1;
     velocity[i] = {settings.walls ? state.rate * to_edge(i) : 0.0, 0.0, 0.0};
+    if (!per_rate.empty()) per_rate[i] = {to_edge(i), 0.0, 0.0};
   }
-  solver->hold(given);
+  solver->hold(given, per_rate);
 }
 
 /* Forces on walls do work beside that of the stress of an affine flow. Other fixed droplets keep

@@ -64,6 +64,7 @@ class OverdampedFlow : protected Pointers {
   double iterations = 0.0, last_iterations = 0.0;    // since the start, of the last solution
 
   virtual std::unique_ptr<DragSolver> make_solver() = 0;
+  void update_contacts(double ahead);
   DragSolver::Result find_velocities(bool with_forces = true);
   void add_up();
 
@@ -83,7 +84,7 @@ class OverdampedFlow : protected Pointers {
   double typical_rate() const;
   double given_strain(double time) const;    // that passes within it, if no stress is given
   double to_edge(int i) const;
-  bool rides(int i) const;    // atom i, with a wall whose strain is given
+  bool rides(int i) const;    // atom i, with a wall whose rate changes
   double over_ranks(double value, MPI_Op operation) const;
   std::string more_background() const;
 

@@ -231,11 +231,6 @@ class OverdampedSession:
         here, or from `before`, the last state of an earlier flow. `drive`: "rate value", "oscillate amplitude omega" or
         "stress value", as of `fix overdamped`; a stress as `stress_drive` says it. `interval`: of time, after which
         `advance` returns. `longest`: step, by default no limit but that of the tolerance."""
-        if self._given.frame.has_walls and drive.startswith("stress"):
-            raise InputError(
-                "walls: the packing has walls, which move by a strain that is given, not under a stress; use shear or "
-                "oscillate, or remove the walls with packing.with_state(walls=False)"
-            )
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
