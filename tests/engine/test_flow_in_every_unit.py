@@ -53,6 +53,7 @@ DRIVES = {
     "oscillate": "oscillate 0.05 {rate} ",
     "stress": "stress {stress} fluid {fluid} ",
     "walls": "oscillate 0.05 {rate} walls wall ",  # of droplets without contact drag
+    "stress on walls": "stress {stress} fluid {fluid} walls wall ",
 }
 
 

@@ -187,6 +187,41 @@ def test_a_restarted_run_goes_on(tmp_path, slab, droplets, kind):
         assert [row[name] for row in more] == pytest.approx(expected, rel=1e-7, abs=1e-14), name
 
 
+LAYER = """
+dimension 2
+atom_modify map array
+region box prism 0 3 0 2.9 -0.5 0.5 0 0 0
+create_box 2 box
+create_atoms 1 single 0.3 1.45 0
+create_atoms 2 single 0.0 1.0 0
+create_atoms 2 single 0.7 1.9 0
+pair_style disk/drag 4.0 0.5 arms none
+pair_coeff 1 1 1.0 1.0
+pair_coeff 1 2 1.0 0.5
+pair_coeff 2 2 1.0 0.0
+mass * 1
+group held type 2
+"""
+
+
+def test_one_disk_that_does_not_turn_between_flat_walls(lmp):
+    """By hand: either wall slips past it at half the velocity V of the upper one, so that S L = k tau beta V/2."""
+    lmp.commands_list(
+        [*LAYER.strip().splitlines(), "fix flow all overdamped stress 0.01 walls held longest 0.5 stop 2"]
+    )
+    expected = 0.01 * 3.0 * 2 / (2.0 * 4.0 * 0.5) / 2.9
+    for time in (0, 2, 4):
+        lmp.command(f"run {1000 * min(time, 1)} post no")
+        row = [lmp.extract_fix("flow", 0, 1, k, 0) for k in range(22)]
+        found = dict(zip(COLUMNS, row, strict=False))
+        assert row[17] == pytest.approx(0.01, rel=1e-12) and row[19] == pytest.approx(0.01, rel=1e-12)
+        assert found["rate"] == pytest.approx(expected, rel=1e-12) and found["elastic"] == 0
+        for name, value in (("time", time), ("strain", time * expected), ("stress", 0.01)):
+            assert found[name] == pytest.approx(value, rel=1e-12), name
+        for name in ("work", "dissipated"):
+            assert found[name] == pytest.approx(0.01 * time * expected, rel=1e-12, abs=1e-16), name
+
+
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, 22))
 
 

@@ -337,6 +337,29 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     assert found.velocity_profile.velocity[0] < found.velocity_profile.velocity[-1]
 
 
+@pytest.mark.parametrize(
+    "made", ["rough", *(pytest.param(each, marks=pytest.mark.slow) for each in ("dp_dense", "flat", "flat_dp"))]
+)
+def test_creep_between_walls(request, packing, made, tmp_path):
+    """A weak stress ends at the strain of the modulus; between flat walls nothing holds the slab, which flows. Both
+    walls bear the stress throughout. A file goes on."""
+    walled = jamlab.with_walls(packing) if made == "rough" else request.getfixturevalue(made)
+    if made == "dp_dense":
+        walled = jamlab.relax(jamlab.with_walls(walled, 1.2), 1e-12)
+    at_rest, stress, file = wall_stress(walled)[:, 0], 1e-6 * jamlab.evaluate(walled).pressure, tmp_path / "creep.h5"
+    jamlab.creep(walled, stress, 1.0, path=file)
+    crept = jamlab.creep(walled, stress, 1e4, path=file)
+    assert crept.time[-1] == pytest.approx(1e4) and crept.energy_error < 1e-2
+    assert (crept.wall_stress[1:, :, 0] - at_rest) / stress == pytest.approx(
+        np.ones((len(crept.time) - 1, 2)), abs=1e-3
+    )
+    if made.startswith("flat"):
+        assert crept.state != "rests" and crept.slope > 0.9
+    else:
+        assert crept.state == "rests"
+        assert 1 / crept.compliance[-1] == pytest.approx(jamlab.shear_modulus(walled, direction="simple"), rel=1e-3)
+
+
 @pytest.mark.slow
 def test_droplets_with_fixed_ones_answer_in_time_as_in_linear_response(dp_dense):
     walled, small = jamlab.with_walls(dp_dense, 1.2), 1e-6
@@ -448,7 +471,7 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.Session(w, ranks=2), "ranks = 2"),
         (lambda p, w: jamlab.slab(p), "walls=True"),
         (lambda p, w: jamlab.shear(p, 0.1, 0.01, walls=True), "walls=True"),
-        (lambda p, w: jamlab.creep(w, 1e-3, 1.0), "stress"),
+        (lambda p, w: jamlab.creep(w, 0.0, 1.0), "stress"),
         (lambda p, w: jamlab.quasistatic_shear(p, 0.01, 0.01).frames[0] and velocity_profile([p]), "1"),
     ],
 )
