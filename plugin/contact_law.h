@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -37,6 +38,7 @@ struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **initial_width = nullptr;
   int **form = nullptr;
   double longest_edge = 0.0;    // limit, so that neighbor lists hold an end of each edge
+  double near = 0.0;    // range of a polygon's contacts with itself, for each edge between; 0: none
   std::vector<Role> role;
 
   bool disk(int type) const { return role[type] >= DISK; }    // or a line, without another end
@@ -49,6 +51,18 @@ struct ContactLaws {
     const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
     return std::hypot(initial_width[i][j], 0.5 * edge);
   }
+
+  /* A vertex and an edge of its own outline with m edges between have a contact of the range
+     min(width, m near): an outline that bends little has no contacts with itself, however many
+     vertices it has. From m = steps on, the range is the width, of all types. */
+  int steps = 1;
+  int steps_of_range() const
+  {
+    double widest = 0.0;
+    for (std::size_t i = 1; i < role.size(); i++)
+      if (role[i] == VERTEX) widest = std::max(widest, initial_width[i][i]);
+    return near > 0.0 ? std::max(1, static_cast<int>(std::ceil(widest / near))) : 1;
+  }
 };
 
 /* Loops over contacts take the laws from one table, which is made anew for every evaluation. */
@@ -58,21 +72,27 @@ struct PairLaw {
 
 class PairLaws {
  public:
-  // special is 0, or for bonded disks the number of their factor in special_bonds
+  // special is 0, or for bonded disks the number of their factor in special_bonds, or special_of()
   static int number(int ntypes, int i, int j, int special)
   {
     return (special * (ntypes + 1) + i) * (ntypes + 1) + j;
   }
 
+  // of a vertex and an edge of its own outline with this many edges between, if these say the range
+  static int special_of(int between) { return SPECIAL - 1 + between; }
+
   // contacts are found up to a gap of `beyond`
   void set(const ContactLaws &laws, int ntypes, const double *special_factors, double beyond = 0.0)
   {
-    table.resize(number(ntypes, 0, 0, SPECIAL));
-    for (int special = 0; special < SPECIAL; special++)
+    const int rows = SPECIAL - 1 + laws.steps;
+    table.resize(number(ntypes, 0, 0, rows));
+    for (int special = 0; special < rows; special++)
       for (int i = 1; i <= ntypes; i++)
         for (int j = 1; j <= ntypes; j++) {
-          const double eps = special_factors[special] * laws.eps[i][j];
-          const double width = laws.width[i][j], reach = width + beyond;
+          const int between = special - SPECIAL + 1;
+          const double eps = laws.eps[i][j] * (between > 0 ? 1.0 : special_factors[special]);
+          const double range = between > 0 ? between * laws.near : HUGE_VAL;
+          const double width = std::min(laws.width[i][j], range), reach = width + beyond;
           table[number(ntypes, i, j, special)] = {eps, width, 1.0 / width, reach * reach};
         }
   }

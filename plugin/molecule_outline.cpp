@@ -112,7 +112,7 @@ std::vector<OutlineLink> LAMMPS_NS::outline_links(const std::vector<OutlineAtom>
   for (int n = 0; n < size; n++) {
     const tagint next = open && n == size - 1 ? 0 : atoms[path[(n + 1) % size]].tag;
     const tagint prev = open && n == 0 ? 0 : atoms[path[(n + size - 1) % size]].tag;
-    links[path[n]] = {next, prev, open ? CHAIN : RING, size, 0, crossings};
+    links[path[n]] = {next, prev, open ? CHAIN : RING, size, 0, crossings, 0, n};
   }
   links[*std::min_element(path.begin(), path.end())].first = 1;
   return links;

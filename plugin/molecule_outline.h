@@ -4,6 +4,7 @@
 #include "kernels/vector.h"
 #include "lmptype.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -24,7 +25,16 @@ struct OutlineLink {
   int first = 0;                // 1 on the vertex of the lowest ID of each ring or chain
   int crossings = 0;            // of a ring: pairs of its edges that pass through each other
   int bonds = 0;        // sum over the bonds that the atom itself lists, which may change in a run
+  int place = 0;        // number of the vertex along the ring or chain, from 0
 };
+
+// Edges along a ring between a vertex and the edge that starts at `tail`, the shorter way round; 0
+// if the vertex ends the edge.
+inline int edges_between(const OutlineLink &vertex, const OutlineLink &tail)
+{
+  const int ahead = (tail.place - vertex.place + vertex.size) % vertex.size;
+  return std::min(ahead, vertex.size - 1 - ahead);
+}
 
 struct OutlineAtom {
   tagint tag;

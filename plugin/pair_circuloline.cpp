@@ -19,7 +19,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -6.0;    // of restart files; the first layout has delta here
+static constexpr double LAYOUT = -7.0;    // of restart files; the first layout has delta here
 
 // These are the keywords of pair_style, by Role; `contact` is that of vertices.
 static const std::string ROLES[] = {"contact", "walls", "disks", "flat"};
@@ -35,7 +35,8 @@ static ContactForm contact_form(LAMMPS *lmp, const char *name)
 
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
     Pair(lmp), in_use(), outline(nullptr),
-    candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), candidates_for(-1, -1),
+    candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), own_contacts(lmp),
+    candidates_for(-1, -1),
     user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
@@ -86,12 +87,12 @@ void PairCirculoline::allocate()
 }
 
 /* The command is: pair_style circuloline delta longest_edge, and then contact form, walls types,
-   disks types or flat types. */
+   disks types, flat types or self range. */
 void PairCirculoline::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
     error->all(FLERR, "{} needs: delta longest_edge [contact {}] [walls types] [disks types] [flat "
-               "types]", WHO, contact_form_names("|"));
+               "types] [self range]", WHO, contact_form_names("|"));
 
   delta = utils::numeric(FLERR, arg[0], false, lmp);
   laws.longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
@@ -100,6 +101,7 @@ void PairCirculoline::settings(int narg, char **arg)
     error->all(FLERR, "{}: longest edge {} must be positive", WHO, arg[1]);
 
   form = OUTLINE;
+  laws.near = 0.0;
   for (auto &types : role_types) types.clear();
   for (int k = 2; k < narg; k += 2) {
     const auto role = std::find(ROLES, ROLES + FLAT + 1, std::string(arg[k])) - ROLES;
@@ -107,9 +109,12 @@ void PairCirculoline::settings(int narg, char **arg)
       form = contact_form(lmp, arg[k + 1]);
     else if (role <= FLAT)
       role_types[role] = arg[k + 1];
+    else if (strcmp(arg[k], "self") == 0)
+      laws.near = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else
-      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls, disks or flat", WHO,
+      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls, disks, flat or self", WHO,
                  arg[k]);
+    if (laws.near < 0.0) error->all(FLERR, "{}: self {} must not be negative", WHO, arg[k + 1]);
   }
 
   // if the style is given again, types without a width or a form of their own take the new one
@@ -179,6 +184,7 @@ void PairCirculoline::set(int i, int j, double eps, double width, int of_pair)
 void PairCirculoline::init_style()
 {
   refuse_computes(lmp, WHO);
+  own_contacts.init(WHO, laws);
   lower_ghost_cutoff();
   outline = FixPolygonOutline::shared(lmp, WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
@@ -267,6 +273,7 @@ void *PairCirculoline::extract(const char *str, int &dim)
 double PairCirculoline::memory_usage()
 {
   double total = Pair::memory_usage() + bytes(ghosts, found, all_found, tags);
+  total += own_contacts.memory_usage();
   for (const auto &of_form : candidates) total += of_form.memory_usage();
   return total;
 }
@@ -305,6 +312,7 @@ void PairCirculoline::write_restart_settings(FILE *fp)
   write_value(fp, LAYOUT);
   write_value(fp, delta);
   write_value(fp, laws.longest_edge);
+  write_value(fp, laws.near);
   write_value(fp, form);
   write_value(fp, mix_flag);
   write_value(fp, user_cutoff);
@@ -321,6 +329,7 @@ void PairCirculoline::read_restart_settings(FILE *fp)
                "from a data file", WHO);
   read_everywhere(lmp, fp, &delta);
   read_everywhere(lmp, fp, &laws.longest_edge);
+  read_everywhere(lmp, fp, &laws.near);
   read_everywhere(lmp, fp, &form);
   read_everywhere(lmp, fp, &mix_flag);
   read_everywhere(lmp, fp, &user_cutoff);

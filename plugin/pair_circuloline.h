@@ -2,7 +2,7 @@
 #pragma once
 
 #include "atom.h"
-#include "contact_forms.h"
+#include "own_contacts.h"
 #include "pair.h"
 
 #include <array>
@@ -76,6 +76,7 @@ class PairCirculoline : public Pair {
 
   class FixPolygonOutline *outline;
   std::vector<ContactCandidates> candidates;    // one for each contact form
+  OwnContacts own_contacts;
   std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
   enum { FORCE, ENERGY = 2, VIRIAL, RETURNED = 6 };
   using Returned = std::array<double, RETURNED>;    // to a ghost's owner, if LAMMPS does not

@@ -76,6 +76,7 @@ template <class Act> void PairCirculoline::visit_contacts(Act act, double beyond
       for (std::size_t n = 0; n < count; n++) act(found[n]);
     }
   }
+  for (const Contact &contact : own_contacts.find(x, pair_laws)) act(contact);
 }
 
 const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
@@ -175,4 +176,6 @@ void PairCirculoline::find_candidates()
   check_special_bonds(lmp, WHO, laws);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
     if (in_use[k]) candidates[k].build(outline, list, laws, static_cast<ContactForm>(k));
+  laws.steps = laws.steps_of_range();
+  own_contacts.build(WHO, *outline, list, laws);
 }

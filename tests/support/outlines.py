@@ -102,6 +102,28 @@ def all_contacts(outlines, box, law):
                 yield Contact(*tags, (p.type, q.type), t, r, push, eps / 2 * (1 - d / width) ** 2)
 
 
+def own_contacts(one, near, law):
+    """Of a vertex with the edges of its own outline: the range is `near` for each edge between, up to the width.
+
+    Form outline takes the closest point of all edges with the full width, and each of the others.
+    """
+    eps, width, form = law(one.type, one.type)
+    n = len(one.points)
+    d, r, t = feet(one.points, *one.points[one.edges.T])
+    for k in range(n):
+        ahead = (np.arange(n) - k) % n  # edges from the vertex to the tail
+        between = np.minimum(ahead, n - 1 - ahead)
+        ranges = np.minimum(width, near * between)
+        touching = [e for e in range(n) if d[k, e] < ranges[e]]
+        if form == "outline":
+            rest = [e for e in touching if near * between[e] >= width]
+            touching = [e for e in touching if e not in rest] + sorted(rest, key=lambda e: d[k, e])[:1]
+        for e in touching:
+            push = eps / ranges[e] * (1 - d[k, e] / ranges[e]) * r[k, e] / d[k, e]
+            tags = (one.tags[k], *one.tags[one.edges[e]])
+            yield Contact(*tags, (one.type, one.type), t[k, e], r[k, e], push, eps / 2 * (1 - d[k, e] / ranges[e]) ** 2)
+
+
 # scenes --------------------------------------------------------------------------------------------------------------
 
 EPS = {RING: 1.7, WALL: 0.9, DISK: 2.5}
@@ -157,6 +179,7 @@ class Scene:
 
     outlines: list
     box: np.ndarray
+    near: float = 0.0  # `self` of pair style circuloline
 
     @property
     def starts(self):
@@ -170,7 +193,7 @@ class Scene:
 
     def shifted(self, by):
         """The whole moved by a vector."""
-        return Scene([replace(o, points=o.points + by) for o in self.outlines], self.box)
+        return replace(self, outlines=[replace(o, points=o.points + by) for o in self.outlines])
 
 
 def regular(corners, center, radius, a0=1.0):
@@ -236,12 +259,15 @@ def mixed(i, j):
 
 
 def contacts(state, laws=mixed, form="outline"):
-    """Of form outline every vertex meets every other outline once, at its closest point; a disk too; two disks once."""
+    """Of form outline every vertex meets every other outline once, at its closest point; a disk too; two disks once.
+    Those of outlines with themselves come last."""
     numbered = [
         replace(o, tags=np.arange(start, start + len(o.points)))
         for o, start in zip(state.outlines, state.starts[:-1], strict=True)
     ]
-    return list(all_contacts(numbered, np.diag(state.box), lambda i, j: (*laws(i, j), form)))
+    law = lambda i, j: (*laws(i, j), form)  # noqa: E731
+    of_rings = [c for o in numbered if state.near and o.type == RING for c in own_contacts(o, state.near, law)]
+    return [*all_contacts(numbered, np.diag(state.box), law), *of_rings]
 
 
 def area_force(points, ka, a0):
