@@ -280,7 +280,7 @@ void BlockCholesky<D>::make_panels(const std::vector<int> &parent, const std::ve
   lower.resize(rows);
   find_rows(parent);
   values.resize(room + PANEL_ROWS);
-  gathered.resize(TOGETHER * tallest);
+  gathered.resize(TOGETHER * padded(tallest));
   product.resize(std::max<std::size_t>(product.size(), PANEL_COLUMNS * padded(tallest)));
 }
 

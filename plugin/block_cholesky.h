@@ -103,7 +103,10 @@ template <int D> class BlockCholesky {
   bool eliminate(double shift, double least);
   void subtract_product(const Panel &);
   void round_values();
-  void solve_one(double *r, int apart);
+  template <class Number>
+  void solve_one(double *r, int apart, const Number *factors, DensePanels::Step<Number> *down,
+                 DensePanels::Step<Number> *up, std::vector<Number> &solved,
+                 std::vector<Number> &gathered);
   void solve_four(double *r, int apart, int count);
   double *column(const Panel &panel, int k) { return &values[panel.values + k * panel.stride]; }
 };

@@ -11,41 +11,52 @@ using namespace LAMMPS_NS;
 
 template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
 {
-  solve_one(r.data(), 1);
+  solve(r.data(), 1);
 }
 
 template <int D> void BlockCholesky<D>::solve(double *r, int count)
 {
   for (int k = 0; k < count; k += TOGETHER)
     if (k + 1 == count)
-      solve_one(r + k, count);
+      solve_one(r + k, count, values.data(), dense->down, dense->up, solved, gathered);
     else
       solve_four(r + k, count, std::min(TOGETHER, count - k));
 }
 
-template <int D> void BlockCholesky<D>::solve_one(double *r, int apart)
+/* The right-hand side is one of several that lie together: its numbers are `apart`. The numbers of a
+   panel are gathered side by side, like those of its columns. */
+template <int D>
+template <class Number>
+void BlockCholesky<D>::solve_one(double *r, int apart, const Number *factors,
+                                 DensePanels::Step<Number> *down, DensePanels::Step<Number> *up,
+                                 std::vector<Number> &solved, std::vector<Number> &gathered)
 {
   const int size = static_cast<int>(rank.size());
   solved.resize(std::max<std::size_t>(solved.size(), D * size));
   for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) solved[D * c + a] = r[apart * (D * row[c] + a)];
-  double *const x = gathered.data();
+    for (int a = 0; a < D; a++)
+      solved[D * c + a] = static_cast<Number>(r[apart * (D * row[c] + a)]);
+  Number *const x = gathered.data();
   const auto row_below = [&](const Panel &p, int n) { return &solved[D * lower[p.below + n]]; };
   const auto gather = [&](const Panel &p) {
-    for (int n = 0; n < p.rows; n++) std::copy_n(row_below(p, n), D, x + D * n);
+    Number *to = std::copy_n(&solved[D * p.begin], p.width(), x);
+    for (int n = 0; n < p.rows; n++, to += D) std::copy_n(row_below(p, n), D, to);
+    std::fill_n(to, PANEL_ROWS, Number(0));
   };
   for (const Panel &p : panels) {
     gather(p);
-    double *const own = &solved[D * p.begin];
-    dense->down[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, own, x);
+    down(factors + p.values, p.width(), p.height(), p.stride, x);
     if (!signs.empty())
-      for (int k = 0; k < p.width(); k++) own[k] *= signs[D * p.begin + k];
-    for (int n = 0; n < p.rows; n++) std::copy_n(x + D * n, D, row_below(p, n));
+      for (int k = 0; k < p.width(); k++) x[k] *= static_cast<Number>(signs[D * p.begin + k]);
+    std::copy_n(x, p.width(), &solved[D * p.begin]);
+    const Number *from = x + p.width();
+    for (int n = 0; n < p.rows; n++, from += D) std::copy_n(from, D, row_below(p, n));
   }
   for (std::size_t k = panels.size(); k-- > 0;) {
     const Panel &p = panels[k];
     gather(p);
-    dense->up[D - 1](&values[p.values], p.width(), D * p.rows, p.stride, &solved[D * p.begin], x);
+    up(factors + p.values, p.width(), p.height(), p.stride, x);
+    std::copy_n(x, p.width(), &solved[D * p.begin]);
   }
   for (int c = 0; c < size; c++)
     for (int a = 0; a < D; a++) r[apart * (D * row[c] + a)] = solved[D * c + a];
@@ -60,8 +71,7 @@ template <int D> void BlockCholesky<D>::round_values()
     for (int k = 0; k < p.width(); k++) {
       const double *const from = &values[p.values + k * p.stride];
       float *const to = &rounded[p.values + k * p.stride];
-      for (int r = k; r < p.height(); r++) to[r] = static_cast<float>(from[r]);
-      std::fill_n(to + p.height(), PANEL_ROWS, 0.0f);
+      for (int r = k; r < padded(p.height()); r++) to[r] = static_cast<float>(from[r]);
     }
   }
   few.resize(tallest + PANEL_ROWS);
@@ -71,33 +81,7 @@ template <int D> void BlockCholesky<D>::round_values()
 template <int D> void BlockCholesky<D>::solve_roughly(std::vector<double> &r)
 {
   if (!values_rounded) round_values();
-  const int size = static_cast<int>(rank.size());
-  rough.resize(D * size);
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) rough[D * c + a] = static_cast<float>(r[D * row[c] + a]);
-  const auto gather = [&](const Panel &p) {
-    std::copy_n(&rough[D * p.begin], p.width(), few.data());
-    float *const below = few.data() + p.width();
-    for (int n = 0; n < p.rows; n++)
-      for (int a = 0; a < D; a++) below[D * n + a] = rough[D * lower[p.below + n] + a];
-    std::fill_n(below + D * p.rows, PANEL_ROWS, 0.0f);
-  };
-  for (const Panel &p : panels) {
-    gather(p);
-    dense->down_rough(&rounded[p.values], p.width(), p.height(), p.stride, few.data());
-    std::copy_n(few.data(), p.width(), &rough[D * p.begin]);
-    const float *const below = few.data() + p.width();
-    for (int n = 0; n < p.rows; n++)
-      for (int a = 0; a < D; a++) rough[D * lower[p.below + n] + a] = below[D * n + a];
-  }
-  for (std::size_t k = panels.size(); k-- > 0;) {
-    const Panel &p = panels[k];
-    gather(p);
-    dense->up_rough(&rounded[p.values], p.width(), p.height(), p.stride, few.data());
-    std::copy_n(few.data(), p.width(), &rough[D * p.begin]);
-  }
-  for (int c = 0; c < size; c++)
-    for (int a = 0; a < D; a++) r[D * row[c] + a] = rough[D * c + a];
+  solve_one(r.data(), 1, rounded.data(), dense->down_rough, dense->up_rough, rough, few);
 }
 
 template <int D> void BlockCholesky<D>::solve_four(double *r, int apart, int count)

@@ -20,6 +20,7 @@ using ManyFloats = float __attribute__((vector_size(32), aligned(4), may_alias))
 
 namespace any_processor {
   using Wide = Two;
+  using Double = Two;
   using Single = Floats;
   static constexpr int TILE = 4, TILE_ROWS = 4;
 #include "dense_panel_code.h"
@@ -31,6 +32,7 @@ namespace any_processor {
 #pragma GCC target("avx2")
 namespace avx2 {
   using Wide = Four;
+  using Double = Four;
   using Single = ManyFloats;
   static constexpr int TILE = 4, TILE_ROWS = 8;
 #include "dense_panel_code.h"
@@ -40,6 +42,7 @@ namespace avx2 {
 #pragma GCC target("avx512f,prefer-vector-width=256")
 namespace avx512 {
   using Wide = Eight;
+  using Double = Four;
   using Single = ManyFloats;
   static constexpr int TILE = 8, TILE_ROWS = 8;
 #include "dense_panel_code.h"

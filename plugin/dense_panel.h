@@ -6,9 +6,10 @@
 namespace LAMMPS_NS {
 
 /* Factors consist of dense panels: `width` columns of `height` numbers, column by column, `stride`
-   apart. The first `width` rows are a lower triangle. Numbers above the diagonal or beyond the
-   height have no meaning. The diagonal of factors holds reciprocals. Factors are L S L^T: S = 1 of
-   a positive definite matrix; of another one S holds signs. */
+   apart, with room for PANEL_ROWS more numbers below each. The first `width` rows are a lower
+   triangle. Numbers above the diagonal have no meaning, and in a matrix those below the height have
+   none; in factors these are zeros, and the diagonal holds reciprocals. Factors are L S L^T: S = 1
+   of a positive definite matrix; of another one S holds signs. */
 using Stride = std::ptrdiff_t;
 inline constexpr int PANEL_ROWS = 8;    // are read and written together, beyond the height too
 inline constexpr int PANEL_COLUMNS = 32;    // of a product that are found together
@@ -26,22 +27,22 @@ struct DensePanels {
   // are `apart` from each other.
   using Multiply = void(const double *rows, int width, int height, Stride stride,
                         const double *signs, double *product, Stride apart);
-  // Take one step of solving with L and with L^T, in blocks of 1 to 3 columns. `own`, of `width`
-  // numbers, belongs to the columns, and `below` to the rows that follow.
-  using Down = void(const double *panel, int width, int rows, Stride stride, double *own,
-                    double *below);
-  using Up = void(const double *panel, int width, int rows, Stride stride, double *own,
-                  const double *below);
-  // Take these steps in single precision. `numbers` are those of the columns and of the rows that
-  // follow. They and the panel hold zeros in PANEL_ROWS rows beyond the height.
-  using Rough = void(const float *panel, int width, int height, Stride stride, float *numbers);
+  // Take one step of solving with L, down, or with L^T, up. `numbers` are those of the columns and
+  // of the rows that follow, and then PANEL_ROWS zeros.
+  template <class Number>
+  using Step = void(const Number *panel, int width, int height, Stride stride, Number *numbers);
+  // Take these steps for TOGETHER right-hand sides. `own`, of `width` rows, belongs to the columns,
+  // and `below` to the rows that follow.
+  using DownFour = void(const double *panel, int width, int rows, Stride stride, double *own,
+                        double *below);
+  using UpFour = void(const double *panel, int width, int rows, Stride stride, double *own,
+                      const double *below);
   Factorise *factorise, *factorise_signed;
   Multiply *multiply, *multiply_signed;
-  Down *down[3];
-  Up *up[3];
-  Down *down_four;
-  Up *up_four;
-  Rough *down_rough, *up_rough;
+  Step<double> *down, *up;
+  Step<float> *down_rough, *up_rough;
+  DownFour *down_four;
+  UpFour *up_four;
 };
 
 const DensePanels &dense_panels();

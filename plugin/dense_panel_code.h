@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Included by dense_panel.cpp once for each kind of processor: `Wide` and `Single` are the types of
-// its vectors; its registers hold the sums of TILE columns and TILE_ROWS rows. Sums have one order
-// in all of them.
+// Included by dense_panel.cpp once for each kind of processor: `Wide` are its vectors for factors,
+// `Double` and `Single` those for solutions; its registers hold the sums of TILE columns and
+// TILE_ROWS rows. Sums have one order in all of them.
 
 static constexpr int LANES = sizeof(Wide) / sizeof(double);
 static constexpr int PIECES = TILE_ROWS / LANES;    // vectors in a column of a tile
@@ -111,6 +111,7 @@ static int factorise(double *panel, int width, int height, Stride stride, double
       const double reciprocal = own[c] = 1.0 / std::sqrt(pivot);
       const double scale = SIGNED ? signs[c] * reciprocal : reciprocal;
       for (int r = c + 1; r < height; r++) own[r] *= scale;
+      std::fill_n(own + height, PANEL_ROWS, 0.0);
     }
   }
   return width;
@@ -131,43 +132,6 @@ static void multiply(const double *rows, int width, int height, Stride stride, c
     for (int r = first; r < height; r += PANEL_ROWS)
       add_rows<COLUMNS, SIGNED>(rows + r, rows + first, width, stride, stride, signs, true,
                                 product + first * apart + r, apart);
-}
-
-template <int D>
-static void down(const double *panel, int width, int rows, Stride stride, double *__restrict own,
-                 double *__restrict below)
-{
-  for (int c = 0; c < width; c += D, panel += D * stride) {
-    double x[D];
-    for (int a = 0; a < D; a++) {
-      x[a] = own[c + a];
-      for (int b = 0; b < a; b++) x[a] -= panel[b * stride + c + a] * x[b];
-      own[c + a] = x[a] *= panel[a * stride + c + a];
-    }
-    for (int r = c + D; r < width; r++)
-      for (int b = 0; b < D; b++) own[r] -= x[b] * panel[b * stride + r];
-    for (int r = 0; r < rows; r++)
-      for (int b = 0; b < D; b++) below[r] -= x[b] * panel[b * stride + width + r];
-  }
-}
-
-template <int D>
-static void up(const double *panel, int width, int rows, Stride stride, double *__restrict own,
-               const double *__restrict below)
-{
-  for (int c = width - D; c >= 0; c -= D) {
-    const double *const column = panel + c * stride;
-    double sums[D] = {};
-#pragma omp simd reduction(+ : sums[:D])
-    for (int r = 0; r < rows; r++)
-      for (int b = 0; b < D; b++) sums[b] += column[b * stride + width + r] * below[r];
-    for (int r = c + D; r < width; r++)
-      for (int b = 0; b < D; b++) sums[b] += column[b * stride + r] * own[r];
-    for (int b = D - 1; b >= 0; b--) {
-      for (int a = b + 1; a < D; a++) sums[b] += column[b * stride + c + a] * own[c + a];
-      own[c + b] = (own[c + b] - sums[b]) * column[b * stride + c + b];
-    }
-  }
 }
 
 #define four(numbers, row) (*reinterpret_cast<const Four *>((numbers) + TOGETHER * (row)))
@@ -217,76 +181,89 @@ static void up_four(const double *panel, int width, int rows, Stride stride, dou
   FOUR(own, 0) = (four(own, 0) - x) * panel[0];
 }
 
-#define single(from) (*reinterpret_cast<const Single *>(from))
-#define SINGLE(to) (*reinterpret_cast<Single *>(to))
+#define piece(from) (*reinterpret_cast<const Vector *>(from))
+#define PIECE(to) (*reinterpret_cast<Vector *>(to))
 
-static constexpr int SINGLES = sizeof(Single) / sizeof(float);
-static constexpr int PARTS = PANEL_ROWS / SINGLES;    // vectors in PANEL_ROWS numbers
-
-template <int COUNT>
-static ALWAYS_INLINE void take_down(const float *column, int height, Stride stride, float *numbers)
+/* COUNT columns at once. The rows that follow are taken in the order of the columns, so that the
+   digits do not depend on COUNT. */
+template <class Vector, int COUNT, class Number>
+static ALWAYS_INLINE void take_down(const Number *column, int height, Stride stride,
+                                    Number *numbers)
 {
-  float x[COUNT];
+  Number x[COUNT];
   for (int a = 0; a < COUNT; a++) {
     x[a] = numbers[a];
     for (int b = 0; b < a; b++) x[a] -= column[b * stride + a] * x[b];
     numbers[a] = x[a] *= column[a * stride + a];
   }
-  for (int r = COUNT; r < height; r += SINGLES) {
-    Single sum = single(column + r) * x[0];
+  for (int r = COUNT; r < height; r += sizeof(Vector) / sizeof(Number)) {
+    Vector left = piece(numbers + r);
 #pragma GCC unroll 4
-    for (int b = 1; b < COUNT; b++) sum += single(column + b * stride + r) * x[b];
-    SINGLE(numbers + r) -= sum;
+    for (int b = 0; b < COUNT; b++) left -= piece(column + b * stride + r) * x[b];
+    PIECE(numbers + r) = left;
   }
 }
 
-template <int COUNT>
-static ALWAYS_INLINE void take_up(const float *column, int height, Stride stride, float *numbers)
+/* The sum of each column is that of 4 or 8 sums, which take turns, whatever the vectors hold. */
+template <class Vector, int COUNT, class Number>
+static ALWAYS_INLINE void take_up(const Number *column, int height, Stride stride, Number *numbers)
 {
-  Single sums[COUNT][PARTS] = {};
-  for (int r = COUNT; r < height; r += PANEL_ROWS)
+  constexpr int LENGTH = sizeof(Vector) / sizeof(Number);
+  constexpr int TURNS = 32 / sizeof(Number), PARTS = TURNS / LENGTH;
+  Vector sums[COUNT][PARTS] = {};
+  for (int r = COUNT; r < height; r += TURNS)
 #pragma GCC unroll 4
     for (int b = 0; b < COUNT; b++)
 #pragma GCC unroll 2
       for (int p = 0; p < PARTS; p++)
-        sums[b][p] += single(column + b * stride + r + p * SINGLES) *
-            single(numbers + r + p * SINGLES);
+        sums[b][p] +=
+            piece(column + b * stride + r + p * LENGTH) * piece(numbers + r + p * LENGTH);
 #pragma GCC unroll 4
   for (int b = COUNT - 1; b >= 0; b--) {
-    float parts[PANEL_ROWS];
-    for (int p = 0; p < PARTS; p++) SINGLE(parts + p * SINGLES) = sums[b][p];
-    const Floats half = *reinterpret_cast<Floats *>(parts) + *reinterpret_cast<Floats *>(parts + 4);
-    float sum = (half[0] + half[2]) + (half[1] + half[3]);
-    for (int a = b + 1; a < COUNT; a++) sum += column[b * stride + a] * numbers[a];
-    numbers[b] = (numbers[b] - sum) * column[b * stride + b];
+    Number parts[TURNS];
+    for (int p = 0; p < PARTS; p++) PIECE(parts + p * LENGTH) = sums[b][p];
+#pragma GCC unroll 3
+    for (int half = TURNS / 2; half > 0; half /= 2)
+#pragma GCC unroll 4
+      for (int k = 0; k < half; k++) parts[k] += parts[k + half];
+    Number left = numbers[b] - parts[0];
+#pragma GCC unroll 4
+    for (int a = COUNT - 1; a > b; a--) left -= column[b * stride + a] * numbers[a];
+    numbers[b] = left * column[b * stride + b];
   }
 }
 
-static void down_rough(const float *panel, int width, int height, Stride stride, float *numbers)
+template <class Vector, class Number>
+static void down(const Number *panel, int width, int height, Stride stride, Number *numbers)
 {
   int c = 0;
   for (; c + 4 <= width; c += 4)
-    take_down<4>(panel + c * (stride + 1), height - c, stride, numbers + c);
-  const auto rest = width - c == 1 ? take_down<1> : width - c == 2 ? take_down<2> : take_down<3>;
-  if (c < width) rest(panel + c * (stride + 1), height - c, stride, numbers + c);
+    take_down<Vector, 4>(panel + c * (stride + 1), height - c, stride, numbers + c);
+  panel += c * (stride + 1);
+  if (width - c == 3) take_down<Vector, 3>(panel, height - c, stride, numbers + c);
+  if (width - c == 2) take_down<Vector, 2>(panel, height - c, stride, numbers + c);
+  if (width - c == 1) take_down<Vector, 1>(panel, height - c, stride, numbers + c);
 }
 
-static void up_rough(const float *panel, int width, int height, Stride stride, float *numbers)
+template <class Vector, class Number>
+static void up(const Number *panel, int width, int height, Stride stride, Number *numbers)
 {
   int c = width - width % 4;
-  const auto rest = width - c == 1 ? take_up<1> : width - c == 2 ? take_up<2> : take_up<3>;
-  if (c < width) rest(panel + c * (stride + 1), height - c, stride, numbers + c);
+  const Number *const last = panel + c * (stride + 1);
+  if (width - c == 3) take_up<Vector, 3>(last, height - c, stride, numbers + c);
+  if (width - c == 2) take_up<Vector, 2>(last, height - c, stride, numbers + c);
+  if (width - c == 1) take_up<Vector, 1>(last, height - c, stride, numbers + c);
   while ((c -= 4) >= 0)
-    take_up<4>(panel + c * (stride + 1), height - c, stride, numbers + c);
+    take_up<Vector, 4>(panel + c * (stride + 1), height - c, stride, numbers + c);
 }
 
-#undef single
-#undef SINGLE
+#undef piece
+#undef PIECE
 #undef four
 #undef FOUR
 #undef wide
 #undef WIDE
 
 static constexpr DensePanels FUNCTIONS = {
-    factorise<false>, factorise<true>, multiply<false>, multiply<true>, down<1>, down<2>, down<3>,
-    up<1>, up<2>, up<3>, down_four, up_four, down_rough, up_rough};
+    factorise<false>, factorise<true>, multiply<false>, multiply<true>, down<Double>, up<Double>,
+    down<Single>, up<Single>, down_four, up_four};
