@@ -5,15 +5,20 @@
 #include "bond_line_tension.h"
 #include "command_descend.h"
 #include "command_forces.h"
+#include "command_given.h"
+#include "command_law.h"
 #include "command_order.h"
+#include "command_quiet.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
 #include "fix_overdamped.h"
 #include "fix_polygon_area.h"
 #include "fix_polygon_outline.h"
+#include "input.h"
 #include "lammps.h"
 #include "pair_circuloline.h"
 #include "pair_disk_drag.h"
+#include "variable.h"
 
 using namespace LAMMPS_NS;
 
@@ -73,6 +78,10 @@ static constexpr PluginStyle STYLES[] = {
     {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>,
      nullptr},
     {"command", "jamlab/order", "atoms as a data file leaves them", &create<CommandOrder>, nullptr},
+    {"command", "jamlab/given", "variables that decks do not take", &create<CommandGiven>, nullptr},
+    {"command", "jamlab/law", "force law of a data file of jamlab", &create<CommandLaw>, nullptr},
+    {"command", "jamlab/quiet", "tables and warnings alone on the screen", &create<CommandQuiet>,
+     nullptr},
 };
 
 void jamlab_register(void *lmp, void *handle, void *regfunc)
@@ -93,4 +102,8 @@ void jamlab_register(void *lmp, void *handle, void *regfunc)
       plugin.creator.v2 = style.create_from_arguments;
     add(&plugin, lmp);
   }
+
+  // decks ask for it by is_defined(), since is_available() stops at a command that LAMMPS lacks
+  Variable *const variable = static_cast<LAMMPS *>(lmp)->input->variable;
+  if (variable->find("jamlab_plugin") < 0) variable->set("jamlab_plugin string yes");
 }

@@ -6,8 +6,8 @@ DECKS = (
     Argument("data", "Data file of the packing.", "path"),
     Argument("dir", "Folder of the deck.", "path", default="."),
     Argument("quote", "Sign around names of files.", "text"),
+    Argument("quiet", "Leave tables, warnings and errors alone on the screen.", "choice", choices=("yes", "no")),
     Argument("strict", "End at a state that is no minimum.", "choice", choices=("yes", "no")),
-    Argument("section", "Section of the deck that goes on.", "text"),
     Argument("d1", "Diameter of small disks.", "number"),
     Argument("d2", "Diameter of large disks.", "number"),
     Argument(

@@ -262,7 +262,7 @@ def offered(known: Mapping[str, str]) -> list[str]:
 
     unused = set(defaults("onset")) if "data" in known else set()  # a packing that is read has no search for onset
     unused |= {"lever_arms", "even"} if known.get("model") == DROPLETS.name else {"short_edge"}
-    return sorted(known.keys() - unused - {"dir", "model", "quote", "table", "section", "strict"})
+    return sorted(known.keys() - unused - {"dir", "model", "quote", "quiet", "table", "strict"})
 
 
 def _rules(path: Path) -> dict[str, tuple[str, Callable[[str], bool]]]:
@@ -304,7 +304,8 @@ def _rule(limits: str) -> tuple[str, Callable[[str], bool]]:
         except ValueError:
             return False
         inside = float(least) <= value <= float(most) and (bracket == "[" or value > float(least))
-        return inside and (kind is None or value % (2 if kind == "even" else 1) == 0)
+        # LAMMPS counts by numbers without an exponent
+        return inside and (kind is None or (text.lstrip("+-").isdecimal() and value % (2 if kind == "even" else 1) == 0))
 
     words = {None: "a number", "whole": "a whole number", "even": "an even number"}[kind]
-    return f"{words} in {bracket}{least}, {most}]", good
+    return f"{words} in {bracket}{least}, {most}]{'' if kind is None else ', all digits written'}", good

@@ -393,9 +393,11 @@ class Session(Hinted):
         with scratch_folder() as folder:
             file = folder / "packing.data"
             write_data(file, packing, described=False)
-            with plain_name(file) as name, plain_name(packing.kind.part) as part:
+            with plain_name(file) as name:
                 self.set_variables(settings | {"data": name})
-                self._run(f"include {part}")
+                for each in packing.kind.engine_parts:
+                    with plain_name(each) as part:
+                        self._run(f"include {part}")
         if not packing.frame.all_free:
             fixed = 1 + np.flatnonzero(packing.frame.fixed_sites)
             for some in np.array_split(fixed, 1 + len(fixed) // 1000):

@@ -162,6 +162,10 @@ class Disks(Model[Packing]):
     def part(self) -> Path:
         return installed_file("lammps_inputs", "parts/sp")
 
+    @property
+    def engine_parts(self) -> tuple[Path, ...]:
+        return tuple(installed_file("lammps_inputs", f"parts/{name}") for name in ("sp_of_python", "disk_pairs"))
+
     def check_for_lammps(self, packing: Packing) -> None:
         if packing.frame.is_flat and not packing.law.deck_part:
             raise EngineError(

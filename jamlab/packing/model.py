@@ -260,6 +260,12 @@ class Lammps(State[P]):
         with the name of the model."""
         self.lacks("part")
 
+    @property
+    def engine_parts(self) -> tuple[Path, ...]:
+        """Files that the engine includes, one after the other, to read a packing and its force law; by default the
+        `part`."""
+        return (self.part,)
+
     def check_for_lammps(self, packing: P) -> None:
         """Refuse a packing that LAMMPS would misread; by default none."""
 

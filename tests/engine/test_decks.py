@@ -21,7 +21,7 @@ from jamlab.protocols.random_start import droplet_cell, droplet_params, place_dr
 from jamlab.rheology.damping import DRAG_LIMITS
 
 DECKS = sorted(path.name for path in installed("lammps_inputs").glob("in.*"))
-FREE = {"data", "out", "dir", "model", "table", "section", "strict", "quote"}  # texts, and what jamlab deck sets
+FREE = {"data", "out", "dir", "model", "table", "strict", "quote", "quiet"}  # texts, and what jamlab deck sets
 
 
 def stress_of(packing):
@@ -114,11 +114,56 @@ def test_a_search_without_minima_ends(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "settings", [{"n": 7}, {"step": 0}, {"data": "packing.data"}], ids=["odd", "no step", "law unknown"]
+    ("deck", "settings", "words"),
+    [
+        ("sp.jam", {"n": -4}, "n = -4: must be an even number in [2, 1e6]"),
+        ("sp.jam", {"n": "1e2"}, "n = 1e2: must be an even number in [2, 1e6], all digits written"),
+        ("sp.jam", {"step": 0}, "step = 0: must be a number in (0, 1]"),
+        ("sp.jam", {"phi": 0.8}, "-var phi: the deck sets it itself"),
+        ("sp.jam", {"ratio": 1.2, "untis": "k"}, "-var ratio: no such variable; give size_ratio"),
+        ("sp.jam", {"untis": "k"}, "-var untis: no such variable; give units"),
+        ("sp.jam", {"minimizer": "sd"}, "minimizer = sd: must be one of cg | fire"),
+        ("sp.jam", {"force_tolerance": 1e-6}, "-var u_contact 1e-10 -var u_jammed 1e-08"),
+        ("dp.jam", {"n": 4, "force_tolerance": 1e-4}, "-var u_contact 1e-06 -var u_jammed 0.0001"),
+        ("dp.jam", {"units": "k"}, "units = k: droplets have eps"),
+        ("sp.startup", {"data": "packing.data", "rate": 0}, "rate = 0: must be a number in [1e-12, 1000]"),
+        ("sp.shear", {"data": "packing.data", "size_ratio": 1.2}, "was made with 1.4; leave it out"),
+        ("sp.shear", {"data": "packing.data", "units": "k"}, "units = k: packing.data was made with eps"),
+        ("sp.shear", {"data": "packing.data", "d2": 2}, "d2 = 2: packing.data was made with 1.1666"),
+        ("dp.shear", {"data": "packing.data"}, "data = packing.data: it holds disks, but this deck takes droplets"),
+        ("sp.shear", {"data": "sp.dump"}, "data = sp.dump: no data file of LAMMPS"),
+        ("sp.shear", {"data": "absent.data"}, "there is no file absent.data: give -var data FILE"),
+        ("sp.shear", {"data": "plain.data"}, "plain.data says no law"),
+    ],
 )
-def test_a_deck_alone_refuses(given, settings):
-    run("in.sp.shear" if "data" in settings else "in.sp.jam", given, code=1, law=False, **settings)
-    assert not list(given.glob("sp.*data"))
+def test_a_deck_alone_refuses(given, deck, settings, words):
+    """On the screen, in the log and in the table; nothing else has run, and no file is made."""
+    lines = (given / "packing.data").read_text().splitlines(keepends=True)
+    (given / "plain.data").write_text("".join(line for line in lines if not line.startswith(("# jamlab", "1 1", "2 1"))))
+    files = set(given.iterdir())
+    out = run(f"in.{deck}", given, code=1, law=False, table="t.txt", words=("-log", "log"), **settings)
+    assert [words in (given / name).read_text() for name in ("log", "t.txt")] == [True, True]
+    assert f"{words}" in out and "Loop time" not in out
+    assert {path.name for path in set(given.iterdir()) - files} == {"log", "t.txt"}
+
+
+def test_a_deck_reads_the_law_of_a_file_and_prints_tables_alone(given, dense):
+    """Law and sizes need not be given; what LAMMPS prints is in the log."""
+    out = run("in.sp.shear", given, law=False, data="packing.data", words=("-log", "log"))
+    assert number("modulus G_xy", out) == pytest.approx(jamlab.shear_modulus(dense, direction="simple"), rel=1e-3)
+    assert len(out.splitlines()) < 12 and "Loop time" not in out
+    log = (given / "log").read_text()
+    assert "Loop time" in log and "relaxed shear modulus" in log
+    assert "Loop time" in run("in.sp.shear", given, data="packing.data", quiet="no")
+
+
+def test_lammps_without_the_plugin_runs_decks_of_disks(given, monkeypatch):
+    """It checks no variables, and says so; a file of other sizes is no state at rest."""
+    monkeypatch.setattr(deck_runs, "program_environment", lambda: {"LAMMPS_PLUGIN_PATH": ""})
+    out = run("in.sp.jam", given, n=4, to=0.87, gama=1, out="x")
+    assert re.search(r"NOT CHECKED.*\n(.*\n)*Variable.* gama", out) and "Loop time" in out
+    run("in.sp.shear", given, law=False, data="packing.data", units="eps", size_ratio=1.2)
+    assert re.search("^NOT AT REST: packing.data has forces up to 0.1", (given / "sp.txt").read_text(), re.MULTILINE)
 
 
 def test_copied_decks_use_their_own_parts(tmp_path):
@@ -144,12 +189,11 @@ def test_decks_run_in_a_folder_of_any_name(tmp_path, deck):
     settings = [word for name, value in short.items() for word in (f"--{name.replace('_', '-')}", value)]
     done = call(folder, "deck", deck, *settings)
     assert done.exit_code == 0, done.stderr
-    line = [deck_runs.LMP, "-in", f"{ODD}/{deck}", "-var", "dir", ODD, "-screen", "none", "-log", "none"]
+    line = [deck_runs.LMP, "-in", f"{ODD}/{deck}", "-var", "dir", ODD]
     line += [word for name, value in short.items() for word in ("-var", name, str(value))]
-    alone = subprocess.run(
-        [*line, "-var", "table", "/dev/stdout"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert alone.returncode == 0 and alone.stdout.splitlines()[-1] in done.stdout
+    alone = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert alone.returncode == 0 and alone.stdout.splitlines()[-2] in done.stdout
+    assert len(alone.stdout.splitlines()) < 60 < (tmp_path / "log.lammps").read_text().count("\n")
 
 
 def test_decks_in_a_folder_with_a_quotation_mark_are_refused_by_name(tmp_path):

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "command_given.h"
+
+#include "comm.h"
+#include "deck_refusals.h"
+#include "deck_text.h"
+#include "error.h"
+#include "input.h"
+#include "lammps.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+/* The files that LAMMPS is reading, the deck first, which its input keeps to itself. */
+struct OpenFiles : Input {
+  static std::vector<FILE *> of(Input *input)
+  {
+    FILE **const files = input->*(&OpenFiles::infiles);
+    return {files, files + input->*(&OpenFiles::nfile)};
+  }
+};
+
+/* All of a file, whose place of reading stays; "" if it cannot be read twice, as a pipe. */
+std::string text_of(FILE *file)
+{
+  const long place = ftell(file);
+  std::string text;
+  if (place < 0 || fseek(file, 0, SEEK_SET)) return text;
+  for (int c = fgetc(file); c != EOF; c = fgetc(file)) text += static_cast<char>(c);
+  fseek(file, place, SEEK_SET);
+  return text;
+}
+
+/* Whether a formula reads a variable, as v_NAME or ${NAME}. */
+bool reads(const std::string &formula, const std::string &name)
+{
+  return formula.find("v_" + name) != std::string::npos ||
+         formula.find("${" + name + "}") != std::string::npos;
+}
+
+/* What is wrong with the variables that exist. The deck is the first of the open files that asks
+   for this; those before it are of a user, who may define what he likes. */
+std::vector<std::string> refusals(LAMMPS *lmp)
+{
+  const auto values = texts_of_variables(lmp);
+  const auto value = [&values](const std::string &name) {
+    const auto found = values.find(name);
+    return found == values.end() ? "" : found->second;
+  };
+  DeckText user, deck;
+  bool in_deck = false;
+  for (FILE *file : OpenFiles::of(lmp->input)) {
+    const auto text = text_of(file);
+    in_deck |= text.find("parts/start\"") != text.npos || text.find("jamlab/given") != text.npos;
+    (in_deck ? deck : user).read(text, value);
+  }
+  std::vector<std::string> wrong;
+  for (const auto &[name, text] : values) {
+    const bool read = std::any_of(values.begin(), values.end(), [&name = name](const auto &each) {
+      return each.first != name && reads(each.second, name);
+    });
+    if (read || user.takes(name) || user.computes(name) || name == "jamlab_plugin") continue;
+    const auto rule = deck.must_be(name, text);
+    if (!rule.empty())
+      wrong.push_back(fmt::format("{} = {}: must be {}", name, text, rule));
+    else if (deck.computes(name))
+      wrong.push_back(fmt::format("-var {}: the deck sets it itself; leave it out", name));
+    else if (!deck.takes(name))
+      wrong.push_back(fmt::format("-var {}: no such variable; {}", name, deck.meant(name)));
+  }
+  return wrong;
+}
+
+}    // namespace
+
+void CommandGiven::command(int narg, char ** /*arg*/)
+{
+  if (narg) error->all(FLERR, "jamlab/given takes no arguments");
+  end_if_refused(lmp, comm->me == 0 ? refusals(lmp) : std::vector<std::string>());
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+/* Values of the variables that are texts: all but formulas. */
+std::map<std::string, std::string> texts_of_variables(LAMMPS *lmp);
+
+/* Ends LAMMPS with code 1, as decks do, if rank 0 has found anything wrong: each on the screen, in
+   the log and in the file `table`, if that variable exists. */
+void end_if_refused(LAMMPS *lmp, const std::vector<std::string> &wrong);
+
+}    // namespace LAMMPS_NS
