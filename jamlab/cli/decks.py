@@ -305,7 +305,9 @@ def _rule(limits: str) -> tuple[str, Callable[[str], bool]]:
             return False
         inside = float(least) <= value <= float(most) and (bracket == "[" or value > float(least))
         # LAMMPS counts by numbers without an exponent
-        return inside and (kind is None or (text.lstrip("+-").isdecimal() and value % (2 if kind == "even" else 1) == 0))
+        return inside and (
+            kind is None or (text.lstrip("+-").isdecimal() and value % (2 if kind == "even" else 1) == 0)
+        )
 
     words = {None: "a number", "whole": "a whole number", "even": "an even number"}[kind]
     return f"{words} in {bracket}{least}, {most}]{'' if kind is None else ', all digits written'}", good
