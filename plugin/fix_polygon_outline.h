@@ -6,6 +6,7 @@
 #include "molecule_outline.h"
 #include "vector_bytes.h"
 
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -62,7 +63,8 @@ class FixPolygonOutline : public Fix {
   std::vector<ImageOffset> images;
   std::vector<tagint> tags;    // of atoms and ghosts at the last refresh
   std::vector<int> successor, predecessor;
-  inline static bigint all_rebuilds = 0;    // of all instances: users may unfix one
+  // of all instances, in all threads: users may unfix one
+  inline static std::atomic<bigint> all_rebuilds{0};
   bool unread;
   bigint rebuilds, refreshed;
   std::pair<bigint, bigint> refreshed_for;    // lists

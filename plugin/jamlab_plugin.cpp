@@ -54,9 +54,14 @@ static void *create(void *lmp, Arguments... arguments)
   return new Style(static_cast<LAMMPS *>(lmp), arguments...);
 }
 
+template <class Style> static Command *create_command(LAMMPS *lmp)
+{
+  return new Style(lmp);
+}
+
 struct PluginStyle {
   const char *kind, *name, *info;
-  lammpsplugin_factory1 create;                   // of pair, bond and command styles
+  lammpsplugin_factory1 create;                   // of pair and bond styles
   lammpsplugin_factory2 create_from_arguments;    // of fix and compute styles
 };
 
@@ -73,15 +78,6 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygonContact>},
     {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles",
      nullptr, &create<FixPolygonOutline>},
-    {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>,
-     nullptr},
-    {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>,
-     nullptr},
-    {"command", "jamlab/order", "atoms as a data file leaves them", &create<CommandOrder>, nullptr},
-    {"command", "jamlab/given", "variables that decks do not take", &create<CommandGiven>, nullptr},
-    {"command", "jamlab/law", "force law of a data file of jamlab", &create<CommandLaw>, nullptr},
-    {"command", "jamlab/quiet", "tables and warnings alone on the screen", &create<CommandQuiet>,
-     nullptr},
 };
 
 void jamlab_register(void *lmp, void *handle, void *regfunc)
@@ -106,4 +102,13 @@ void jamlab_register(void *lmp, void *handle, void *regfunc)
   // decks ask for it by is_defined(), since is_available() stops at a command that LAMMPS lacks
   Variable *const variable = static_cast<LAMMPS *>(lmp)->input->variable;
   if (variable->find("jamlab_plugin") < 0) variable->set("jamlab_plugin string yes");
+
+  // As plugins, LAMMPS would register them again at every clear command and warn that they are there.
+  auto &commands = *static_cast<LAMMPS *>(lmp)->input->command_map;
+  commands["jamlab/forces"] = &create_command<CommandForces>;
+  commands["jamlab/descend"] = &create_command<CommandDescend>;
+  commands["jamlab/order"] = &create_command<CommandOrder>;
+  commands["jamlab/given"] = &create_command<CommandGiven>;
+  commands["jamlab/law"] = &create_command<CommandLaw>;
+  commands["jamlab/quiet"] = &create_command<CommandQuiet>;
 }

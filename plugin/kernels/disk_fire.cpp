@@ -268,14 +268,14 @@ class Minimizer {
         if (!all.fits(skin)) failure = BOX_TOO_SMALL;
         else if (!all.sort()) failure = NOT_FINITE;
       }
-    } catch (const std::bad_alloc &) {
+    } catch (...) {  // length_error too
       failure = jamlab::NO_MEMORY;
     }
     team.meet();
     if (failure) return;
     try {
       each(k, [&](int s) { all.list(all.shares[s], skin); });
-    } catch (const std::bad_alloc &) {
+    } catch (...) {  // length_error too
       failure = jamlab::NO_MEMORY;
     }
     team.meet();

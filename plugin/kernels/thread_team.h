@@ -5,7 +5,6 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -39,7 +38,8 @@ class ThreadTeam {
     asleep.fetch_sub(1);
   }
 
-  // Runs work(0) .. work(members - 1), which must not throw; false: threads lack, none has run.
+  // Runs work(0) .. work(members - 1), which must not throw; false: threads or memory lack, none has
+  // run.
   template <class Work> bool run(Work work)
   {
     std::vector<std::thread> others;
@@ -52,7 +52,7 @@ class ThreadTeam {
           if (start.load(std::memory_order_acquire) > 0) work(k);
         });
       start.store(1, std::memory_order_release);
-    } catch (const std::system_error &) {
+    } catch (...) {  // those that wait must end, whatever it is
       start.store(-1, std::memory_order_release);
     }
     const bool started = start.load() > 0;
