@@ -1,5 +1,9 @@
 """FIRE over disks in compiled code: LAMMPS' own steps, on any number of threads, and the box as coordinates."""
 
+import shutil
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -153,6 +157,45 @@ def test_positions_that_no_box_holds_are_refused(random_disks):
     object.__setattr__(start, "positions", far)
     with pytest.raises(EngineError):
         fire_disks(start, 1e-9, 10)
+
+
+TEAM = r"""
+#include "kernels/thread_team.h"
+#include <cstdlib>
+#include <new>
+static int left = 1 << 30;    // allocations
+void *operator new(std::size_t size)
+{
+  if (--left < 0) throw std::bad_alloc();
+  return std::malloc(size);
+}
+void operator delete(void *p) noexcept { std::free(p); }
+void operator delete(void *p, std::size_t) noexcept { std::free(p); }
+int main()
+{
+  for (int most = 0; most < 8; most++) {
+    ThreadTeam team(4);
+    std::atomic<int> ran{0};
+    left = most;
+    const bool started = team.run([&](int) { ran++; });
+    left = 1 << 30;
+    if (ran != (started ? 4 : 0) || started != (most >= 4)) return 1 + most;
+  }
+  return 0;
+}
+"""
+
+
+@pytest.mark.slow
+def test_threads_that_lack_memory_end(tmp_path):
+    """Where the n-th allocation fails: none works, those that wait are joined, and nothing terminates."""
+    if not (compiler := shutil.which("c++")):
+        pytest.skip("no C++ compiler")
+    (tmp_path / "team.cpp").write_text(TEAM)
+    plugin = Path(__file__).parents[2] / "plugin"
+    line = [compiler, "-std=c++17", f"-I{plugin}", "-pthread", "team.cpp", "-o", "team"]
+    subprocess.run(line, cwd=tmp_path, check=True, timeout=300)
+    assert subprocess.run([tmp_path / "team"], timeout=60).returncode == 0
 
 
 @pytest.mark.parametrize("ranks", [0, -2, True, 1.5, "2", None])

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from jamlab.engine.installation import mpi_library
+from jamlab.installed_files import installed, installed_file
 from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 
 SOURCES = Path(__file__).parents[2] / "plugin"
@@ -74,6 +75,20 @@ def start(folder, deck):
         line, input=deck, env=os.environ | environment, capture_output=True, text=True, timeout=60, check=False
     )
     return done.returncode, done.stdout + done.stderr
+
+
+def test_messages_hold_no_folder_of_the_build():
+    """They name files of the plugin as `plugin/...`."""
+    files = [installed_file("plugin", f"jamlab{part}.so").read_bytes() for part in ("styles", "kernels", "plugin")]
+    assert b"plugin/polygon_rings.cpp" in files[0]
+    assert not [found for file in files for found in re.findall(rb"[!-~]*/plugin/[!-~]*\.(?:cpp|h)\b", file)]
+
+
+def test_a_clear_warns_of_nothing():
+    """Pair, bond, fix and compute styles are there as before, and the commands."""
+    code, output = start(installed("plugin"), "clear\nclear\njamlab/forces of nothing\n")
+    assert "WARNING" not in output and "jamlab/forces takes no arguments (plugin/command_forces.cpp" in output
+    assert code == 1
 
 
 STYLE = "pair_style circuloline 0.25 2.0\nprint 'alive'\n"
