@@ -74,6 +74,7 @@ void DiskFlow::begin_step()
   double work = stages[0].stress * strain;    // of a constant stress no digit is lost
   for (int s = 0; s < 3; s++) {
     work += times[s] * (stages[s].stress - stages[0].stress) * stages[s].rate;
+    work += times[s] * stages[s].pushed;
     dissipated += times[s] * stages[s].dissipation;
   }
   for (int i = 0; i < atom->nlocal; i++) {
@@ -201,6 +202,7 @@ void DiskFlow::keep_stage(int s, const Field &u, double strain)
   stage.rate = state.rate;
   stage.stress = stress();
   stage.dissipation = dissipation();
+  stage.pushed = pushed();
   stage.thetas = drag->thetas();
 }
 

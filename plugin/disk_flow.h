@@ -35,7 +35,7 @@ class DiskFlow : public OverdampedFlow {
   double gap_time = 0.0;        // in which gaps of rubbing disks close: an earlier longest step
   struct Stage {
     Field velocities;    // as the box leans at the start of the step
-    double rate = 0.0, stress = 0.0, dissipation = 0.0;
+    double rate = 0.0, stress = 0.0, dissipation = 0.0, pushed = 0.0;
     std::vector<double> thetas;
   } stages[3];
   struct Plan {    // the next step: part `time` of a whole one

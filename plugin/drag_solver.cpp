@@ -49,6 +49,20 @@ double DragSolver::sum(double value) const
   return value;
 }
 
+void DragSolver::driving_forces(Field &force) const
+{
+  elastic_forces(force);
+  for (std::size_t i = 0; i < body.size(); i++) force[i] += body[i];
+}
+
+double DragSolver::body_work(const Field &displacement) const
+{
+  double total = 0.0;
+  for (std::size_t i = 0; i < body.size(); i++)
+    total += body[i].x * displacement[i].x + body[i].y * displacement[i].y;
+  return total;
+}
+
 void DragSolver::make_room(int local, int ghost)
 {
   nlocal = local;

@@ -25,6 +25,8 @@ class GhostExchange {
 struct FlowSums {
   double elastic = 0.0, viscous = 0.0, xx = 0.0, yy = 0.0;
   double energy = 0.0, dissipation = 0.0, speed = 0.0, contacts = 0.0;
+  // power of body forces beside the affine flow, and where the background drag alone resists them
+  double pushed = 0.0, fall = 0.0;
   double walls[4] = {0.0, 0.0, 0.0, 0.0};    // forces on the lower and the upper one
 };
 
@@ -78,6 +80,14 @@ class DragSolver {
   // that a free rate gives them, over the rate
   virtual void hold(const std::vector<char> &atoms, const Field &per_rate);
   virtual void elastic_forces(Field &) const = 0;    // of the contacts of update_contacts
+  // constant forces on owned atoms: as LAMMPS adds them, and without those on atoms that are held
+  void set_body_forces(const Field &all, const Field &on_free)
+  {
+    applied = all;
+    body = on_free;
+  }
+  void driving_forces(Field &) const;    // elastic and body forces
+  double body_work(const Field &displacement) const;    // of this rank
   // force: in, those; out, at the end of the step; net: with drag, F - B u - b rate, of owned atoms
   void net_forces(Field &force, Field &u, double rate, Field &net);
 
@@ -102,6 +112,7 @@ class DragSolver {
   const DragLaw law;
   int nlocal = 0, nghost = 0;
   double ahead = 0.0;
+  Field applied, body;          // body forces; empty: none
   std::vector<char> given;      // marks owned atoms whose velocities are given; empty: none
   Field carried;                // velocities over the free rate that gives them; empty: none
   double inverse_flow = 0.0;    // inverse of c

@@ -157,6 +157,10 @@ template <class Row> class DragSystem : public DragSolver {
       sums.speed += sqrt(square);
       sums.dissipation += background[i] * square;
     }
+    sums.pushed += body_work(u);
+    for (std::size_t i = 0; i < body.size(); i++)
+      if (background[i] > 0.0)
+        sums.fall += (body[i].x * body[i].x + body[i].y * body[i].y) / background[i];
   }
 
   virtual void find_parts(std::size_t k, std::vector<Part> &parts) const

@@ -171,6 +171,7 @@ void DropletDrag::elastic_forces(Field &force) const
 {
   force.resize(nlocal);
   for (int i = 0; i < nlocal; i++) force[i] = {lmp->atom->f[i][0], lmp->atom->f[i][1], 0.0};
+  for (std::size_t i = 0; i < applied.size(); i++) force[i] = force[i] - applied[i];
 }
 
 /* Elastic forces and energies of the end of the step follow from known ones by the change of
@@ -187,9 +188,11 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   sums.elastic = followed.xy;
   sums.xx = followed.xx;
   sums.yy = followed.yy;
-  const auto f = lmp->atom->f;
+  Field elastic_force;
+  elastic_forces(elastic_force);
   for (int i = 0; i < nlocal; i++) {
-    const double x = ahead * f[i][0] * change[i].x, y = ahead * f[i][1] * change[i].y;
+    const double x = ahead * elastic_force[i].x * change[i].x;
+    const double y = ahead * elastic_force[i].y * change[i].y;
     sums.xx -= x;
     sums.yy -= y;
     sums.energy -= x + y;

@@ -128,7 +128,7 @@ void DropletFlow::end_step()
   approached += 2.0 * farthest;
   correct(change, settings.free_rate() ? implicit_time * (state.rate - rate_before) : 0.0);
   add_up();
-  const double work = 0.5 * last.strain * (stress_before + stress());
+  const double work = 0.5 * last.strain * (stress_before + stress()) + pushed_work();
   const double dissipated = 0.5 * last.time * (dissipation_before + dissipation());
   const double gap = work - dissipated - (state.sums.energy - energy_before) / area();
   if (!balances(gap, dissipation_before)) return step_back();
@@ -136,6 +136,14 @@ void DropletFlow::end_step()
   state.dissipated += dissipated;
   lost += gap;
   adapt_step();
+}
+
+/* Of body forces, per area: what the affine flow carries does not count. */
+double DropletFlow::pushed_work() const
+{
+  Field beside(displacement.begin(), displacement.begin() + atom->nlocal);
+  for (Vec3 &each : beside) each = with_lean(each, -0.5 * last.strain);
+  return over_ranks(solver->body_work(beside), MPI_SUM) / area();
 }
 
 /* Vertices go from where the prediction went to where the velocities lead; the box too, if its rate
@@ -154,9 +162,10 @@ void DropletFlow::correct(const Field &change, double strain)
 }
 
 /* Whether a step loses little enough energy per area: a part of the tolerance of what goes into a
-   box that leans by STRAIN, by the lower power of both ends, since one may be a burst. The part is
-   less, the more of what all steps may lose is lost. Rounding of the sum of energies and shortest
-   steps always pass. */
+   box that leans by STRAIN, by the lower power of both ends, since one may be a burst; with body
+   forces, also of what would dissipate in free fall, since what comes to rest has no power. The
+   part is less, the more of what all steps may lose is lost. Rounding of the sum of energies and
+   shortest steps always pass. */
 bool DropletFlow::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit;
@@ -166,7 +175,8 @@ bool DropletFlow::balances(double gap, double dissipation_before) const
       OVERALL * settings.tolerance * std::max(fabs(state.work), state.dissipated);
   const double left = gap * lost > 0.0 ? std::max(STRICTEST, 1.0 - fabs(lost) / together) : 1.0;
   const double rounding = ROUNDING * fabs(state.sums.energy) / area();
-  return fabs(gap) <= left * BALANCE * settings.tolerance * time * power + rounding ||
+  const double allowed = time * power + time_unit * state.sums.fall / area();
+  return fabs(gap) <= left * BALANCE * settings.tolerance * allowed + rounding ||
       last.time <= SHORTEST * time_unit;
 }
 

@@ -41,6 +41,7 @@ class DropletFlow : public OverdampedFlow {
   State initial;                 // at the start of the step
 
   std::unique_ptr<DragSolver> make_solver() override;
+  double pushed_work() const;
   void correct(const Field &change, double strain);
   bool balances(double gap, double dissipation_before) const;
   void step_back();

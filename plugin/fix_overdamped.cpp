@@ -68,15 +68,15 @@ FixOverdamped::~FixOverdamped()
 
 int FixOverdamped::setmask()
 {
-  return INITIAL_INTEGRATE | PRE_EXCHANGE | FINAL_INTEGRATE | POST_RUN;
+  return INITIAL_INTEGRATE | PRE_EXCHANGE | PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
 void FixOverdamped::init()
 {
   check();
-  check_forces();
+  const std::vector<Fix *> pushes = check_forces();
   if (update->whichflag == 2) flow->set_time_step(user_time_step);    // of a minimisation
-  flow->init();
+  flow->init(pushes);
 }
 
 void FixOverdamped::check() const
@@ -95,10 +95,10 @@ void FixOverdamped::check() const
                "flips; use processors 1 * 1", WHO, comm->procgrid[0]);
 }
 
-/* Forces other than contact forces would move particles without being in any stress, energy or
-   step: drag and stiffness are known of the forces of the model alone. So would fixes that move
-   them or the box. */
-void FixOverdamped::check_forces() const
+/* Forces other than contact forces and constant ones would move particles without being in any
+   stress, energy or step: drag and stiffness are known of the forces of the model alone. So would
+   fixes that move them or the box. Returns fixes that add constant forces. */
+std::vector<Fix *> FixOverdamped::check_forces() const
 {
   const auto refuse = [&](const std::string &what) {
     error->all(FLERR, "{}: {} pushes particles too, which enters neither stress nor steps: remove "
@@ -116,17 +116,20 @@ void FixOverdamped::check_forces() const
   if (force->dihedral) refuse(fmt::format("dihedral_style {}", force->dihedral_style));
   if (force->improper) refuse(fmt::format("improper_style {}", force->improper_style));
   if (force->kspace) refuse("kspace_style");
+  std::vector<Fix *> pushes;
   bool later = false;
   for (int k = 0; k < modify->nfix; k++) {
-    const Fix *const fix = modify->fix[k];
+    Fix *const fix = modify->fix[k];
     const int mask = modify->fmask[k];
     const char *const style = fix->style;
     if (fix == this) later = true;
-    if (later && utils::strmatch(style, "^polygon/area"))
+    if (BodyForces::accepts(fix)) pushes.push_back(fix);
+    if (later && (BodyForces::accepts(fix) || utils::strmatch(style, "^polygon/area")))
       error->all(FLERR, "{}: fix {} of style {} comes later, so the first step would miss its "
                  "forces: define it before", WHO, fix->id, style);
     if (fix == this || utils::strmatch(style, "^polygon/") || utils::strmatch(style, "^enforce2d"))
       continue;
+    if (BodyForces::accepts(fix)) continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, style));
     const int integrates = mask & (INITIAL_INTEGRATE | POST_INTEGRATE | FINAL_INTEGRATE);
     const char *const changes = fix->time_integrate || integrates ? "moves atoms"
@@ -137,6 +140,7 @@ void FixOverdamped::check_forces() const
       error->all(FLERR, "{}: fix {} of style {} {}, too, which enters neither work nor steps: "
                  "unfix it", WHO, fix->id, style, changes);
   }
+  return pushes;
 }
 
 void FixOverdamped::setup(int /*vflag*/)

@@ -15,6 +15,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   ~FixOverdamped() override;
   int setmask() override;
   void init() override;
+  void setup_pre_force(int vflag) override { pre_force(vflag); }
+  void pre_force(int) override { flow->find_body_forces(); }
   void setup(int) override;
   void initial_integrate(int) override;
   void pre_exchange() override;
@@ -48,7 +50,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   Field *traveling = nullptr;
 
   void check() const;
-  void check_forces() const;
+  std::vector<Fix *> check_forces() const;
   void move_back();
   void show_velocities();
   void send_to_ghosts(Field &) override;

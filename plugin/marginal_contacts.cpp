@@ -428,7 +428,7 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
   for (MarginalContact &each : marginal) each.set(RUBBING);
   find_contacts();
   Field force, base(u);
-  elastic_forces(force);
+  driving_forces(force);
   Load load = driven;
   if (load.free_rate) load.moment -= driven_moment(force);
   Result result = {0, false, 0.0, true};

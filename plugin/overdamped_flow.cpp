@@ -16,10 +16,25 @@ static constexpr double REACH = 0.2;      // the same over the skin of the neigh
 static constexpr double STRAIN = 0.02;    // that the box may lean in a step
 static constexpr double STUCK = 1e-7;     // step over the stable one at which a run is given up
 
-void OverdampedFlow::init()
+void OverdampedFlow::init(const std::vector<Fix *> &pushes)
 {
+  bodies.init(pushes);
+  if (!bodies.empty() && settings.solver.background == 0.0)
+    error->all(FLERR, "{}: fix {} pushes particles, and nothing resists those that touch nothing: "
+               "give a background drag", WHO, bodies.first());
   settings.solver.fluid = settings.fluid * area();
   solver = make_solver();
+}
+
+/* What is held does not move by them. */
+void OverdampedFlow::find_body_forces()
+{
+  if (bodies.empty()) return;
+  bodies.measure();
+  Field on_free = bodies.applied();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & settings.fixed_bit) on_free[i] = Vec3();
+  solver->set_body_forces(bodies.applied(), on_free);
 }
 
 void OverdampedFlow::keep(RestartBytes &bytes)
@@ -125,7 +140,7 @@ void OverdampedFlow::update_contacts(double ahead)
 DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
 {
   if (with_forces)
-    solver->elastic_forces(forces);
+    solver->driving_forces(forces);
   else
     forces.assign(atom->nlocal, Vec3());
   state.rate = driven_rate();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "atom.h"
+#include "body_forces.h"
 #include "domain.h"
 #include "flow_settings.h"
 #include "neighbor.h"
@@ -21,10 +22,11 @@ namespace LAMMPS_NS {
 class OverdampedFlow : protected Pointers {
  public:
   OverdampedFlow(LAMMPS *lmp, const FlowSettings &settings, GhostExchange &exchange) :
-      Pointers(lmp), settings(settings), exchange(exchange) {}
+      Pointers(lmp), settings(settings), exchange(exchange), bodies(lmp) {}
 
   // A run calls init and setup, and, at each step, begin_step before forces and end_step after them
-  void init();
+  void init(const std::vector<class Fix *> &pushes);    // fixes whose forces are body forces
+  void find_body_forces();    // before others are added
   virtual void setup() = 0;
   virtual void begin_step() = 0;    // particles and box go to the end of the step
   virtual void end_step() = 0;      // finds the velocities there, and how long the next step is
@@ -79,6 +81,7 @@ class OverdampedFlow : protected Pointers {
 
   double area() const { return domain->xprd * domain->yprd; }
   double stress() const { return (state.sums.elastic + state.sums.viscous) / area(); }
+  double pushed() const { return state.sums.pushed / area(); }    // power, per area
   double dissipation() const { return state.sums.dissipation / area(); }    // per time and area
   double driven_rate() const;
   double typical_rate() const;
@@ -89,6 +92,7 @@ class OverdampedFlow : protected Pointers {
   std::string more_background() const;
 
  private:
+  BodyForces bodies;
   Field forces;    // on every atom, but for the drag
 
   void hold_fixed();

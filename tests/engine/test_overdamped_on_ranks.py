@@ -99,6 +99,23 @@ def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, n
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("model", ["sp", "dp"])
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_bodies_fall_alike_on_two_ranks(tmp_path, packing, droplets, model, newton):
+    """On held ones; the box flips first."""
+    down = ["fix weight all gravity 1e-3 vector 1 -1 0", "group held id 1:20", "group push id 30:50"]
+    down += ["fix wind push addforce 1e-3 0 0"]
+    rows = [
+        flow(tmp_path, droplets if model == "dp" else packing, ranks, newton, 20, tiles=down, drive="rate 0.1",
+             more="fixed held background 0.1" if model == "sp" else "")
+        for ranks in (1, 2)
+    ]  # fmt: skip
+    assert rows[0]["work"] != 0.0
+    for name in set(COLUMNS) - {"iterations", "last_iterations"}:
+        assert rows[1][name] == pytest.approx(rows[0][name], rel=1e-6), name
+
+
+@pytest.mark.slow
 def test_ranks_side_by_side_that_a_flip_would_skip_are_refused(tmp_path, packing):
     output = flow(tmp_path, packing, 4, "on", 1, "4 1 1")
     assert "4 ranks side by side along x" in output

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "body_forces.h"
+
+#include "atom.h"
+#include "error.h"
+#include "fix.h"
+#include "flow_settings.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr double ROUNDING = 1e-12;    // of a force over a mass
+
+bool BodyForces::accepts(const Fix *fix)
+{
+  return utils::strmatch(fix->style, "^gravity") || utils::strmatch(fix->style, "^addforce");
+}
+
+/* Fixes that stay from one run to the next keep their forces. */
+void BodyForces::init(const std::vector<Fix *> &fixes)
+{
+  std::vector<Source> found;
+  for (Fix *const fix : fixes) {
+    if (fix->nevery != 1)
+      error->all(FLERR, "{}: fix {} of style {} adds its force every {} steps, which have any "
+                 "length: leave out every", WHO, fix->id, fix->style, fix->nevery);
+    const auto before = std::find_if(sources.begin(), sources.end(),
+                                     [=](const Source &each) { return each.fix == fix; });
+    found.push_back(before != sources.end() ? *before
+                                            : Source{fix, utils::strmatch(fix->style, "^gravity")});
+  }
+  sources = found;
+}
+
+const char *BodyForces::first() const
+{
+  return sources.front().fix->id;
+}
+
+void BodyForces::measure()
+{
+  enum { X, MINUS_X, Y, MINUS_Y, Z, NUMBERS };
+  double **const f = atom->f;
+  forces.assign(atom->nlocal, Vec3());
+  for (Source &source : sources) {
+    source.fix->post_force(0);
+    double most[NUMBERS] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.0};
+    for (int i = 0; i < atom->nlocal; i++) {
+      if (!(atom->mask[i] & source.fix->groupbit)) continue;
+      const double mass = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+      const double per = source.per_mass ? 1.0 / mass : 1.0, x = per * f[i][0], y = per * f[i][1];
+      const double values[NUMBERS] = {x, -x, y, -y, fabs(f[i][2])};
+      for (int k = 0; k < NUMBERS; k++) most[k] = std::max(most[k], values[k]);
+      forces[i] += {f[i][0], f[i][1], 0.0};
+      std::fill_n(f[i], 3, 0.0);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, most, NUMBERS, MPI_DOUBLE, MPI_MAX, world);
+    if (most[X] > -HUGE_VAL) check(source, most);
+  }
+}
+
+/* most: of x, -x, y, -y and |z| over all atoms of the group */
+void BodyForces::check(Source &source, const double *most) const
+{
+  const Fix *const fix = source.fix;
+  if (most[4] > 0.0)
+    error->all(FLERR, "{}: fix {} of style {} pushes along z, where nothing moves in 2D", WHO,
+               fix->id, fix->style);
+  for (int d = 0; d < 2; d++) {
+    const double high = most[2 * d], low = -most[2 * d + 1];
+    const double before = source.known ? source.force[d] : high;
+    const double size = ROUNDING * std::max({fabs(high), fabs(low), fabs(before)});
+    if (high - low > size || fabs(high - before) > size)
+      error->all(FLERR, "{}: fix {} of style {}: the force{} along {} is not the same for all "
+                 "atoms of its group and at all steps: {:.6g} to {:.6g}, {:.6g} at first; give "
+                 "constant numbers, without region", WHO, fix->id, fix->style,
+                 source.per_mass ? " over the mass" : "", d ? "y" : "x", low, high, before);
+    source.force[d] = high;
+  }
+  source.known = true;
+}
