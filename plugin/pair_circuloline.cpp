@@ -4,6 +4,7 @@
 #include "atom.h"
 #include "citation.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
@@ -187,8 +188,9 @@ void PairCirculoline::init_style()
   own_contacts.init(WHO, laws);
   lower_ghost_cutoff();
   outline = FixPolygonOutline::shared(lmp, WHO);
+  const bool images = domain->xperiodic || domain->yperiodic;
   for (int k = 0; k < neighbor->nex_mol; k++)
-    if (neighbor->ex_mol_intra[k] && comm->me == 0)
+    if (neighbor->ex_mol_intra[k] && images && comm->me == 0)
       error->warning(FLERR, "{}: neigh_modify exclude molecule/intra hides the contacts of a "
                      "polygon with its own periodic images", WHO);
   std::fill_n(in_use, NUMBER_OF_CONTACT_FORMS, false);

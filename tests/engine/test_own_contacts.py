@@ -2,11 +2,14 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import outlines
 import pytest
+from droplet_flows import DropletFlow
 
+import jamlab
 from jamlab.installed_files import installed
 
 from .test_plugin_errors import refusal
@@ -187,6 +190,41 @@ def test_edges_shorter_than_the_range_are_told(tmp_path):
     (tmp_path / "data").write_text(outlines.data(folded()))
     _, output = launch(tmp_path, deck(near=0.2).replace("run 0", "run 0\nrun 0 post no"), 1)
     assert len(re.findall(r"WARNING: .*: \d+ edges are shorter than self 0.2, so that their ends repel", output)) == 2
+
+
+def test_a_descent_ends_between_own_edges(lmp, tmp_path):
+    """jamlab/descend has these contacts in its Hessian: droplets shrink until their short edges hold them."""
+    state = folded()
+    state = replace(state, outlines=[replace(one, a0=0.05) for one in state.outlines])
+    (tmp_path / "data").write_text(outlines.data(state))
+    outlines.commands(lmp, deck("segment/smooth").partition("\ncompute")[0] + "\nrun 0\n")
+    lmp.command("jamlab/descend 1e-10 5000 0 0 20 0.05 2 0.3 8 1e-13 1e-4 1e-10 2 3e-4 3e-4 4")
+    steps, *_, force, _, crossed = map(float, lmp.extract_variable("descent").split())
+    assert force < 1e-10
+    assert steps < 400
+    assert crossed == 0
+    assert lmp.get_thermo("evdwl") > 1e-4
+
+
+class OwnFlow(DropletFlow):
+    """Droplets whose shortest edges are shorter than the range."""
+
+    def lines(self, data, drag, newton):
+        return [
+            line + " self 0.2" if line.startswith("pair_style") else line for line in super().lines(data, drag, newton)
+        ]
+
+
+@pytest.mark.parametrize("drag", ["background 1", "drag 1 1 1 background 0.3"])
+def test_flows_balance_their_energy(tmp_path, drag):
+    """fix overdamped: work less dissipation is the change of the energy, that of these contacts included."""
+    packing = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    with OwnFlow(tmp_path, packing, "rate 0.05 tolerance 1e-3 stop 0.05", drag) as flow:
+        first, last = flow.run(0), flow.run()
+    assert first["contacts"] > 80
+    change = last["energy"] - first["energy"]
+    assert change < -1e-3
+    assert last["work"] - last["dissipated"] == pytest.approx(change, rel=1e-3)
 
 
 HEAT = """
