@@ -5,7 +5,7 @@
 #include "deck_refusals.h"
 #include "deck_text.h"
 #include "error.h"
-#include "input.h"
+#include "input_members.h"
 #include "lammps.h"
 #include "utils.h"
 
@@ -17,15 +17,6 @@
 using namespace LAMMPS_NS;
 
 namespace {
-
-/* The files that LAMMPS is reading, the deck first, which its input keeps to itself. */
-struct OpenFiles : Input {
-  static std::vector<FILE *> of(Input *input)
-  {
-    FILE **const files = input->*(&OpenFiles::infiles);
-    return {files, files + input->*(&OpenFiles::nfile)};
-  }
-};
 
 /* All of a file, whose place of reading stays; "" if it cannot be read twice, as a pipe. */
 std::string text_of(FILE *file)
@@ -56,8 +47,8 @@ std::vector<std::string> refusals(LAMMPS *lmp)
   };
   DeckText user, deck;
   bool in_deck = false;
-  for (FILE *file : OpenFiles::of(lmp->input)) {
-    const auto text = text_of(file);
+  for (int k = 0; k < number_of_files(*lmp->input); k++) {
+    const auto text = text_of(files_of(*lmp->input)[k]);
     in_deck |= text.find("parts/start\"") != text.npos || text.find("jamlab/given") != text.npos;
     (in_deck ? deck : user).read(text, value);
   }

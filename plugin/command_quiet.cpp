@@ -2,7 +2,7 @@
 #include "command_quiet.h"
 
 #include "error.h"
-#include "input.h"
+#include "input_members.h"
 
 #include <cstdio>
 #include <cstring>
@@ -21,7 +21,8 @@ struct Sieve {
 
   bool wanted(const char *text, size_t size) const
   {
-    if (input->command && strcmp(input->command, "print") == 0) return true;
+    const char *const command = command_of(*input);
+    if (command && strcmp(command, "print") == 0) return true;
     for (const char *word : {"ERROR", "WARNING", "REFUSED"})
       if (size >= strlen(word) && strncmp(text, word, strlen(word)) == 0) return true;
     return false;

@@ -76,9 +76,10 @@ struct Interval {
   std::string words(const std::string &value) const
   {
     if (kind.empty()) return "a number in " + text;
-    const bool exponent = value.find_first_of("eE") != value.npos;
+    double x;
+    const bool point = number(value, x) && !digits_alone(value);    // or exponent
     return (kind == "even" ? "an even number in " : "a whole number in ") + text +
-           (exponent ? ", all digits written" : "");
+           (point ? ", in digits" : "");
   }
 };
 
@@ -149,6 +150,16 @@ void DeckText::read_line(const std::string &line)
   }
 }
 
+bool DeckText::used(const Given &variable) const
+{
+  const auto ends = [&text = variable.comment](const std::string &words) {
+    return text.size() >= words.size() &&
+           text.compare(text.size() - words.size(), words.size(), words) == 0;
+  };
+  return !(ends("; random start only") && given.count("data")) &&
+         !(ends("; dp only") && model != "dp") && !(ends("; sp only") && model == "dp");
+}
+
 void DeckText::read(const std::string &text, const Value &value)
 {
   std::istringstream lines(text);
@@ -159,6 +170,7 @@ void DeckText::read(const std::string &text, const Value &value)
     if (from < line.find('#') && end != std::string::npos)
       parts.push_back(line.substr(from + 9, end - from - 9));
   }
+  if (const auto found = given.find("model"); found != given.end()) model = found->second.otherwise;
   for (std::string part : parts) {
     for (const char *name : {"dir", "model"}) {
       const std::string word = std::string("${") + name + "}";
@@ -178,7 +190,8 @@ void DeckText::read(const std::string &text, const Value &value)
 
 bool DeckText::takes(const std::string &name) const
 {
-  if (given.count(name) || optional.count(name)) return true;
+  if (const auto found = given.find(name); found != given.end()) return used(found->second);
+  if (optional.count(name)) return true;
   for (const std::string &family : families)
     if (name.size() > family.size() && name.compare(0, family.size(), family) == 0 &&
         digits_alone(name.substr(family.size())))
@@ -188,7 +201,7 @@ bool DeckText::takes(const std::string &name) const
 
 bool DeckText::computes(const std::string &name) const
 {
-  return computed.count(name) && !takes(name);
+  return computed.count(name) && !given.count(name) && !takes(name);
 }
 
 std::string DeckText::must_be(const std::string &name, const std::string &value) const
@@ -220,7 +233,8 @@ std::string DeckText::offered() const
 {
   std::string names;
   for (const auto &each : given)
-    if (!internal(each.first)) names += (names.empty() ? "" : ", ") + each.first;
+    if (!internal(each.first) && used(each.second))
+      names += (names.empty() ? "" : ", ") + each.first;
   return names;
 }
 
@@ -230,7 +244,7 @@ std::string DeckText::meant(const std::string &name) const
   size_t least = 1 + name.size() / 3;    // letters that may be wrong
   for (const auto &each : given) {
     const std::string &known = each.first;
-    if (internal(known)) continue;
+    if (internal(known) || !used(each.second)) continue;
     const bool part =
         name.size() > 2 && known.size() > 2 &&
         (known.find(name) != std::string::npos || name.find(known) != std::string::npos);

@@ -14,8 +14,9 @@ namespace LAMMPS_NS {
 
    lets `lmp -var NAME VALUE` replace the default. LIMITS are an interval, as "(0, 2]" or "[2, 1e6]
    even", or words, as "cg | fire"; without them a number is at least 0, and above 0 if its default
-   is. jamlab/cli/decks.py reads the same lines. A line "# optional: NAME .." has those without a
-   default. */
+   is. "; sp only" or "; dp only" at the end: for that model; "; random start only": where the deck
+   reads no data file. jamlab/cli/decks.py reads the same lines. A line "# optional: NAME .." has
+   those without a default. */
 class DeckText {
  public:
   using Value =
@@ -38,11 +39,13 @@ class DeckText {
     std::string otherwise, comment;    // default, and what stands behind it
   };
   std::map<std::string, Given> given;
+  std::string model;
   std::set<std::string> optional;    // without a default
   std::set<std::string> families;    // "d": d1, d2, ..
   std::set<std::string> computed;
 
   void read_line(const std::string &line);
+  bool used(const Given &variable) const;
   std::string offered() const;
 };
 

@@ -106,7 +106,7 @@ def _lines_of_help(path: Path, known: Mapping[str, str]) -> Iterator[str]:
     from jamlab.engine.deck_defaults import LIMITS, NOTES, settings
 
     rules, limits, notes = _rules(path), *(settings(path.parent, path.name, what=what) for what in (LIMITS, NOTES))
-    for name in offered(known):
+    for name in offered(path):
         text = "of others" if "$(" in known[name] else known[name].replace("${", "").replace("}", "")
         note = notes.get(name, "").removeprefix(limits.get(name, "")).strip(": ")
         yield f"{_option(name):18s} {text:12s} {rules[name][0]}{'; ' if note else ''}{note}"
@@ -237,9 +237,7 @@ def _data_of_lammps(path: str) -> "Packing":
 
 def check_setting(path: Path, name: str, text: str) -> None:
     """Refuse a variable that a deck does not use, and a value that the deck says it cannot have."""
-    from jamlab.engine.deck_defaults import settings
-
-    if name not in (own := offered(settings(path.parent, path.name))):
+    if name not in (own := offered(path)):
         raise InputError(f"{_option(name)}: {path.name} has no such variable; {_variable_meant(path.name, name, own)}")
     words, good = _rules(path)[name]
     if not good(text):
@@ -255,13 +253,15 @@ def _variable_meant(deck: str, name: str, own: list[str]) -> str:
     return f"use {_option(use)}" if use in own else name_meant(name.lower(), own, f"it has {', '.join(own)}")
 
 
-def offered(known: Mapping[str, str]) -> list[str]:
-    """Variables that a deck uses, and that `jamlab deck` does not set itself."""
-    from jamlab.engine.deck_defaults import defaults
-    from jamlab.models.droplets import DROPLETS
+def offered(path: Path) -> list[str]:
+    """Variables that a deck uses, and that `jamlab deck` does not set itself. What stands behind their defaults says
+    whether they are for one model, or for a random start."""
+    from jamlab.engine.deck_defaults import NOTES, settings
 
-    unused = set(defaults("onset")) if "data" in known else set()  # a packing that is read has no search for onset
-    unused |= {"lever_arms", "even"} if known.get("model") == DROPLETS.name else {"short_edge"}
+    known, notes = settings(path.parent, path.name), settings(path.parent, path.name, what=NOTES)
+    idle = ["; sp only"] if known.get("model") == "dp" else ["; dp only"]
+    idle += ["; random start only"] if "data" in known else []
+    unused = {name for name, note in notes.items() if note.endswith(tuple(idle))}
     return sorted(known.keys() - unused - {"dir", "model", "quote", "quiet", "table", "strict"})
 
 
@@ -310,4 +310,4 @@ def _rule(limits: str) -> tuple[str, Callable[[str], bool]]:
         )
 
     words = {None: "a number", "whole": "a whole number", "even": "an even number"}[kind]
-    return f"{words} in {bracket}{least}, {most}]{'' if kind is None else ', all digits written'}", good
+    return f"{words} in {bracket}{least}, {most}]{'' if kind is None else ', in digits'}", good

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "input.h"
+
+#include <cstdio>
+
+namespace LAMMPS_NS {
+
+/* What the input of LAMMPS keeps to itself, in some of its versions: the command that runs, and the
+   files that it reads, the first one first. An explicit instantiation may name a private member. */
+inline char *&command_of(Input &);
+inline FILE **&files_of(Input &);
+inline int &number_of_files(Input &);
+
+template <char *Input::*Member> struct CommandMember {
+  friend inline char *&command_of(Input &input) { return input.*Member; }
+};
+template <FILE **Input::*Member> struct FilesMember {
+  friend inline FILE **&files_of(Input &input) { return input.*Member; }
+};
+template <int Input::*Member> struct NumberMember {
+  friend inline int &number_of_files(Input &input) { return input.*Member; }
+};
+
+template struct CommandMember<&Input::command>;
+template struct FilesMember<&Input::infiles>;
+template struct NumberMember<&Input::nfile>;
+
+}    // namespace LAMMPS_NS
