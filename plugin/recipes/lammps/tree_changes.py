@@ -3,28 +3,41 @@
 from pprint import pformat
 
 SCRIPT = '''\
-"""Changes files of LAMMPS' own: python tree_changes.py LAMMPS
+"""Puts the files beside it into LAMMPS' tree, and changes files of LAMMPS' own: python tree_changes.py LAMMPS
 
 Of each: a pattern of the line before which the text goes, the first that fits. Nothing is changed twice, and nothing at
-all unless every pattern is found. Afterwards: git diff.
+all unless every pattern is found. Sources get the form that the tree asks for, by its own settings of clang-format
+(`pip install clang-format`). Afterwards: git diff.
 """
 
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 CHANGES = {changes}
+FORM = "{{BasedOnStyle: InheritParentConfig, ReflowComments: true}}"
 
+beside, tree = Path(__file__).parent, Path(sys.argv[1])
 texts = {{}}
 for name, pattern, added in CHANGES:
-    path = Path(sys.argv[1], name)
+    path = tree / name
     text = texts.get(path) or path.read_text()
     place = re.search(pattern, text, re.MULTILINE)
     if place is None:
         sys.exit(f"{{name}}: no line begins with {{pattern}}")
     texts[path] = text if added in text else text[: place.start()] + added + text[place.start() :]
+if shutil.which("clang-format") is None:
+    sys.exit("needs clang-format: pip install clang-format")
+if not (tree / "src" / ".clang-format").exists():
+    sys.exit(f"{{tree}}: no file src/.clang-format, which says the form of sources")
 for path, text in texts.items():
     path.write_text(text)
+for folder in (path for path in beside.iterdir() if path.is_dir()):
+    shutil.copytree(folder, tree / folder.name, dirs_exist_ok=True)
+sources = sorted(path.name for path in (beside / "src" / "POLYGON").iterdir() if path.suffix in (".h", ".cpp"))
+subprocess.run(["clang-format", "-i", f"--style={{FORM}}", *sources], cwd=tree / "src" / "POLYGON", check=True)
 '''
 DETAILS = """\
 .. _PKG-POLYGON:
@@ -34,8 +47,9 @@ POLYGON package
 
 **Contents:**
 
-Deformable polygons in two dimensions, as models of droplets, bubbles, or cells: rings of bonded atoms with line
-tension, with an elastic area, and with contacts between their rims, also to walls and disks.
+Deformable polygons in two dimensions, as models of droplets, bubbles, or cells:
+rings of bonded atoms with line tension, with an elastic area, and with contacts between their rims, also to
+walls and disks.
 
 .. versionadded:: TBD
 
@@ -61,9 +75,6 @@ ROW = """\
 """
 CMAKE = """\
 pkg_depends(POLYGON MOLECULE)
-if(PKG_POLYGON AND (CMAKE_CXX_STANDARD LESS 17))
-  set_target_properties(lammps PROPERTIES CXX_STANDARD 17)
-endif()
 """
 EDGE = """\
 .. _err_polygon_edge:
@@ -99,9 +110,9 @@ def listed(kind: str, style: str, page: str, says: str) -> list[Change]:
     ]
 
 
-def words(text: str) -> list[Change]:
-    """Of the dictionary, beside a word that it has."""
-    return [("doc/utils/sphinx-config/false_positives.txt", rf"^{word[:2]}", f"{word}\n") for word in text.split()]
+def word(text: str, following: str) -> Change:
+    """Of the dictionary, before the first word of those that follow it in the alphabet."""
+    return ("doc/utils/sphinx-config/false_positives.txt", f"^(?i:{following})", f"{text}\n")
 
 
 def first_request(files: list[str]) -> list[Change]:
@@ -109,7 +120,7 @@ def first_request(files: list[str]) -> list[Change]:
     return [
         ("cmake/CMakeLists.txt", r"^  PTM$", "  POLYGON\n"),
         ("cmake/CMakeLists.txt", r"^pkg_depends\(", CMAKE),
-        *((f"cmake/presets/{name}.cmake", r"^  (POEMS|PTM|PYTHON|QEQ)$", "  POLYGON\n") for name in PRESETS),
+        *((f"cmake/presets/{name}.cmake", r"^  (PTM|PYTHON|QEQ)$", "  POLYGON\n") for name in PRESETS),
         ("src/Makefile", r"^\tptm \\$", "\tpolygon \\\n"),
         ("src/Depend.sh", r'^if \(test "?\$1"? = "PERI"\)', DEPEND),
         ("src/.gitignore", r"^/\w+\.cpp$", "".join(f"/{name}\n" for name in files)),
@@ -120,7 +131,7 @@ def first_request(files: list[str]) -> list[Change]:
         *listed("bond", "line/tension", "bond_line_tension", "tension that does not depend on the length"),
         *listed("fix", "polygon/area", "fix_polygon_area", "elastic area of polygons"),
         *listed("compute", "polygon", "compute_polygon", "area, perimeter and shape of polygons"),
-        *words("Boromand"),
+        word("Boromand", "bo[s-z]"),
     ]
 
 
@@ -132,7 +143,7 @@ def second_request(files: list[str]) -> list[Change]:
         *listed("compute", "polygon/contact", "compute_polygon_contact", "contacts of polygons"),
         ("doc/src/Howto.rst", r"^   Howto_polarizable$", "   Howto_polygon\n"),
         ("doc/src/Errors_details.rst", r"^\.\. _err0001:", EDGE),
-        *words("circulo circuloline"),
+        word("circuloline", "cir[d-z]|ci[s-z]"),
     ]
 
 

@@ -1,8 +1,9 @@
 """The general part of the plugin as two pull requests to LAMMPS: python plugin/recipes/lammps/write_package.py FOLDER
 
 FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon,
-unittest/force-styles/tests; tree_changes.py, which changes the files that are there; and pull_request.md, its text. The
-second needs the first. A person fills in the author and runs clang-format and `make check` of LAMMPS.
+unittest/force-styles/tests; tree_changes.py, which puts them into a tree and changes the files that are there; and
+pull_request.md, its text. The second needs the first. The tree is LAMMPS' develop, which is C++17. A person fills in
+what stands in capitals, and runs `make check` of LAMMPS, its testers and example_logs.py.
 """
 
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import tree_changes
 from force_styles import write_all
+from manual_page import american, page
 
 SOURCE = Path(__file__).parents[2]
 ROOT = SOURCE.parent
@@ -24,6 +26,7 @@ STYLES = {  # header: macro of registration, style, class
     "compute_polygon_contact": ("Compute", "polygon/contact", "ComputePolygonContact"),
 }
 REQUESTS = {1: list(STYLES)[:4], 2: list(STYLES)[4:]}
+HOWTO = Path(__file__).parent / "Howto_polygon.rst"
 AUTHOR = """\
 /* ----------------------------------------------------------------------
    Contributing author: AUTHOR (AFFILIATION), E-MAIL
@@ -38,15 +41,10 @@ REGISTRATION = """\
 #else
 
 """
-ASCII = dict(
-    zip(
-        "δεηγφατ²⁴₀−–×’éµ≥≤·",
-        "delta epsilon eta gamma phi alpha tau ^2 ^4 _0 - - x ' e mu >= <= *".split(),
-        strict=True,
-    )
-)
-AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
-            "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
+GUARDED = r"#if defined(_OPENMP)\n\g<0>\n#endif"
+CITED = re.compile(
+    r'#include "polygon_citation\.h"\n|^ *cite\(lmp, \w+\);\n', re.MULTILINE
+)  # LAMMPS asks for papers of authors
 PLAIN = {  # what the compiler of edge_geometry.h may not know
     """/* x and y are side by side, in one register where the processor has such registers. */
 using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
@@ -61,17 +59,6 @@ inline Two two(const double *from) { return {from[0], from[1]}; }
     "Two{t, t} * along, squares = apart * apart;": "along * t;",
     "squares[0] + squares[1]": "dot(apart, apart)",
 }
-COMMANDS = "fix|compute|dump|region|group|molecule"
-
-
-def american(text: str) -> str:
-    """In ASCII letters and American spelling, with the dashes of `atom-ID`, as LAMMPS asks."""
-    for old, new in (ASCII | AMERICAN).items():
-        text = text.replace(old, new)
-    text = re.sub(rf"^(\s+)({COMMANDS}) ID\b", r"\1\2 \2-ID", text, flags=re.MULTILINE)
-    text = re.sub(rf"(?i)\b({COMMANDS}|atom|chunk|grid) (IDs?)\b(?!\[)", r"\1-\2", text)
-    text.encode("ascii")
-    return text
 
 
 def needed(name: str, found: set[str]) -> set[str]:
@@ -104,16 +91,14 @@ def source(name: str, helpers: dict[str, str]) -> str:
     if name.endswith(".h"):
         guard = f"LMP_{stem.upper()}_H"
         text = text.replace("#pragma once\n", f"#ifndef {guard}\n#define {guard}\n", 1) + "\n#endif\n"
+    text = re.sub(r"^#pragma omp .*$", GUARDED, text, flags=re.MULTILINE)
+    if name.endswith(".h"):
+        text = re.sub(r"\busing (\w+) = ([^;=\[]+)(\[\d+\])?;", r"typedef \2 \1\3;", text)
     text = re.sub(r'#include "([\w/]+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
     text = text.replace("JAMLAB_", "LMP_").replace("jamlab", "PolygonMath")
     for old, new in helpers.items():
         text = re.sub(rf"\b{old}\b", new, text)
-    if name == "pair_circuloline.cpp":
-        citation = (SOURCE / "citation.h").read_text()
-        (entry,) = re.findall(r"(?s)static constexpr char CITE_CIRCULOLINE.*?;\n", citation)
-        text = text.replace('#include "polygon_citation.h"\n', '#include "citeme.h"\n', 1)
-        text = text.replace("\nusing namespace LAMMPS_NS;\n", f"\nusing namespace LAMMPS_NS;\n\n{entry}", 1)
-        text = text.replace("cite(lmp, CITE_CIRCULOLINE);", "if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);")
+    text = CITED.sub("", text)
     if name.endswith(".h") and stem in STYLES:
         macro, style, of_class = STYLES[stem]
         text = REGISTRATION.format(kind=macro.upper(), macro=macro, style=style, name=of_class) + text + "\n#endif\n"
@@ -136,84 +121,41 @@ def classes(files: set[str]) -> dict[str, str]:
     return {name: f"Polygon{name}" for name in sorted(found) if "Polygon" not in name}
 
 
-def inline(text: str) -> str:
-    """Marks within a line of MyST in those of reStructuredText."""
-    text = re.sub(r"`([^`]+)`", r"``\1``", text)
-    text = re.sub(r"\{cite:t\}``[^`]+``", "Boromand et al., Soft Matter 15, 5854 (2019),", text)
-    text = re.sub(r"(?<!\$)\$([^$]+)\$(?!\$)", r":math:`\1`", text)
-    text = re.sub(r"\[([^\]]+)\]\((\w+)\.md[^)]*\)", lambda m: f":doc:`{m[1].replace('`', '')} <{m[2]}>`", text)
-    return re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", text)
-
-
-def table(rows: list[str]) -> str:
-    """A table of MyST as list-table."""
-    lines = [".. list-table::", "   :header-rows: 1", ""]
-    for row in rows[:1] + rows[2:]:
-        cells = [inline(cell.strip()) for cell in row.strip().strip("|").split("|")]
-        lines += [f"   {'*' if k == 0 else ' '} - {cell}".rstrip() for k, cell in enumerate(cells)]
-    return "\n".join(lines) + "\n"
-
-
-def page(name: str) -> str:
-    """The manual page of a style in reStructuredText."""
-    text = (ROOT / "docs" / "reference" / "lammps" / f"{name}.md").read_text()
-    title = text.partition("\n")[0].removeprefix("# ")
-    text = text.replace("the jamlab plugin", "the POLYGON package")
-    text = re.sub(r"\s`?jamlab\b.*?\.(?=\s)", "", text, flags=re.DOTALL)  # sentences about the rest of jamlab
-    out = [f".. index:: {title}", ""]
-    blocks = re.split(r"(```.*?```|\$\$.*?\$\$|(?:^\|.*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
-    for block in blocks:
-        if block.startswith("```"):
-            kind, _, body = block.strip("`").partition("\n")
-            indented = "".join(f"   {line}".rstrip() + "\n" for line in body.rstrip().splitlines())
-            out.append(f".. code-block:: {'LAMMPS' if kind == 'text' else kind}\n\n{indented}")
-        elif block.startswith("$$"):
-            out.append(f".. math::\n\n   {' '.join(block.strip('$').split())}\n")
-        elif block.startswith("|"):
-            out.append(table(block.splitlines()))
-        else:
-            out += [heading(line) for line in block.splitlines()]
-    out.insert(out.index("Description\n-----------") + 1, "\n.. versionadded:: TBD")
-    text = re.sub(r"\n{3,}", "\n\n", "\n".join(line.rstrip() for line in "\n".join(out).splitlines()))
-    return american(text.rstrip() + "\n")
-
-
-def heading(line: str) -> str:
-    """A line of text, or a title with its rule below."""
-    marks, _, title = line.partition(" ")
-    if title and set(marks) == {"#"}:
-        title = f"{title} command" if marks == "#" else title
-        rule = "=" if marks == "#" else "-" if marks == "##" else "^"
-        return f"{title}\n{rule * len(title)}"
-    return "----------" if line == "---" else inline(line)
-
-
 TEXT = """\
-# Summary
+**Summary**
 
 {summary}
 
-# Author(s)
+**Author(s)**
 
 AUTHOR (AFFILIATION), E-MAIL
 
-# Licensing
+**Licensing**
 
 GPL v2, and LGPL v2.1 for the parts that may have it.
 
-# Backward Compatibility
+**Artificial Intelligence (AI) Tools Usage**
+
+AI coding agents (NAME AND VERSION OF EACH) wrote sources, manual pages, inputs and tests, from the papers on the model
+and from LAMMPS' own documentation; no text of another program was copied. WHO read, built and ran what, on how many
+ranks: SAY SO HERE, or where no one did. Commit messages name no tools, as LAMMPS asks.
+
+**Backward Compatibility**
 
 New files only; no existing style changes.
 
-# Implementation Notes
+**Implementation Notes**
 
 {notes}
 
-# What else changes
+**What else changes**
 
-- python tree_changes.py LAMMPS changes {lines}
-- clang-format -i src/POLYGON/*.h src/POLYGON/*.cpp; make check in src
-- test_pair_style, test_bond_style and test_fix_timestep over the YAML files, newton on and off, without suffixes
+python tree_changes.py LAMMPS adds the files and changes {lines}
+
+**Further Information, Files, and Links**
+
+How it was tested: test_pair_style, test_bond_style and test_fix_timestep over the YAML files, newton on and off,
+without suffixes; make check in src and doc; the examples on 1 and 4 ranks.
 """
 FIRST = {
     "summary": """Package POLYGON: deformable polygons as rings of bonds in two dimensions. bond_style line/tension
@@ -263,19 +205,32 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
         words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
         (package / "README").write_text(words + "\nContributing author: AUTHOR (AFFILIATION), E-MAIL\n")
         return files
-    howto = "Howto_polygon.rst"
-    (pages / howto).write_text((Path(__file__).parent / howto).read_text())
-    examples = folder / "examples" / "PACKAGES" / "polygon"
-    examples.mkdir(parents=True)
-    for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "parts" / "polygon12.mol"]:
-        name = f"log.22Jul2025.{path.suffix[1:]}.g++.1" if path.name.startswith("log.") else path.name
-        (examples / name).write_text(american(path.read_text().replace("../parts/polygon12.mol", "polygon12.mol")))
+    (pages / HOWTO.name).write_text(HOWTO.read_text())
+    write_examples(folder / "examples" / "PACKAGES" / "polygon")
     return files
 
 
-if __name__ == "__main__":
+def write_examples(folder: Path) -> None:
+    """Inputs by the names that LAMMPS asks for, in.NAME and data.NAME, with what they read in the same folder."""
+    decks = ROOT / "lammps_inputs"
+    inputs = [path for path in (decks / "examples").iterdir() if not path.name.startswith("log.")]
+    names = {path: f"data.{path.stem}" if path.suffix == ".data" else path.name for path in inputs}
+    folder.mkdir(parents=True)
+    for path in [*inputs, decks / "parts" / "polygon12.mol"]:
+        text = path.read_text(encoding="utf-8").replace("../parts/", "")
+        for old, new in names.items():
+            text = re.sub(rf"\b{re.escape(old.name)}\b", new, text)
+        (folder / names.get(path, path.name)).write_text(american(text))
+
+
+def write_requests(folder: Path) -> None:
+    """Both, in folders of their numbers."""
     found: set[str] = set()
     for style in STYLES:
         needed(style, found)
-    first = write(Path(sys.argv[1]) / "1", 1, set(), classes(found))
-    write(Path(sys.argv[1]) / "2", 2, first, classes(found))
+    first = write(folder / "1", 1, set(), classes(found))
+    write(folder / "2", 2, first, classes(found))
+
+
+if __name__ == "__main__":
+    write_requests(Path(sys.argv[1]))
