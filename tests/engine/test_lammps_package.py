@@ -137,8 +137,6 @@ src/PTM/*  @someone
 * :doc:`pressure <a>`
    * :doc:`colloid <a>`
 * :doc:`colloid <a>`
-Bosch
-cis
    Howto_polarizable
 .. _err0001:
 """  # one for each pattern
@@ -155,17 +153,19 @@ def test_a_tree_gets_the_package_once_in_its_own_form(requests, tmp_path):
         return {path: path.read_text() for path in tmp_path.rglob("*") if path.is_file()}
 
     changes = [*tree_changes.changes(1, []), *tree_changes.changes(2, [])]
-    for name in {name for name, *_ in changes}:
+    for name in {tree_changes.DICTIONARY, *(name for name, *_ in changes)}:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(LINES)
+    (tmp_path / tree_changes.DICTIONARY).write_text("Bosch\ncis\n")
     before = put(1, code=1)  # no settings of clang-format
-    assert set(before.values()) == {LINES}
+    assert set(before.values()) == {LINES, "Bosch\ncis\n"}
     (tmp_path / "src" / ".clang-format").write_text("BasedOnStyle: LLVM\nColumnLimit: 100\nReflowComments: false\n")
     put(1)
     after = put(2)
     for name, _, added in changes:
         assert not added or after[tmp_path / name].count(added) == 1, name
     assert "  POLYGON\n  PTM\n" in after[tmp_path / "cmake" / "CMakeLists.txt"]
+    assert after[tmp_path / tree_changes.DICTIONARY].startswith("Boromand\nBosch\ncirculoline\ncis\n")
     sources = [text for path, text in after.items() if path.parent.name == "POLYGON"]
     assert len(sources) > 20
     assert max(len(line) for text in sources for line in text.splitlines()) <= 100

@@ -89,7 +89,7 @@ def cases() -> dict[str, dict[str, object]]:
     def add(name: str, kind: str, style: str, of: str, post: list[str], **more: object) -> None:
         atoms = "atom molecular" if of == "outlines" else "atom atomic"
         found[name] = {
-            "tags": "no_respa" if kind == "fix" else "",
+            "tags": "no_respa" if style == "overdamped" else "",
             "epsilon": 1e-10 if style == "overdamped" else 2e-11,
             "skip_tests": more.pop("skip", ""),
             "prerequisites": f"{atoms}\n{kind} {style}\n",

@@ -5,18 +5,20 @@ from pprint import pformat
 SCRIPT = '''\
 """Puts the files beside it into LAMMPS' tree, and changes files of LAMMPS' own: python tree_changes.py LAMMPS
 
-Of each: a pattern of the line before which the text goes, the first that fits. Nothing is changed twice, and nothing at
-all unless every pattern is found. Sources get the form that the tree asks for, by its own settings of clang-format
-(`pip install clang-format`). Afterwards: git diff.
+Of each: a pattern of the line before which the text goes, the first that fits; words go into the dictionary by the
+alphabet. Nothing is changed twice, and nothing at all unless every pattern is found. Sources get the form that the
+tree asks for, by its own settings of clang-format (`pip install clang-format`). Afterwards: git diff.
 """
 
 import re
 import shutil
 import subprocess
 import sys
+from bisect import bisect
 from pathlib import Path
 
 CHANGES = {changes}
+DICTIONARY, WORDS = {dictionary!r}, {words!r}
 FORM = "{{BasedOnStyle: InheritParentConfig, ReflowComments: true}}"
 
 beside, tree = Path(__file__).parent, Path(sys.argv[1])
@@ -28,6 +30,12 @@ for name, pattern, added in CHANGES:
     if place is None:
         sys.exit(f"{{name}}: no line begins with {{pattern}}")
     texts[path] = text if added in text else text[: place.start()] + added + text[place.start() :]
+path = tree / DICTIONARY
+listed = path.read_text().splitlines()
+for word in WORDS:
+    if word not in listed:
+        listed.insert(bisect([other.casefold() for other in listed], word.casefold()), word)
+texts[path] = "\\n".join([*listed, ""])
 if shutil.which("clang-format") is None:
     sys.exit("needs clang-format: pip install clang-format")
 if not (tree / "src" / ".clang-format").exists():
@@ -94,6 +102,11 @@ if (test $1 = "MOLECULE") then
 fi
 
 """
+DICTIONARY = "doc/utils/sphinx-config/false_positives.txt"
+WORDS = {
+    1: ["Boromand", "Lowensohn", "O'Hern", "Orellana", "Shattuck", "Signoriello"],
+    2: ["circuloline"],
+}  # by request
 PRESETS = ("all_on", "all_off", "most", "windows", "mingw-cross")
 Change = tuple[str, str, str]  # file, pattern of a line, what goes before it
 
@@ -108,11 +121,6 @@ def listed(kind: str, style: str, page: str, says: str) -> list[Change]:
         (f"doc/src/Commands_{kind}.rst", row, f"   * :doc:`{style} <{page}>`\n"),
         (f"doc/src/{name}.rst", bullet, f"* :doc:`{style} <{page}>` - {says}\n"),
     ]
-
-
-def word(text: str, following: str) -> Change:
-    """Of the dictionary, before the first word of those that follow it in the alphabet."""
-    return ("doc/utils/sphinx-config/false_positives.txt", f"^(?i:{following})", f"{text}\n")
 
 
 def first_request(files: list[str]) -> list[Change]:
@@ -131,7 +139,6 @@ def first_request(files: list[str]) -> list[Change]:
         *listed("bond", "line/tension", "bond_line_tension", "tension that does not depend on the length"),
         *listed("fix", "polygon/area", "fix_polygon_area", "elastic area of polygons"),
         *listed("compute", "polygon", "compute_polygon", "area, perimeter and shape of polygons"),
-        word("Boromand", "bo[s-z]"),
     ]
 
 
@@ -143,7 +150,6 @@ def second_request(files: list[str]) -> list[Change]:
         *listed("compute", "polygon/contact", "compute_polygon_contact", "contacts of polygons"),
         ("doc/src/Howto.rst", r"^   Howto_polarizable$", "   Howto_polygon\n"),
         ("doc/src/Errors_details.rst", r"^\.\. _err0001:", EDGE),
-        word("circuloline", "cir[d-z]|ci[s-z]"),
     ]
 
 
@@ -152,6 +158,7 @@ def changes(request: int, files: list[str]) -> list[Change]:
     return (first_request if request == 1 else second_request)(files)
 
 
-def script(changes: list[Change]) -> str:
+def script(request: int, changes: list[Change]) -> str:
     """The program that makes them."""
-    return SCRIPT.format(changes=pformat(changes, width=116))
+    listed = pformat(changes, width=116)
+    return SCRIPT.format(changes=listed, dictionary=DICTIONARY, words=WORDS[request])

