@@ -14,6 +14,7 @@ from docutils.parsers.rst import Directive, directives, roles
 
 sys.path.append(str(Path(__file__).parents[2] / "plugin" / "recipes" / "lammps"))
 
+import example_logs
 import manual_page
 import tree_changes
 import write_package
@@ -173,3 +174,20 @@ def test_a_tree_gets_the_package_once_in_its_own_form(requests, tmp_path):
     examples = {path.name for path in (tmp_path / "examples" / "PACKAGES" / "polygon").iterdir()}
     assert {"in.funnel", "data.funnel", "polygon12.mol"} <= examples
     assert not any("../parts" in after[path] or "funnel.data" in after[path] for path in after if path.name in examples)
+
+
+@pytest.mark.slow
+def test_logs_of_examples_have_the_names_that_lammps_asks_for(tmp_path, monkeypatch):
+    """On one rank and on several, without a word of the plugin and with the papers to cite."""
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    deck = "region box block 0 4 0 4 0 4\ncreate_box 1 box\nmass 1 1.0\nrun 0\n"
+    (tmp_path / "in.empty").write_text(deck)
+    paths = example_logs.write_logs(tmp_path, ranks=(1, 2))
+    assert [re.sub(r"\d+\w{3}\d{4}", "DATE", path.name) for path in paths] == [
+        "log.DATE.empty.g++.1",
+        "log.DATE.empty.g++.2",
+    ]
+    for count, path in enumerate(paths, 1):
+        text = path.read_text()
+        assert re.search(rf"^Loop time of .* on {count} procs", text, re.MULTILINE) and "plugin" not in text
+    assert {path.name for path in tmp_path.iterdir()} == {"in.empty", *(path.name for path in paths)}

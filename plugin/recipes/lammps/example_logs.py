@@ -36,5 +36,6 @@ def write_logs(folder: Path, lmp: str = "lmp", ranks: tuple[int, ...] = RANKS) -
 
 
 if __name__ == "__main__":
-    for path in write_logs(Path(sys.argv[1]).resolve(), *sys.argv[2:3]):
+    program = sys.argv[2] if len(sys.argv) > 2 else "lmp"
+    for path in write_logs(Path(sys.argv[1]).resolve(), program):
         print(path)
