@@ -31,7 +31,8 @@ def test_every_style_has_a_page_in_the_form_of_lammps():
     assert len(styles()) > 8
     for kind, name in styles():
         prefix = {"command": "", "fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
-        assert titles[f"# {prefix}{name}"] == SECTIONS, name
+        found = titles[f"# {prefix}{name}"]  # output and restart may stand between Description and Restrictions
+        assert len(found) < 8 and [*found[:3], *found[-3:]] == SECTIONS, name
 
 
 def test_doctor_looks_for_every_style():

@@ -235,4 +235,4 @@ def write_requests(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_requests(Path(sys.argv[1]))
+    write_requests(Path(sys.argv[1]).resolve())
