@@ -1,7 +1,8 @@
 """Minimise an energy by limited-memory BFGS, preconditioned by a factorised Hessian: disks along curved valleys.
 
-Droplets take the same method in compiled code, `jamlab/descend`. Near the minimum the energy has no digits left for a
-line search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the energy.
+Droplets, rigid or not, take the same method in compiled code, `plugin/kernels/lbfgs_descent.h`. Near the minimum the
+energy has no digits left for a line search: there the work of the force along the step, (F0 + F1) . s/2, stands for the
+fall of the energy.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,7 @@ they hold a contact energy with which droplets, which are softer than their rims
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from jamlab.protocols.descent import Effort
 from jamlab.protocols.descent_of_droplets import DROPLET_STEPS, descend_droplets
 from jamlab.protocols.newton import NEWTON
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
-from jamlab.protocols.preconditioned_lbfgs import NEAR
+from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR
 from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.saddles import leave_saddles
 
@@ -32,16 +32,10 @@ from jamlab.protocols.saddles import leave_saddles
 class RigidSteps:
     """Searches for onset over rigid droplets."""
 
-    steps: int = 3000  # at most, in one relaxation: 1 to 200 are usual
+    steps: int = 10_000  # at most, in one relaxation: 1 to 1600 are usual
     # of the Hessian's diagonal, over the stiffness of a contact, eps/delta^2
     first_shift: float = 6e-5
     least_shift: float = 6e-12
-    last_shift: float = 6.0
-    shrink: float = 0.5  # factor of the shift after a step that fared well
-    # sets of contacts that a step goes through at most, with a factorisation for each, and part of the force that is
-    # left when it has gone through enough: 20 and 0.01 take 1.35 times as long at N = 256
-    sets: int = 6
-    rest: float = 0.3
     rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
     # largest force over that of contacts, to tell jammed from loose, and at the end
     settled: float = 1e-6
@@ -135,12 +129,8 @@ class RigidSearch(Approach[RigidDroplets]):
         largest = (RIGID.ended if to_the_end else RIGID.settled, RIGID.rounding * eps / delta)
         loose = RIGID.loose * self.protocol["u_contact"] * len(state.droplets.positions)
         reach = min(NEWTON.reach, RIGID.rim * delta)  # of a coordinate in one step
-        # of the diagonal
-        shifts = [shift * stiffness for shift in (RIGID.first_shift, RIGID.least_shift, RIGID.last_shift)]
-        # parts of the energy foretold that a step gains, factors of the shift, and how far a step is found
-        trust = (NEWTON.accepted, NEWTON.good, NEWTON.poor, RIGID.shrink, NEWTON.grow, NEWTON.definite)
-        steps = (*trust, RIGID.sets, RIGID.rest)
-        descent = [*largest, loose, reach, *shifts, *steps]
+        numbers = replace(FAR, reach=reach, least_shift=RIGID.least_shift * stiffness)
+        descent = [*largest, loose, *astuple(numbers), RIGID.first_shift * stiffness, NEWTON.definite]
         saddles = RIGID.slides if to_the_end else 0
         found = state.relaxed(
             descent, RIGID.steps, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles

@@ -173,9 +173,19 @@ void RigidPolygons::push(const NearPair &pair)
     const double force = spring() * c.overlap;
     energy += 0.5 * force * c.overlap;
     contact_force = std::max(contact_force, force);
+    double *const own = &forces[3 * (c.turned ? pair.j : pair.i)];
+    double *const other = &forces[3 * (c.turned ? pair.i : pair.j)];
+    for (int a = 0; a < 3; ++a) {
+      own[a] += force * c.slope[a];
+      other[a] += force * c.slope[3 + a];
+    }
     pushed += c.normal * (c.turned ? -force : force);
   }
-  virial += dot(pushed, pair.apart);
+  const Vector &d = pair.apart;
+  virial += dot(pushed, d);
+  if (!shears) return;
+  forces[3 * n] += (pushed.x * d.x - pushed.y * d.y) / box_coordinate();
+  forces[3 * n + 1] += pushed.x * d.y / box_coordinate();
 }
 
 void RigidPolygons::evaluate(double margin)
@@ -186,9 +196,9 @@ void RigidPolygons::evaluate(double margin)
   turn_spokes();
   contacts.clear();
   near.clear();
+  forces.assign(3 * (n + shears), 0.0);
   const double reach = delta + margin;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    Pair &pair = pairs[k];
+  for (Pair &pair : pairs) {
     const auto [along_x, along_y] = pair.shift;
     const Vector moved{along_x * width + along_y * tilt, along_y * height};
     const Vector apart = centre(pair.i) - centre(pair.j) - moved;
@@ -199,62 +209,8 @@ void RigidPolygons::evaluate(double margin)
     find_contacts(pair, apart, true, reach);
     const int64_t end = static_cast<int64_t>(contacts.size());
     if (begin == end) continue;
-    near.push_back({pair.i, pair.j, apart, begin, end, static_cast<int64_t>(k)});
+    near.push_back({pair.i, pair.j, apart, begin, end});
     push(near.back());
-  }
-  Numbers forces_of_contacts = overlaps();
-  for (double &force : forces_of_contacts) force = spring() * std::max(0.0, force);
-  forces.assign(3 * (n + shears), 0.0);
-  add_forces(forces_of_contacts, forces);
-}
-
-RigidPolygons::Numbers RigidPolygons::overlaps() const
-{
-  Numbers found(contacts.size());
-  for (std::size_t m = 0; m < found.size(); ++m) found[m] = contacts[m].overlap;
-  return found;
-}
-
-RigidPolygons::Numbers RigidPolygons::closing(const Numbers &step) const
-{
-  Numbers change(contacts.size());
-  for (const NearPair &pair : near) {
-    Vector sheared{0.0, 0.0};
-    if (shears) {
-      const double s = step[3 * n] / box_coordinate(), g = step[3 * n + 1] / box_coordinate();
-      sheared = {s * pair.apart.x + g * pair.apart.y, -s * pair.apart.y};
-    }
-    for (int64_t m = pair.first; m < pair.last; ++m) {
-      const RimContact &c = contacts[m];
-      const double *const own = &step[3 * (c.turned ? pair.j : pair.i)];
-      const double *const other = &step[3 * (c.turned ? pair.i : pair.j)];
-      double wider = dot(c.normal, sheared) * (c.turned ? -1.0 : 1.0);
-      for (int a = 0; a < 3; ++a) wider += c.slope[a] * own[a] + c.slope[3 + a] * other[a];
-      change[m] = -wider;
-    }
-  }
-  return change;
-}
-
-void RigidPolygons::add_forces(const Numbers &push, Numbers &to) const
-{
-  for (const NearPair &pair : near) {
-    Vector pushed{0.0, 0.0};  // i, by j
-    for (int64_t m = pair.first; m < pair.last; ++m) {
-      if (!(push[m] > 0)) continue;
-      const RimContact &c = contacts[m];
-      double *const own = &to[3 * (c.turned ? pair.j : pair.i)];
-      double *const other = &to[3 * (c.turned ? pair.i : pair.j)];
-      for (int a = 0; a < 3; ++a) {
-        own[a] += push[m] * c.slope[a];
-        other[a] += push[m] * c.slope[3 + a];
-      }
-      pushed += c.normal * (c.turned ? -push[m] : push[m]);
-    }
-    if (!shears) continue;
-    const Vector &d = pair.apart;
-    to[3 * n] += (pushed.x * d.x - pushed.y * d.y) / box_coordinate();
-    to[3 * n + 1] += pushed.x * d.y / box_coordinate();
   }
 }
 
@@ -266,24 +222,6 @@ double RigidPolygons::largest_force() const
     square = std::max({square, dot(force, force), forces[i + 2] * forces[i + 2]});
   }
   return std::sqrt(square);
-}
-
-void RigidPolygons::move(const std::vector<double> &step, double factor)
-{
-  double stretch = 1.0, shear = 0.0;
-  if (shears) {
-    stretch = std::exp(factor * step[3 * n] / box_coordinate());
-    shear = factor * step[3 * n + 1] / box_coordinate();
-  }
-  for (int64_t i = 0; i < n; ++i) {
-    const auto [x, y] = centre(i);
-    q[3 * i] = stretch * x + shear * y + factor * step[3 * i];
-    q[3 * i + 1] = y / stretch + factor * step[3 * i + 1];
-    q[3 * i + 2] += factor * step[3 * i + 2];
-  }
-  width *= stretch;
-  tilt = stretch * tilt + shear * height;
-  height /= stretch;
 }
 
 void RigidPolygons::scale(double factor)
@@ -298,10 +236,25 @@ void RigidPolygons::scale(double factor)
 void RigidPolygons::keep()
 {
   std::swap(static_cast<RigidState &>(*this), before);
-  q = before.q;
-  width = before.width;
-  tilt = before.tilt;
-  height = before.height;
+  q.resize(before.q.size());
+}
+
+void RigidPolygons::move(const Numbers &step, double factor)
+{
+  double stretch = 1.0, shear = 0.0;
+  if (shears) {
+    stretch = std::exp(factor * step[3 * n] / box_coordinate());
+    shear = factor * step[3 * n + 1] / box_coordinate();
+  }
+  for (int64_t i = 0; i < n; ++i) {
+    const auto [x, y] = before.centre(i);
+    q[3 * i] = stretch * x + shear * y + factor * step[3 * i];
+    q[3 * i + 1] = y / stretch + factor * step[3 * i + 1];
+    q[3 * i + 2] = before.q[3 * i + 2] + factor * step[3 * i + 2];
+  }
+  width = stretch * before.width;
+  tilt = stretch * before.tilt + shear * before.height;
+  height = before.height / stretch;
 }
 
 void RigidPolygons::go_back() { std::swap(static_cast<RigidState &>(*this), before); }

@@ -34,7 +34,6 @@ struct NearPair {
   int64_t i, j;
   Vector apart;  // centre of i less the centre of the image of j
   int64_t first, last;
-  int64_t listed;  // number in the list of pairs
 };
 
 // A step of a minimisation changes this part of the polygons.
@@ -61,25 +60,19 @@ class RigidPolygons : public RigidState {
 
   void evaluate(double margin);  // margin: widest gap that is listed
   double largest_force() const;  // of a polygon, its torque over its radius, or of the box
-  void move(const Numbers &step, double factor);
   void scale(double factor);  // box and centres
   void keep();                // the state before a move
+  void move(const Numbers &step, double factor);  // from the kept state
   void go_back();             // to the kept state
   const RigidState &kept() const { return before; }
 
   double spring() const { return eps / (delta * delta); }  // of a contact
-  Numbers overlaps() const;
-  Numbers closing(const Numbers &step) const;        // change of overlaps, to first order
-  void add_forces(const Numbers &push, Numbers &to) const;  // of contacts that push, 0 or more
-  // Forces of contacts times second derivatives of their distances are the curvature.
-  void find_curvature();
-  Numbers curvature_times(const Numbers &step) const;
-
-  // The matrix has springs where contacts are `active`, and the curvature.
-  void assemble(const std::vector<char> &active, bool curved);
-  void assemble();  // second derivatives of the energy
+  void assemble();  // second derivatives of the energy, as if gaps were contacts
   bool factorise(double shift, bool pin_loose = false);
-  void solve(Numbers &r) { factors.solve(r); }
+  void solve(Numbers &r, bool roughly = false)
+  {
+    roughly ? factors.solve_roughly(r) : factors.solve(r);
+  }
   Numbers forces_of_scaling() const;           // forces that an isotropic strain brings, over it
   void write_stiffness(double *matrix) const;  // of all coordinates, dense
 
@@ -90,7 +83,6 @@ class RigidPolygons : public RigidState {
     int64_t i, j;
     Image shift;  // of j
     int64_t vertex[2] = {0, 0}, edge[2] = {0, 0};  // nearest ones last seen, of i and j, j and i
-    bool held = false;                             // has blocks of the matrix
   };
   struct Stiffness {  // second derivatives of the energy of one pair
     int64_t i, j;
@@ -108,7 +100,7 @@ class RigidPolygons : public RigidState {
   std::vector<Pair> pairs;
   RigidState listed;                    // the state for which pairs were listed
   RigidState before;
-  std::vector<Stiffness> stiffness, curvature;  // of pairs that are held; of all near ones
+  std::vector<Stiffness> stiffness;  // of near pairs
   std::vector<Factors::Entry> entries;
   Factors factors;
 
@@ -121,11 +113,10 @@ class RigidPolygons : public RigidState {
   void find_contacts(Pair &pair, const Vector &apart, bool turned, double reach);
   bool find_contact(int64_t i, int64_t j, int64_t edge, double reach, RimContact &contact);
   void push(const NearPair &pair);
-  void add_curvature(const RimContact &contact, Stiffness &to) const;
-  void hold_pairs(const std::vector<char> &active);
+  void add_stiffness(const RimContact &contact, Stiffness &to) const;
   Block shear_block(const Stiffness &pair, bool of_j) const;
   Block box_block(const Stiffness &pair) const;
-  template <class Act> void visit_blocks(const std::vector<Stiffness> &of, Act act) const;
+  template <class Act> void visit_blocks(Act act) const;
 };
 
 }  // namespace jamlab

@@ -1,78 +1,55 @@
-// Rigid regular polygons relax to a minimum by Levenberg-Marquardt steps, of which each knows the
-// contacts that it opens and closes: D. W. Marquardt, J. SIAM 11, 431 (1963); trust regions:
-// Nocedal & Wright, Numerical Optimization, algorithm 4.1.
+// Rigid regular polygons relax to a minimum by LbfgsDescent, and leave saddles.
 
 #include "kernel.h"
-#include "rigid_step.h"
+#include "lbfgs_descent.h"
+#include "rigid_polygons.h"
 
-#include <algorithm>
 #include <cstring>
-#include <numeric>
 
 using namespace jamlab;
 
 namespace {
 
-struct Settings {  // in the order of `RigidDescent` of Python
+struct Settings {  // in the order of `RigidSearch` in Python
   double relative, absolute, loose;
-  double reach, first_shift, least_shift, last_shift;
-  double accepted, good, poor, shrink, grow, definite, sets, rest;
+  LbfgsNumbers descent;
 };
 
-constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part is rounding
-// Gaps up to this many times the longest move of a step are known to the next one, and at most up
-// to this many times the reach of a step.
-constexpr double NEXT = 8, WIDEST = 2;
-// A shift that shrank too fast shrinks by the square root of its factor next time, up to this one,
-// and by the factor to this power after a step that fared well.
-constexpr double SLOWEST = 0.8, FASTER = 1.4;
-constexpr double FOLLOWED = 0.05;        // longest move by linear response
-constexpr double GIVING_WAY = 1e-3;      // curvature of a saddle over the largest contact force
+constexpr double FOLLOWED = 0.05;    // longest move by linear response
+constexpr double GIVING_WAY = 1e-3;  // curvature of a saddle over the largest contact force
+constexpr double HIGHEST = 6;        // over the stiffness of a contact: nothing gives way so much
+constexpr double ROUNDED = 1e-14;    // of coordinates, over the width of the box
 constexpr int BISECTIONS = 8, ITERATIONS = 12;
-
-double largest(const std::vector<double> &values)
-{
-  double most = 0.0;
-  for (const double value : values) most = std::max(most, std::fabs(value));
-  return most;
-}
-
-double product(const std::vector<double> &a, const std::vector<double> &b)
-{
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
 
 class Relaxation {
  public:
   Relaxation(RigidPolygons &polygons, const Settings &settings) :
-      polygons(polygons), settings(settings),
-      next(polygons, static_cast<int>(settings.sets), settings.rest) {}
+      polygons(polygons), settings(settings) {}
 
   // Scales box and centres. Contacts respond linearly where they are stable.
   void follow(double factor)
   {
     polygons.evaluate(0.0);
     polygons.assemble();
-    std::vector<double> u;
-    if (polygons.energy > 0 && polygons.factorise(settings.least_shift)) {
+    Values u;
+    if (polygons.energy > 0 && polygons.factorise(settings.descent.least_shift)) {
       u = polygons.forces_of_scaling();
       for (double &value : u) value *= factor - 1;
       polygons.solve(u);
-      if (!(largest(u) <= FOLLOWED)) u.clear();
     }
     polygons.scale(factor);
-    if (!u.empty()) polygons.move(u, 1.0);
+    if (u.empty() || !(longest_part(u) <= FOLLOWED)) return;
+    mark();
+    polygons.move(u, 1.0);
   }
 
   // Descends to a minimum, or until contacts are lost, and returns the number of steps.
   int64_t descend(int64_t steps)
   {
-    shift = settings.first_shift;
-    shrink = settings.shrink;
-    polygons.evaluate(WIDEST * settings.reach);
-    int64_t taken = 0;
-    while (taken < steps && !ended() && shift <= settings.last_shift && step()) ++taken;
-    return taken;
+    polygons.evaluate(0.0);
+    LbfgsDescent<Relaxation> descent(*this, settings.descent);
+    descent.run(static_cast<double>(steps));
+    return static_cast<int64_t>(descent.counts.steps);
   }
 
   bool loose() const { return polygons.energy <= settings.loose; }
@@ -82,86 +59,83 @@ class Relaxation {
   {
     const double force = polygons.contact_force;
     if (loose() || polygons.crossed) return false;
-    polygons.assemble();
+    assemble(0.0);
     if (polygons.factorise(GIVING_WAY * force, true)) return false;
     double low = GIVING_WAY * force, high = 2 * low;
     for (; !polygons.factorise(high, true); high *= 2)
-      if (!(high < settings.last_shift)) return false;
+      if (!(high < HIGHEST * stiffness())) return false;
     for (int k = 0; k < BISECTIONS; ++k)
       (polygons.factorise(0.5 * (low + high), true) ? high : low) = 0.5 * (low + high);
     polygons.factorise(high, true);
-    std::vector<double> mode(polygons.forces.size());
+    Values mode(polygons.forces.size());
     // a vector without the symmetry of the packing
     for (std::size_t k = 0; k < mode.size(); ++k) mode[k] = std::sin(1.0 + 12.9898 * k);
     for (int k = 0; k < ITERATIONS; ++k) {
       polygons.solve(mode);
-      const double most = largest(mode);
+      const double most = longest_part(mode);
       for (double &value : mode) value /= most;
     }
-    slide(mode, product(polygons.forces, mode) < 0 ? -1.0 : 1.0);
+    slide(mode, dot(polygons.forces, mode) < 0 ? -1.0 : 1.0);
     return true;
   }
 
- private:
-  RigidPolygons &polygons;
-  const Settings &settings;
-  RigidStep next;
-  double shift = 0.0, shrink = 0.0;  // added to the diagonal, and its factor after a good step
-
+  // as a model of LbfgsDescent
   bool ended() const
   {
     const double least = std::max(settings.relative * polygons.contact_force, settings.absolute);
     return polygons.crossed || loose() || polygons.largest_force() <= least;
   }
-
-  bool step()
+  double energy() const { return polygons.crossed ? INFINITY : polygons.energy; }
+  double largest_force() const { return polygons.largest_force(); }
+  const Values &forces() const { return polygons.forces; }
+  // Near onset contacts that move by the rounding of coordinates change the energy by more digits.
+  double rounding(double digits) const
   {
-    while (!next.find(shift)) {
-      shift = std::max(shift * settings.definite, settings.least_shift);
-      if (!(shift <= settings.last_shift)) return false;
-    }
-    const double factor = std::min(1.0, settings.reach / largest(next.step()));
-    const double predicted = next.fall(factor);
-    polygons.keep();
-    const double part = predicted > 0 ? gained_along(next.step(), factor) / predicted : -1.0;
-    if (part > settings.good) {
-      shift = std::max(shrink * shift, settings.least_shift);
-      shrink = std::max(settings.shrink, std::pow(shrink, FASTER));
-    }
-    if (!(part >= settings.poor)) shift *= settings.grow;
-    if (part > settings.accepted) return true;
-    polygons.go_back();
-    shrink = std::min(SLOWEST, std::sqrt(shrink));
-    return true;
+    return digits * polygons.energy + ROUNDED * polygons.width * polygons.contact_force;
+  }
+  void mark() { polygons.keep(); }
+  void back() { polygons.go_back(); }
+  void go(const Values &step, double length)
+  {
+    polygons.move(step, length);
+    polygons.evaluate(0.0);
+    change = step;
+    for (double &value : change) value *= length;
+  }
+  void moved(Values &by) const { by = change; }
+  bool assemble(double beyond)
+  {
+    polygons.evaluate(beyond);
+    polygons.assemble();
+    return !polygons.crossed;
+  }
+  double stiffness() const { return polygons.spring(); }
+  bool factorise(double shift) { return polygons.factorise(shift); }
+  void solve(const Values &force, Values &step, bool roughly)
+  {
+    step = force;
+    polygons.solve(step, roughly);
   }
 
-  // Returns the fall of the energy from the kept state, which is negative where polygons cross.
-  double gained_along(const std::vector<double> &u, double factor)
-  {
-    const RigidState &before = polygons.kept();
-    polygons.move(u, factor);
-    polygons.evaluate(std::min(WIDEST * settings.reach, NEXT * factor * largest(u)));
-    if (polygons.crossed) return -1.0;
-    const double gained = before.energy - polygons.energy;
-    if (std::fabs(gained) >= ENERGY_DIGITS * before.energy) return gained;
-    // the energy has no digits left, so the work of the forces counts
-    return 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));
-  }
+ private:
+  RigidPolygons &polygons;
+  const Settings &settings;
+  Values change;  // from the marked place
 
   // Takes longer and longer steps while the energy falls, and one that ends in what stops it.
-  void slide(const std::vector<double> &mode, double sign)
+  void slide(const Values &mode, double sign)
   {
-    double length = 0.0, ahead = 0.002 * settings.reach;
+    const double reach = settings.descent.reach;
+    double length = 0.0, ahead = 0.002 * reach;
     bool downhill = true;
-    while (downhill && length < settings.reach) {
-      polygons.keep();
-      polygons.move(mode, sign * ahead);
-      polygons.evaluate(0.0);
-      downhill = !polygons.crossed && polygons.energy <= polygons.kept().energy;
+    while (downhill && length < reach) {
+      mark();
+      go(mode, sign * ahead);
+      downhill = energy() <= polygons.kept().energy;
       length += ahead;
       ahead *= 2;
     }
-    if (polygons.crossed) polygons.go_back();
+    if (polygons.crossed) back();
   }
 };
 

@@ -1,4 +1,4 @@
-// The second derivatives of the energy of rigid polygons, and the matrices of steps.
+// The second derivatives of the energy of rigid polygons.
 
 #include "rigid_polygons.h"
 
@@ -8,8 +8,6 @@ using namespace jamlab;
 
 namespace {
 
-constexpr double HELD = 1.2;  // pairs in the matrix at most, over those with active contacts
-
 using Blocks = double[6][6];  // of the coordinates of a vertex's polygon and of the other
 
 void add_outer(Blocks &h, double factor, const double (&slope)[6])
@@ -18,23 +16,14 @@ void add_outer(Blocks &h, double factor, const double (&slope)[6])
     for (int b = 0; b < 6; ++b) h[a][b] += factor * slope[a] * slope[b];
 }
 
-template <class Pair> void add_to_pair(const Blocks &h, bool turned, Pair &to)
-{
-  const int own = turned ? 3 : 0, other = 3 - own;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      to.ii[3 * a + b] += h[own + a][own + b];
-      to.ij[3 * a + b] += h[own + a][other + b];
-      to.jj[3 * a + b] += h[other + a][other + b];
-    }
-}
-
 }  // namespace
 
-void RigidPolygons::add_curvature(const RimContact &c, Stiffness &to) const
+// Adds the spring of a contact, and its force times second derivatives of the distance.
+void RigidPolygons::add_stiffness(const RimContact &c, Stiffness &to) const
 {
   Blocks h = {};
-  const double force = spring() * c.overlap;
+  add_outer(h, spring(), c.slope);
+  const double force = spring() * std::max(0.0, c.overlap);
   const double turn = dot(c.normal, c.arm), foot = dot(c.normal, c.foot);
   const double per_i = 1 / radii[c.turned ? to.j : to.i], per_j = 1 / radii[c.turned ? to.i : to.j];
   const Vector across{-c.normal.y, c.normal.x};
@@ -54,79 +43,23 @@ void RigidPolygons::add_curvature(const RimContact &c, Stiffness &to) const
     }
   }
   to.radial -= force * dot(c.normal, to.apart) * (c.turned ? -1.0 : 1.0);
-  add_to_pair(h, c.turned, to);
-}
-
-void RigidPolygons::find_curvature()
-{
-  curvature.clear();
-  for (const NearPair &pair : near) {
-    curvature.push_back({pair.i, pair.j, pair.apart, 0.0, {}, {}, {}});
-    for (int64_t m = pair.first; m < pair.last; ++m)
-      if (contacts[m].overlap > 0) add_curvature(contacts[m], curvature.back());
-  }
-}
-
-RigidPolygons::Numbers RigidPolygons::curvature_times(const Numbers &step) const
-{
-  Numbers found(step.size(), 0.0);
-  visit_blocks(curvature, [&](int64_t i, int64_t j, const Block &block) {
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) {
-        found[3 * i + a] += block[3 * a + b] * step[3 * j + b];
-        if (i != j) found[3 * j + b] += block[3 * a + b] * step[3 * i + a];
-      }
-  });
-  return found;
-}
-
-// A pair that was active stays in the matrix, until there are too many: the pattern of the factors
-// then outlives contacts that open and close.
-void RigidPolygons::hold_pairs(const std::vector<char> &active)
-{
-  const auto touching = [&](const NearPair &pair) {
-    bool any = false;
-    for (int64_t m = pair.first; m < pair.last; ++m)
-      any = any || active[m] || contacts[m].overlap > 0;
-    return any;
-  };
-  int64_t held = 0, needed = 0;
-  for (const NearPair &pair : near) {
-    bool &stays = pairs[pair.listed].held;
-    const bool touches = touching(pair);
-    stays = stays || touches;
-    held += stays;
-    needed += touches;
-  }
-  if (held > HELD * needed)
-    for (const NearPair &pair : near) pairs[pair.listed].held = touching(pair);
-}
-
-void RigidPolygons::assemble(const std::vector<char> &active, bool curved)
-{
-  hold_pairs(active);
-  stiffness.clear();
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    const NearPair &pair = near[k];
-    if (!pairs[pair.listed].held) continue;
-    stiffness.push_back({pair.i, pair.j, pair.apart, 0.0, {}, {}, {}});
-    if (curved) stiffness.back() = curvature[k];
-    for (int64_t m = pair.first; m < pair.last; ++m) {
-      if (!active[m]) continue;
-      Blocks h = {};
-      add_outer(h, spring(), contacts[m].slope);
-      add_to_pair(h, contacts[m].turned, stiffness.back());
+  const int own = c.turned ? 3 : 0, other = 3 - own;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      to.ii[3 * a + b] += h[own + a][own + b];
+      to.ij[3 * a + b] += h[own + a][other + b];
+      to.jj[3 * a + b] += h[other + a][other + b];
     }
-  }
 }
 
 void RigidPolygons::assemble()
 {
-  std::vector<char> active;
-  for (const RimContact &contact : contacts) active.push_back(contact.overlap > 0);
-  for (const NearPair &pair : near) pairs[pair.listed].held = false;
-  find_curvature();
-  assemble(active, true);
+  stiffness.clear();
+  for (const NearPair &pair : near) {
+    stiffness.push_back({pair.i, pair.j, pair.apart, 0.0, {}, {}, {}});
+    for (int64_t m = pair.first; m < pair.last; ++m)
+      add_stiffness(contacts[m], stiffness.back());
+  }
 }
 
 RigidPolygons::Numbers RigidPolygons::forces_of_scaling() const
@@ -175,10 +108,9 @@ RigidPolygons::Block RigidPolygons::box_block(const Stiffness &pair) const
 }
 
 // Calls act(i, j, block) for blocks whose sum is the matrix. Transposed blocks are left out.
-template <class Act>
-void RigidPolygons::visit_blocks(const std::vector<Stiffness> &of, Act act) const
+template <class Act> void RigidPolygons::visit_blocks(Act act) const
 {
-  for (const Stiffness &pair : of) {
+  for (const Stiffness &pair : stiffness) {
     if (pair.i == pair.j) {
       Block both;
       for (int a = 0; a < 9; ++a)
@@ -205,7 +137,7 @@ bool RigidPolygons::factorise(double shift, bool pin_loose)
   const auto add = [&](int64_t i, int64_t j, const Block &block) {
     entries.push_back({static_cast<int>(i), static_cast<int>(j), block});
   };
-  visit_blocks(stiffness, add);
+  visit_blocks(add);
   if (shears) add(n, n, {0, 0, 0, 0, 0, 0, 0, 0, 1});
   if (pin_loose) {
     std::vector<int> contacts(n, 0);
@@ -227,7 +159,7 @@ void RigidPolygons::write_stiffness(double *matrix) const
 {
   const std::size_t rows = forces.size();
   std::fill_n(matrix, rows * rows, 0.0);
-  visit_blocks(stiffness, [&](int64_t i, int64_t j, const Block &block) {
+  visit_blocks([&](int64_t i, int64_t j, const Block &block) {
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) {
         matrix[(3 * i + a) * rows + 3 * j + b] += block[3 * a + b];

@@ -1,6 +1,6 @@
 """Droplets as rigid bodies: energy and derivatives against plain loops, differences and LAMMPS, and relaxations."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -9,9 +9,10 @@ import reference
 import jamlab
 from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.packing.deformation import at_phi
+from jamlab.protocols.preconditioned_lbfgs import FAR
 from jamlab.protocols.random_start import droplet_cell, droplet_params, free_diameters, place_droplets, random_disks
 
-DESCENT = (1e-9, 1e-13, 1e-22, 0.05, 1e-3, 1e-10, 100.0, 1e-3, 0.75, 0.25, 0.5, 5.0, 4.0, 6, 0.3)
+DESCENT = (1e-9, 1e-13, 1e-22, *astuple(replace(FAR, least_shift=1e-10)), 1e-3, 4.0)
 LEANING = np.array([[3.4, 0.0], [0.9, 3.1]])
 
 
@@ -131,7 +132,7 @@ def test_crossed_outlines_are_refused():
 
 
 def test_droplets_pressed_together_come_apart_in_few_steps():
-    """Steps that do not know the gaps that they close end at each in turn, and take more than ten times as many."""
+    """With gaps in the Hessian that steps will close, they are at most 60."""
     nv, params = droplet_params(36)
     disks = random_disks(36, 1, phi=0.65, large=0.5, sizes=None)
     scale = droplet_cell(nv, params, 0.65) / disks.box[0, 0]
@@ -141,4 +142,4 @@ def test_droplets_pressed_together_come_apart_in_few_steps():
     placed = place_droplets(held.positions, held.box, nv, params, 1)
     pressed_together = RigidDroplets.of(at_phi(placed, 0.78))
     assert pressed_together.derivatives()[0] > 1.0
-    assert pressed_together.relaxed(DESCENT, 40).energy <= DESCENT[2]
+    assert pressed_together.relaxed(DESCENT, 60).energy <= DESCENT[2]
