@@ -9,7 +9,7 @@ namespace LAMMPS_NS {
 struct Contact {
   int vertex, tail, head;
   int law;      // number in PairLaws
-  Foot foot;    // of crossing edges all 0
+  jamlab::Foot foot;    // of crossing edges all 0
 };
 
 /* Each form below appends its contacts. Which edge is nearest and what touches cannot be predicted,
@@ -56,7 +56,7 @@ inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates,
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
     const double reachsq = laws[row.law].widthsq;
     for (int n = row.begin; n < row.end; n++) {
-      const Foot foot = foot_on_edge(x[row.i], frames[near[n]]);
+      const jamlab::Foot foot = foot_on_edge(x[row.i], frames[near[n]]);
       contacts[count] = {row.i, edges[near[n]].tail, edges[near[n]].head, row.law, foot};
       count += foot.rsq < reachsq;
     }

@@ -30,7 +30,7 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x,
 {
   meetings.clear();
   for (const Contact &c : pair.find_contacts(beyond)) {
-    const Foot &foot = c.foot;
+    const jamlab::Foot &foot = c.foot;
     const double d = sqrt(foot.rsq);
     const Vector edge = point(x[c.head], 0) - point(x[c.tail], 0), &r = foot.r;
     const bool flat = c.tail == c.head;    // a flat wall does not turn

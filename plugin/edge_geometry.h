@@ -1,26 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "kernels/vector.h"
+#include "kernels/nearest_foot.h"
 
 namespace LAMMPS_NS {
 
 using Position = double[3];    // LAMMPS holds its rows one after the other
-
-/* Clamps t to [0, 1] without a branch, since where a foot falls cannot be predicted. Compilers make
-   branches of std::min and std::max: 26 instead of 21 ns per vertex of form outline. */
-inline double clamped(double t)
-{
-  const double positive = t > 0.0 ? t : 0.0;
-  return positive < 1.0 ? positive : 1.0;
-}
-
-/* The foot is the point of an edge that is closest to a vertex: r leads from it to the vertex, rsq
-   is the square of r, and t in [0, 1] is its place from the tail to the head. */
-struct Foot {
-  jamlab::Vector r;
-  double rsq, t;
-};
 
 /* The frame of an edge is found once for all vertices that meet the edge. */
 struct EdgeFrame {
@@ -34,12 +19,10 @@ inline EdgeFrame edge_frame(const double *tail, const double *head)
   return {tail[0], tail[1], ex, ey, lsq > 0.0 ? 1.0 / lsq : 0.0};
 }
 
-inline Foot foot_on_edge(const double *x, const EdgeFrame &edge)
+inline jamlab::Foot foot_on_edge(const double *x, const EdgeFrame &edge)
 {
   const jamlab::Vector along{edge.ex, edge.ey}, from_tail{x[0] - edge.x, x[1] - edge.y};
-  const double t = clamped(dot(from_tail, along) * edge.per_lsq);
-  const jamlab::Vector r = from_tail - along * t;
-  return {r, dot(r, r), t};
+  return foot_at(from_tail, along, dot(from_tail, along) * edge.per_lsq);
 }
 
 /* x and y are side by side, in one register where the processor has such registers. */
@@ -57,7 +40,7 @@ class NearestEdge {
   void meet(const EdgeFrame &edge, int number)
   {
     const Two along = two(&edge.ex), from_tail = point - two(&edge.x), product = from_tail * along;
-    const double t = clamped((product[0] + product[1]) * edge.per_lsq);
+    const double t = jamlab::clamped((product[0] + product[1]) * edge.per_lsq);
     const Two apart = from_tail - Two{t, t} * along, squares = apart * apart;
     const double square = squares[0] + squares[1];
     found = square < rsq ? number : found;

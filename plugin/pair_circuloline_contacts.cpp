@@ -138,7 +138,7 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &contact) const
 {
   const PairLaw &law = pair_laws[contact.law];
-  const Foot &foot = contact.foot;
+  const jamlab::Foot &foot = contact.foot;
   const double d = sqrt(foot.rsq), overlap = 1.0 - d * law.per_width;
   const double magnitude = d > 0.0 ? law.eps * overlap * law.per_width : 0.0;
   const double per_d = d > 0.0 ? magnitude / d : 0.0;

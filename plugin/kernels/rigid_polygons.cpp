@@ -1,5 +1,6 @@
 #include "rigid_polygons.h"
 
+#include "nearest_foot.h"
 #include "periodic_neighbors.h"
 
 using namespace jamlab;
@@ -121,15 +122,14 @@ bool RigidPolygons::find_contact(int64_t i, int64_t j, int64_t edge, double reac
   const int64_t count = first[j + 1] - first[j];
   const Vector tail = spokes[first[j] + edge];
   const Vector along = spokes[first[j] + after(edge, count)] - tail;
-  const double part = dot(c.point - tail, along) / dot(along, along);
-  c.corner = part <= 0 || part >= 1;
-  c.foot = tail + along * std::clamp(part, 0.0, 1.0);
-  const Vector gap = c.point - c.foot;
-  c.distance = ::size(gap);
+  const Foot foot = foot_on_edge(c.point - tail, along);
+  c.corner = foot.t <= 0 || foot.t >= 1;
+  c.foot = c.point - foot.r;
+  c.distance = std::sqrt(foot.rsq);
   if (cross(along, c.point - tail) > 0) crossed = true;
   if (c.distance >= reach || c.distance < TOUCHING * delta) return false;
   c.overlap = delta - c.distance;
-  c.normal = gap * (1 / c.distance);
+  c.normal = foot.r * (1 / c.distance);
   c.slope[0] = c.normal.x;
   c.slope[1] = c.normal.y;
   c.slope[2] = cross(c.arm, c.normal) / radii[i];

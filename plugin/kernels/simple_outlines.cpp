@@ -1,7 +1,7 @@
 // This file tells which polygons may cross their own outline: almost all surely do not.
 
 #include "kernel.h"
-#include "vector.h"
+#include "nearest_foot.h"
 
 #include <algorithm>
 #include <vector>
@@ -27,11 +27,7 @@ bool is_star(const std::vector<Vector> &ring)
 
 bool is_near(const Vector &p, const Vector &a, const Vector &b, double slack)
 {
-  const Vector edge = b - a, r = p - a;
-  const double square = dot(edge, edge);
-  const double place = square > 0 ? std::clamp(dot(r, edge) / square, 0.0, 1.0) : 0.0;
-  const Vector apart = r - edge * place;
-  return !(dot(apart, apart) > slack * slack);
+  return !(foot_on_edge(p - a, b - a).rsq > slack * slack);
 }
 
 bool may_touch(const Vector &a, const Vector &b, const Vector &c, const Vector &d, double slack)

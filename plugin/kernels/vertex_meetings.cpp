@@ -1,6 +1,7 @@
 // This file finds where vertices meet edges of other polygons, or of other images of their own.
 
 #include "kernel.h"
+#include "nearest_foot.h"
 #include "periodic_neighbors.h"
 
 using namespace jamlab;
@@ -49,11 +50,9 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
     const Image image = Image{0, 0} - near.shift;  // the edge that lies beside the vertex
     if (polygons.particle[v] == polygons.particle[e] && image.home()) return;
     const Vector edge = polygons.edge(e), r = edge * 0.5 + near.r;  // vertex from the tail
-    const double square = dot(edge, edge);
-    const double place = square > 0 ? std::clamp(dot(r, edge) / square, 0.0, 1.0) : 0.0;
-    const Vector apart = r - edge * place;
-    if (dot(apart, apart) < reach * reach)
-      all.push_back({v, e, image, place, std::hypot(apart.x, apart.y), apart,
+    const Foot foot = foot_on_edge(r, edge);
+    if (foot.rsq < reach * reach)
+      all.push_back({v, e, image, foot.t, std::hypot(foot.r.x, foot.r.y), foot.r,
                      lattice.translation(image)});
   };
   const int64_t refusal = visit_neighbors({n, middles.data(), reaches.data()},

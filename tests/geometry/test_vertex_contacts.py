@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from hypothesis import given
+from outlines import feet
 from packings_by_hand import SQUARE, droplets
 from random_packings import polygons
 
@@ -29,9 +30,7 @@ def loop(packing):
     for image in images_within(packing):
         tail = x + np.array(image) @ packing.box
         for v in range(len(x)):
-            r, e = x[v] - tail, packing.polygons.edges
-            t = np.clip(np.divide(np.sum(r * e, 1), np.sum(e * e, 1), out=np.zeros(len(x)), where=e.any(1)), 0, 1)
-            distance = np.hypot(*(r - t[:, None] * e).T)
+            distance = feet(x[v][None], tail, tail + packing.polygons.edges)[0][0]
             near = (distance < packing.params["delta"]) & ((particle != particle[v]) | any(image))
             found |= {(v, int(k), *image): distance[k] for k in np.flatnonzero(near)}
     return found, after

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from outlines import feet
 
 SIMPLE, ALONG_Y = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0, 0.0], [0.0, 1.0]])
 PURE, ISOTROPIC = np.diag([0.5, -0.5]), 0.5 * np.eye(2)
@@ -130,8 +131,7 @@ def droplet_terms(p):
                 vectors = vectors[np.hypot(*vectors.T) > 0.1 * box[0, 0]]  # its images alone
             for s in vectors:
                 tail, along = x[a] + s, x[b] - x[a]
-                t = np.clip(((x[v] - tail) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
-                distance = np.hypot(*(x[v] - tail - t[:, None] * along).T)
+                distance, _, t = (found[0] for found in feet(x[v][None], tail, tail + along))
                 k = distance.argmin()
                 if distance[k] >= delta:
                     continue
