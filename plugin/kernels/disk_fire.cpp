@@ -2,6 +2,10 @@
 // settings of decks. It finds the same states to rounding, in less than half the time, unless disks
 // are HEAVY: E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006); J. Guenole et al., Comput.
 // Mater. Sci. 175, 109584 (2020).
+//
+// Disks do not take LbfgsDescent: from random starts of 256 to 4096 disks, down to a largest force
+// of 1e-8, its factors and solutions alone take 1.4 to 9 times the time of FIRE, and it ends in
+// other minima.
 
 #include "../wide_vectors.h"
 #include "disk_neighbors.h"
