@@ -87,7 +87,7 @@ const std::vector<Contact> &OwnContacts::find(const Position *x, const PairLaws 
     closest.foot.rsq = HUGE_VAL;
     for (int n = row.begin; n < row.end; n++) {
       const Edge &edge = edges[n];
-      const Foot foot = foot_on_edge(x[row.i], edge_frame(x[edge.tail], x[edge.head]));
+      const jamlab::Foot foot = foot_on_edge(x[row.i], edge_frame(x[edge.tail], x[edge.head]));
       if (foot.rsq >= laws[edge.law].widthsq) continue;
       const Contact contact = {row.i, edge.tail, edge.head, edge.law, foot};
       if (edge.near || !row.outline)
