@@ -27,7 +27,7 @@ struct BondLineTension::Block {    // pull: tension over length
   double gamma[BLOCK], eta[BLOCK], ex[BLOCK], ey[BLOCK], length[BLOCK], pull[BLOCK];
 };
 
-/* An edge of zero length has no direction and pulls nowhere: its length is over zero all the same. */
+/* An edge of zero length has no direction and pulls nowhere. The length is above zero even so. */
 static double smoothed(double square, double eta)
 {
   return sqrt(std::max(square + eta * eta, std::numeric_limits<double>::min()));

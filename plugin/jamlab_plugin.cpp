@@ -103,7 +103,7 @@ void jamlab_register(void *lmp, void *handle, void *regfunc)
   Variable *const variable = static_cast<LAMMPS *>(lmp)->input->variable;
   if (variable->find("jamlab_plugin") < 0) variable->set("jamlab_plugin string yes");
 
-  // As plugins, LAMMPS would register them again at every clear command and warn that they are there.
+  // as plugins, they would be registered again by every clear command, with warnings
   auto &commands = *static_cast<LAMMPS *>(lmp)->input->command_map;
   commands["jamlab/forces"] = &create_command<CommandForces>;
   commands["jamlab/descend"] = &create_command<CommandDescend>;
