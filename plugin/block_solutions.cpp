@@ -23,8 +23,8 @@ template <int D> void BlockCholesky<D>::solve(double *r, int count)
       solve_four(r + k, count, std::min(TOGETHER, count - k));
 }
 
-/* The right-hand side is one of several that lie together: its numbers are `apart`. The numbers of a
-   panel are gathered side by side, like those of its columns. */
+/* The right-hand side is one of several that lie together: its numbers are `apart`. The numbers of
+   a panel are gathered side by side, like those of its columns. */
 template <int D>
 template <class Number>
 void BlockCholesky<D>::solve_one(double *r, int apart, const Number *factors,

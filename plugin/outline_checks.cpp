@@ -108,9 +108,9 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const char *who, const FixPolygonOut
   const auto [fault, length, z, vz, ends, molecule, type, kind] = worst;
   const auto stop = [&](const std::string &what) { lmp->error->all(FLERR, "{}: {}", who, what); };
   if (fault == OUT_OF_PLANE)
-    stop(fmt::format("atom {} leaves the plane, with z {:.6g} and vz {:.6g}: use fix enforce2d, after "
-                     "all fixes that add forces, regions from 0 to 0 along z for fix deposit and "
-                     "create_atoms, or set group all z 0", ends[0], z, vz));
+    stop(fmt::format("atom {} leaves the plane, with z {:.6g} and vz {:.6g}: use fix enforce2d, "
+                     "after all fixes that add forces, regions from 0 to 0 along z for fix deposit "
+                     "and create_atoms, or set group all z 0", ends[0], z, vz));
   const std::string edge = fmt::format(
       "the edge between atoms {} and {} is {:.6g} long, more than ", ends[0], ends[1], length);
   if (fault == NOT_AN_OUTLINE && kind == CHAIN)

@@ -7,9 +7,10 @@ namespace LAMMPS_NS {
 
 /* These functions check what pair style circuloline takes for granted; `who` names it in errors. */
 
-// Collective, after each neighbor build: every atom that the style moves is what its type says: a
-// vertex of a ring, a vertex of a wall or a disk, and stays in the plane. Every edge is short enough
-// for the neighbor cutoff, has one law, and lies in the image that the bond between its ends takes.
+// Collective, after each neighbor build: every atom that the style moves is what its type says, a
+// vertex of a ring, a vertex of a wall or a disk, and stays in the plane. Every edge is short
+// enough for the neighbor cutoff, has one law, and lies in the image that the bond between its ends
+// takes.
 // All ranks stop together with the worst case.
 void check_outlines(class LAMMPS *, const char *who, const class FixPolygonOutline &,
                     const class NeighList *, const ContactLaws &);

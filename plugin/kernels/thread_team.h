@@ -38,8 +38,8 @@ class ThreadTeam {
     asleep.fetch_sub(1);
   }
 
-  // Runs work(0) .. work(members - 1), which must not throw; false: threads or memory lack, none has
-  // run.
+  // Runs work(0) .. work(members - 1), which must not throw; false: threads or memory lack, and
+  // none has run.
   template <class Work> bool run(Work work)
   {
     std::vector<std::thread> others;
