@@ -19,20 +19,16 @@ bool BodyForces::accepts(const Fix *fix)
   return utils::strmatch(fix->style, "^gravity") || utils::strmatch(fix->style, "^addforce");
 }
 
-/* Fixes that stay from one run to the next keep their forces. */
+/* Another run may have other forces. */
 void BodyForces::init(const std::vector<Fix *> &fixes)
 {
-  std::vector<Source> found;
+  sources.clear();
   for (Fix *const fix : fixes) {
     if (fix->nevery != 1)
       error->all(FLERR, "{}: fix {} of style {} adds its force every {} steps, which have any "
                  "length: leave out every", WHO, fix->id, fix->style, fix->nevery);
-    const auto before = std::find_if(sources.begin(), sources.end(),
-                                     [=](const Source &each) { return each.fix == fix; });
-    found.push_back(before != sources.end() ? *before
-                                            : Source{fix, utils::strmatch(fix->style, "^gravity")});
+    sources.push_back({fix, utils::strmatch(fix->style, "^gravity")});
   }
-  sources = found;
 }
 
 const char *BodyForces::first() const

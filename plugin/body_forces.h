@@ -28,7 +28,7 @@ class BodyForces : protected Pointers {
   struct Source {
     Fix *fix;
     bool per_mass, known = false;
-    std::array<double, 2> force = {0.0, 0.0};    // on each atom, or over its mass
+    std::array<double, 2> force = {0.0, 0.0};    // on each atom, or over its mass, in this run
   };
   std::vector<Source> sources;
   Field forces;

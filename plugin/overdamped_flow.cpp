@@ -295,7 +295,7 @@ double OverdampedFlow::column(int n) const
 
 double OverdampedFlow::memory_usage()
 {
-  double used = bytes(forces) + (solver ? solver->memory_usage() : 0.0);
+  double used = bytes(forces, bodies.applied()) + (solver ? solver->memory_usage() : 0.0);
   for (const Field *each : fields()) used += bytes(*each);
   return used;
 }

