@@ -21,6 +21,8 @@ static constexpr double PHASE = 0.1;    // of an oscillation in a step: its work
 static constexpr double FARTHEST = 0.005;    // over the size of a droplet: from its prediction to
                                              // where forces take a vertex
 static constexpr double RETRY = 0.25;        // step over one that was too long
+// Rises of a stress over the last one that went too far or not, and the least one over all of it
+static constexpr double LESS_LOAD = 0.25, MORE_LOAD = 2.0, LEAST_LOAD = 1e-3;
 static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
                         ROUNDING = 1e-13;    // see `balances`
 
@@ -41,6 +43,7 @@ void DropletFlow::keep(RestartBytes &bytes)
 {
   OverdampedFlow::keep(bytes);
   bytes(last);
+  bytes(load);
   bytes(lost);
 }
 
@@ -49,8 +52,21 @@ void DropletFlow::find_scales()
 {
   const auto [length, energy] = drag->scales();
   size = length;
+  energy_unit = energy;
   time_unit = settings.droplet_law.tau;
   if (time_unit == 0.0) time_unit = settings.solver.background * size * size / energy;
+}
+
+bool DropletFlow::Load::rises() const
+{
+  return fabs(rise) > LEAST_LOAD * fabs(whole);
+}
+
+/* A guess of the rate under a stress, from rest: the drag of a power law has no bound there. */
+double DropletFlow::first_rate() const
+{
+  if (settings.droplet_law.alpha == 1.0) return 0.0;
+  return load.rise * size * size / (energy_unit * time_unit);
 }
 
 /* A run that resumes has its velocities. A flow begins with velocities that the drag alone allows:
@@ -72,6 +88,8 @@ void DropletFlow::setup()
     sums.elastic = state.sums.elastic;
     state.sums = sums;
   }
+  if (begins && settings.free_rate())
+    load = {stress(), settings.stress - stress(), settings.stress - stress()};
   const double longest = longest_step(size, PHASE, time_unit);
   if (begins) state.step = FIRST * longest;
   set_time_step(up_to_end(std::min(state.step, longest)));
@@ -84,7 +102,9 @@ void DropletFlow::begin_step()
   const double dt = update->dt, ratio = last.time > 0.0 ? dt / last.time : 0.0;
   const double again = ratio * ratio / (1.0 + 2.0 * ratio);    // part of the last displacement
   const double per_time = last.time > 0.0 ? 1.0 / (last.time + last.time_before) : 0.0;
-  const double rate = state.rate, rate_ahead = rate + ratio * (rate - last.rate_before);
+  const double rate = state.rate;
+  const double rate_ahead = free_rate && last.time == 0.0 && rate == 0.0
+      ? first_rate() : rate + ratio * (rate - last.rate_before);
   implicit_time = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
   const double strain =
       free_rate ? again * last.strain + implicit_time * rate_ahead : given_strain(dt);
@@ -135,6 +155,11 @@ void DropletFlow::end_step()
   state.work += work;
   state.dissipated += dissipated;
   lost += gap;
+  if (settings.free_rate()) {
+    load.held += load.rise;
+    const double rest = settings.stress - load.held;
+    load.rise = std::copysign(std::min(MORE_LOAD * fabs(load.rise), fabs(rest)), rest);
+  }
   adapt_step();
 }
 
@@ -165,7 +190,7 @@ void DropletFlow::correct(const Field &change, double strain)
    box that leans by STRAIN, by the lower power of both ends, since one may be a burst; with body
    forces, also of what would dissipate in free fall, since what comes to rest has no power. The
    part is less, the more of what all steps may lose is lost. Rounding of the sum of energies and
-   shortest steps always pass. */
+   shortest steps at a constant stress always pass. */
 bool DropletFlow::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit;
@@ -177,13 +202,20 @@ bool DropletFlow::balances(double gap, double dissipation_before) const
   const double rounding = ROUNDING * fabs(state.sums.energy) / area();
   const double allowed = time * power + time_unit * state.sums.fall / area();
   return fabs(gap) <= left * BALANCE * settings.tolerance * allowed + rounding ||
-      last.time <= SHORTEST * time_unit;
+      (last.time <= SHORTEST * time_unit && !load.rises());
 }
 
-/* The flow goes back to the start of the step, from which a shorter one begins without history. */
+/* The flow goes back to the start of the step, from which a shorter one begins without history. The
+   response of droplets to a stress may be elastic, at once, and larger than a step: then the stress
+   rises in parts. */
 void DropletFlow::step_back()
 {
-  if (last.time < SHORTEST * time_unit) refuse();
+  double step = RETRY * last.time;
+  if (last.time < SHORTEST * time_unit) {
+    if (!load.rises()) refuse();
+    load.rise *= LESS_LOAD;
+    step = FIRST * time_unit;
+  }
   for (int i = 0; i < atom->nlocal; i++) {
     move(i, -displacement[i].x, -displacement[i].y, -last.strain);
     velocity[i] = last_velocity[i];
@@ -191,7 +223,7 @@ void DropletFlow::step_back()
   }
   lean(-last.strain);
   state = initial;
-  state.step = RETRY * last.time;
+  state.step = step;
   last = Last();
   set_time_step(state.step);
 }

@@ -35,18 +35,24 @@ class DropletFlow : public OverdampedFlow {
     double time = 0.0, time_before = 0.0, strain = 0.0, rate_before = 0.0;
   } last;
   class DropletDrag *drag = nullptr;    // the solver
-  double size = 1.0, time_unit = 1.0;    // of a droplet; in which drag relaxes
+  double size = 1.0, energy_unit = 1.0, time_unit = 1.0;    // of a droplet; in which drag relaxes
+  struct Load {    // stress that is held, how much more the next step adds, and all are to add
+    double held = 0.0, rise = 0.0, whole = 0.0;
+    bool rises() const;    // by as much as may be divided
+  } load;
   double lost = 0.0;             // energy per area, by the errors of all steps
   double implicit_time = 0.0;    // ahead, of the last step
   State initial;                 // at the start of the step
 
   std::unique_ptr<DragSolver> make_solver() override;
   double pushed_work() const;
+  double held_stress() const override { return load.held + load.rise; }
   void correct(const Field &change, double strain);
   bool balances(double gap, double dissipation_before) const;
   void step_back();
   void adapt_step();
   void find_scales();
+  double first_rate() const;
   [[noreturn]] void refuse() const;
 };
 

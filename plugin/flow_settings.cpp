@@ -81,6 +81,9 @@ int FlowSettings::read(LAMMPS *lmp, int words, char **arg)
   if (is("fixed", 1) || is("walls", 1)) {
     const int found = lmp->group->find(arg[1]);
     if (found < 0) lmp->error->all(FLERR, "{}: {} {}: there is no such group", WHO, arg[0], arg[1]);
+    if (fixed_bit)
+      lmp->error->all(FLERR, "{}: {} {}: give one group of atoms that do not move, as fixed or as "
+                      "walls", WHO, arg[0], arg[1]);
     fixed_bit = lmp->group->bitmask[found];
     walls = strcmp(arg[0], "walls") == 0;
   } else if (is("iterations", 1)) {

@@ -146,7 +146,7 @@ DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
   state.rate = driven_rate();
   hold_fixed();
   DragSolver::Load load = {state.rate, 0.0, settings.free_rate()};
-  if (load.free_rate) load.moment = area() * settings.stress - solver->driven_moment(forces);
+  if (load.free_rate) load.moment = area() * held_stress() - solver->driven_moment(forces);
   const DragSolver::Result result = solver->solve(forces, velocity, load);
   if (load.free_rate && !solver->resists_rate())
     error->all(FLERR, "{}: {} nothing resists a shear rate under a stress at time {:.6g}, strain "
@@ -183,11 +183,32 @@ void OverdampedFlow::remove_drift()
   exchange.send_to_ghosts(velocity);
 }
 
-/* The height of the edge of the box next to an atom, above the atom. */
-double OverdampedFlow::to_edge(int i) const
+double OverdampedFlow::edge(int i) const
 {
-  const double y = atom->x[i][1] - domain->boxlo[1];
-  return round(y / domain->yprd) * domain->yprd - y;
+  return round((atom->x[i][1] - domain->boxlo[1]) / domain->yprd) * domain->yprd;
+}
+
+/* A droplet moves as a whole: no bond leaves the group, or leads from one wall to the other. */
+void OverdampedFlow::check_held() const
+{
+  if (!settings.fixed_bit) return;
+  const char *const name = settings.walls ? "walls" : "fixed";
+  double held = 0.0, cut = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) held += atom->mask[i] & settings.fixed_bit ? 1.0 : 0.0;
+  if (over_ranks(held, MPI_SUM) == 0.0)
+    error->all(FLERR, "{}: {}: the group has no atoms", WHO, name);
+  for (int n = 0; n < neighbor->nbondlist; n++) {
+    const int i = neighbor->bondlist[n][0], j = neighbor->bondlist[n][1];
+    const bool first = atom->mask[i] & settings.fixed_bit;
+    const bool second = atom->mask[j] & settings.fixed_bit;
+    const bool torn = settings.walls && first && edge(i) != edge(j);
+    if (first != second || torn) cut = std::max(cut, static_cast<double>(atom->tag[i]));
+  }
+  cut = over_ranks(cut, MPI_MAX);
+  if (cut > 0.0)
+    error->all(FLERR, "{}: {}: the droplet of atom {:.0f} is held in part, or lies between both "
+               "walls: give whole droplets{}", WHO, name, cut,
+               settings.walls ? " near the lower or the upper edge of the box" : "");
 }
 
 bool OverdampedFlow::rides(int i) const

@@ -27,6 +27,7 @@ class OverdampedFlow : protected Pointers {
   // A run calls init and setup, and, at each step, begin_step before forces and end_step after them
   void init(const std::vector<class Fix *> &pushes);    // fixes whose forces are body forces
   void find_body_forces();    // before others are added
+  void check_held() const;    // the group of what does not move
   virtual void setup() = 0;
   virtual void begin_step() = 0;    // particles and box go to the end of the step
   virtual void end_step() = 0;      // finds the velocities there, and how long the next step is
@@ -66,6 +67,7 @@ class OverdampedFlow : protected Pointers {
   double iterations = 0.0, last_iterations = 0.0;    // since the start, of the last solution
 
   virtual std::unique_ptr<DragSolver> make_solver() = 0;
+  virtual double held_stress() const { return settings.stress; }
   void update_contacts(double ahead);
   DragSolver::Result find_velocities(bool with_forces = true);
   void add_up();
@@ -86,7 +88,8 @@ class OverdampedFlow : protected Pointers {
   double driven_rate() const;
   double typical_rate() const;
   double given_strain(double time) const;    // that passes within it, if no stress is given
-  double to_edge(int i) const;
+  double edge(int i) const;    // height of the edge of the box next to an atom
+  double to_edge(int i) const { return edge(i) - (atom->x[i][1] - domain->boxlo[1]); }
   bool rides(int i) const;    // atom i, with a wall whose rate changes
   double over_ranks(double value, MPI_Op operation) const;
   std::string more_background() const;

@@ -263,3 +263,45 @@ def test_without_drag_on_a_shear_no_rate_is_found(tmp_path, slab, between):
     with kind(tmp_path, packing, "stress 1e-3 background 1 fluid 2", "0 1") as flow:
         row = flow.run(0)
     assert row["rate"] == pytest.approx(0.5 * (1e-3 - row["elastic"]), rel=1e-9)
+
+
+def test_a_stress_that_strains_droplets_at_once_rises_in_parts(tmp_path):
+    """Where no drag resists the strain: a hundredth of the strain of a droplet is more than a step takes. The work is
+    that of a stress that rises."""
+    with DropletFlow(tmp_path, jamlab.read(DROPLETS), "stress 5e-3 stop 0.05", CONTACT) as flow:
+        start, row = flow.run(0), flow.run()
+    assert row["stress"] == pytest.approx(5e-3, rel=1e-5) and row["strain"] > 0.01
+    stored = row["energy"] - start["energy"]
+    assert row["work"] - row["dissipated"] == pytest.approx(stored, abs=2e-2 * row["work"])
+
+
+def test_droplets_whose_drag_is_a_power_begin_to_creep(tmp_path):
+    """From rest, where such drag has no bound."""
+    with DropletFlow(tmp_path, jamlab.read(DROPLETS), "stress 5e-3 background 1", "drag 1 1 0.5") as flow:
+        assert flow.run(0)["rate"] == 0
+        row = flow.run(20)
+    assert row["stress"] == pytest.approx(5e-3, rel=1e-3) and row["rate"] > 0 and row["time"] > 1e-5
+
+
+@pytest.mark.parametrize(
+    ("group", "fix", "named"),
+    [
+        ("group held empty", "walls held", "walls: the group has no atoms"),
+        ("group held empty", "fixed held", "fixed: the group has no atoms"),
+        ("group held id 1:10", "fixed held", "held in part"),
+        ("middle", "walls some", "near the lower or the upper edge"),
+        ("group held molecule 1\ngroup other molecule 2", "walls held fixed other", "fixed other: give one group"),
+    ],
+)  # fmt: skip
+def test_groups_that_are_refused(tmp_path, group, fix, named):
+    packing = jamlab.read(DROPLETS)
+    with DropletFlow(tmp_path, packing, "rate 1", CONTACT) as flow:
+        lines = group.splitlines()
+        if group == "middle":  # a droplet that reaches beyond it
+            height = packing.box[1, 1]
+            y = packing.positions[:, 1] - np.floor(packing.centroids[packing.particle, 1] / height) * height
+            upper = np.bincount(packing.particle, y > 0.5 * height) / np.bincount(packing.particle)
+            lines = [f"group some molecule {1 + np.flatnonzero((upper > 0) & (upper < 1))[0]}"]
+        flow.lmp.commands_list(["unfix flow", *lines])
+        with pytest.raises(Exception, match=named):
+            flow.lmp.commands_list([f"fix flow all overdamped rate 0.1 {CONTACT} {fix}", "run 0"])
