@@ -40,6 +40,7 @@ struct DensePanels {
   Factorise *factorise, *factorise_signed;
   Multiply *multiply, *multiply_signed;
   Step<double> *down, *up;
+  Step<double> *up_disks;    // of panels with three columns for each disk
   Step<float> *down_rough, *up_rough;
   DownFour *down_four;
   UpFour *up_four;

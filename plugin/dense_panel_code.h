@@ -259,6 +259,26 @@ static void up(const Number *panel, int width, int height, Stride stride, Number
 
 #undef piece
 #undef PIECE
+
+/* COUNT columns at once, of panels that have some such columns. Each sum takes row after row, first
+   those below the triangle. */
+template <int COUNT>
+static void up_in_order(const double *panel, int width, int height, Stride stride, double *numbers)
+{
+  for (int c = width - COUNT; c >= 0; c -= COUNT) {
+    const double *const column = panel + c * stride;
+    double sums[COUNT] = {};
+#pragma omp simd reduction(+ : sums[:COUNT])
+    for (int r = width; r < height; r++)
+      for (int b = 0; b < COUNT; b++) sums[b] += column[b * stride + r] * numbers[r];
+    for (int r = c + COUNT; r < width; r++)
+      for (int b = 0; b < COUNT; b++) sums[b] += column[b * stride + r] * numbers[r];
+    for (int b = COUNT - 1; b >= 0; b--) {
+      for (int a = b + 1; a < COUNT; a++) sums[b] += column[b * stride + c + a] * numbers[c + a];
+      numbers[c + b] = (numbers[c + b] - sums[b]) * column[b * stride + c + b];
+    }
+  }
+}
 #undef four
 #undef FOUR
 #undef wide
@@ -266,4 +286,4 @@ static void up(const Number *panel, int width, int height, Stride stride, Number
 
 static constexpr DensePanels FUNCTIONS = {
     factorise<false>, factorise<true>, multiply<false>, multiply<true>, down<Double>, up<Double>,
-    down<Single>, up<Single>, down_four, up_four};
+    up_in_order<3>, down<Single>, up<Single>, down_four, up_four};
