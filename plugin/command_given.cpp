@@ -8,8 +8,10 @@
 #include "input_members.h"
 #include "lammps.h"
 #include "utils.h"
+#include "variable.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -29,11 +31,20 @@ std::string text_of(FILE *file)
   return text;
 }
 
-/* Whether a formula reads a variable, as v_NAME or ${NAME}. */
-bool reads(const std::string &formula, const std::string &name)
+/* Whether a text that was given needs a variable: as v_NAME or ${NAME}, or NAME=, in words of a
+ * law. */
+bool reads(const std::string &text, const std::string &name)
 {
-  return formula.find("v_" + name) != std::string::npos ||
-         formula.find("${" + name + "}") != std::string::npos;
+  const auto of_name = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+  };
+  if (text.find("${" + name + "}") != text.npos) return true;
+  for (auto at = text.find(name); at != text.npos; at = text.find(name, at + 1)) {
+    const char after = at + name.size() < text.size() ? text[at + name.size()] : ' ';
+    const bool formula = at > 1 && text.compare(at - 2, 2, "v_") == 0 && !of_name(after);
+    if (formula || (after == '=' && (at == 0 || text[at - 1] == ' '))) return true;
+  }
+  return false;
 }
 
 /* What is wrong with the variables that exist. The deck is the first of the open files that asks
@@ -58,6 +69,11 @@ std::vector<std::string> refusals(LAMMPS *lmp)
       return each.first != name && reads(each.second, name);
     });
     if (read || user.takes(name) || user.computes(name) || name == "jamlab_plugin") continue;
+    const int count = values_of(*lmp->input->variable)[lmp->input->variable->find(name.c_str())];
+    if (count > 1 && deck.takes(name) && !deck.optional_one(name)) {
+      wrong.push_back(fmt::format("-var {} gives {} values: give one", name, count));
+      continue;
+    }
     const auto rule = deck.must_be(name, text);
     if (!rule.empty())
       wrong.push_back(fmt::format("{} = {}: must be {}", name, text, rule));

@@ -27,6 +27,8 @@ class DeckText {
 
   /* Whether `lmp -var` may give a variable of that name. */
   bool takes(const std::string &name) const;
+  /* Whether that variable has no default, and may have several values. */
+  bool optional_one(const std::string &name) const { return optional.count(name); }
   /* Whether the text sets that variable, and `lmp -var` may not. */
   bool computes(const std::string &name) const;
   /* What a value must be, in words; "" if it is that. */

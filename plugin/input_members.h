@@ -2,16 +2,19 @@
 #pragma once
 
 #include "input.h"
+#include "variable.h"
 
 #include <cstdio>
 
 namespace LAMMPS_NS {
 
 /* What the input of LAMMPS keeps to itself, in some of its versions: the command that runs, and the
-   files that it reads, the first one first. An explicit instantiation may name a private member. */
+   files that it reads, the first one first; and how many values each variable has. An explicit
+   instantiation may name a private member. */
 inline char *&command_of(Input &);
 inline FILE **&files_of(Input &);
 inline int &number_of_files(Input &);
+inline int *&values_of(Variable &);
 
 template <char *Input::*Member> struct CommandMember {
   friend inline char *&command_of(Input &input) { return input.*Member; }
@@ -22,9 +25,13 @@ template <FILE **Input::*Member> struct FilesMember {
 template <int Input::*Member> struct NumberMember {
   friend inline int &number_of_files(Input &input) { return input.*Member; }
 };
+template <int *Variable::*Member> struct ValuesMember {
+  friend inline int *&values_of(Variable &variable) { return variable.*Member; }
+};
 
 template struct CommandMember<&Input::command>;
 template struct FilesMember<&Input::infiles>;
 template struct NumberMember<&Input::nfile>;
+template struct ValuesMember<&Variable::num>;
 
 }    // namespace LAMMPS_NS

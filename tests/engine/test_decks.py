@@ -121,6 +121,7 @@ def test_a_search_without_minima_ends(tmp_path):
         ("sp.jam", {"step": 0}, "step = 0: must be a number in (0, 1]"),
         ("sp.jam", {"phi": 0.8}, "-var phi: the deck sets it itself"),
         ("sp.jam", {"ratio": 1.2, "untis": "k"}, "-var ratio: no such variable; give size_ratio"),
+        ("sp.jam", {"seed": ("1", "2")}, "-var seed gives 2 values: give one"),
         ("sp.jam", {"untis": "k"}, "-var untis: no such variable; give units"),
         ("sp.jam", {"minimizer": "sd"}, "minimizer = sd: must be one of cg | fire"),
         ("sp.jam", {"force_tolerance": 1e-6}, "-var u_contact 1e-10 -var u_jammed 1e-08"),
