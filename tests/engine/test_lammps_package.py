@@ -172,8 +172,10 @@ def test_a_tree_gets_the_package_once_in_its_own_form(requests, tmp_path):
     assert max(len(line) for text in sources for line in text.splitlines()) <= 100
     assert put(1) == put(2) == after
     examples = {path.name for path in (tmp_path / "examples" / "PACKAGES" / "polygon").iterdir()}
-    assert {"in.funnel", "data.funnel", "polygon12.mol"} <= examples
-    assert not any("../parts" in after[path] or "funnel.data" in after[path] for path in after if path.name in examples)
+    assert {"in.funnel", "data.funnel", "polygon12.mol", "wall.mol"} <= examples
+    assert write_package.foreign() == {"overdamped", "disk/drag"}
+    strange = re.compile(r"\.\./parts|funnel\.data|overdamped|disk/drag|jamlab")
+    assert not any(strange.search(after[path]) for path in after if path.name in examples)
 
 
 @pytest.mark.slow

@@ -25,7 +25,8 @@ RESTART = {  # what LAMMPS calls the section between Description and Restriction
 SECTIONS = ("Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default")
 PLUGIN = "is part of the jamlab plugin"
 PACKAGE = "is part of the POLYGON package, with which LAMMPS must be built: see :doc:`Build package <Build_package>`"
-OTHERS = (r"`?jamlab\b", r"(?:(?!\n\n)[^.])*\]\((?:\.\./|index\.md)")  # sentences about the rest of jamlab begin so
+PACKED = "bond_line_tension|compute_polygon|compute_polygon_contact|fix_polygon_area|pair_circuloline"  # pages of it
+OTHERS = (r"`?jamlab\b", rf"(?:(?!\n\n)[^.])*\]\((?!lammps:|(?:{PACKED})\.md)")  # sentences about other parts of jamlab
 ASCII = dict(
     zip(
         "δεηγφατ²⁴₀−–×’éµ≥≤·",
@@ -145,10 +146,8 @@ class Writer:
 
     def linked(self, words: str, link: str) -> str:
         """A page of LAMMPS' manual, which has those of the package too; of other pages the words alone."""
-        own = re.fullmatch(r"(\w+)\.md(?:#.*)?", link)
-        if link.startswith(MANUAL):
-            return f":doc:`{words} <{link.removeprefix(MANUAL)}>`"
-        return f":doc:`{words} <{own[1]}>`" if own and own[1] != "index" else words
+        page = link.removeprefix(MANUAL).partition("#")[0].removesuffix(".md")
+        return f":doc:`{words} <{page}>`" if link.startswith(MANUAL) or re.fullmatch(PACKED, page) else words
 
     def citation(self, key: str) -> str:
         if key not in self.cited:

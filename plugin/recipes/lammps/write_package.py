@@ -212,17 +212,27 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
     return files
 
 
+def foreign() -> set[str]:
+    """Styles of the plugin that the package lacks."""
+    text = (SOURCE / "jamlab_plugin.cpp").read_text(encoding="utf-8")
+    return {*re.findall(r'\{"\w+", "([\w/]+)"', text)} - {style for _, style, _ in STYLES.values()}
+
+
 def write_examples(folder: Path) -> None:
-    """Inputs by the names that LAMMPS asks for, in.NAME and data.NAME, with what they read in the same folder."""
+    """Inputs with styles of LAMMPS and of the package alone, by the names that LAMMPS asks for, and what they read."""
     decks = ROOT / "lammps_inputs"
-    inputs = [path for path in (decks / "examples").iterdir() if not path.name.startswith("log.")]
-    names = {path: f"data.{path.stem}" if path.suffix == ".data" else path.name for path in inputs}
+    texts = {path: path.read_text(encoding="utf-8") for path in (decks / "examples").glob("in.*")}
+    words = {path: {*re.sub("#.*", "", text).replace("../parts/", "").split()} for path, text in texts.items()}
+    chosen = [path for path, of in words.items() if not of & foreign() and "jamlab" not in texts[path]]
+    named = set[str]().union(*(words[path] for path in chosen))
+    read = [path for path in decks.glob("*/*") if path.name in named and path.suffix in (".data", ".mol")]
+    names = {path.name: f"data.{path.stem}" for path in read if path.suffix == ".data"}
     folder.mkdir(parents=True)
-    for path in [*inputs, decks / "parts" / "polygon12.mol"]:
+    for path in [*chosen, *read]:
         text = path.read_text(encoding="utf-8").replace("../parts/", "")
         for old, new in names.items():
-            text = re.sub(rf"\b{re.escape(old.name)}\b", new, text)
-        (folder / names.get(path, path.name)).write_text(american(text))
+            text = re.sub(rf"\b{re.escape(old)}\b", new, text)
+        (folder / names.get(path.name, path.name)).write_text(american(text))
 
 
 def write_requests(folder: Path) -> None:
