@@ -164,13 +164,13 @@ FIRST = {
 pulls with a force that does not depend on the length of a bond; fix polygon/area holds the area of every ring; compute
 polygon gives area, perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """An internal fix, POLYGON/OUTLINE, finds the rings from bonds and molecule IDs, on any number of ranks
-and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet, virials are tallied
-per atom. Restart files keep the coefficients of the bond style; fix polygon/area must be given again. Examples come
-with the pair style.""",
+and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet; fix polygon/area has a
+level of respa. Virials are tallied per atom. Restart files keep the coefficients of the bond style; fix polygon/area
+must be given again. Examples come with the pair style.""",
 }
 SECOND = {
     "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
-in two contact forms; compute polygon/contact lists contacts.
+in two contact forms, and of a polygon with itself; compute polygon/contact lists contacts.
 Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
 pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
