@@ -80,6 +80,20 @@ static constexpr PluginStyle STYLES[] = {
      nullptr, &create<FixPolygonOutline>},
 };
 
+/* These go to the table of the input itself, which keeps them. As plugins, they would be registered
+   again by every clear command, with warnings. */
+static constexpr struct {
+  const char *name;
+  Input::CommandCreator create;
+} COMMANDS[] = {
+    {"jamlab/forces", &create_command<CommandForces>},
+    {"jamlab/descend", &create_command<CommandDescend>},
+    {"jamlab/order", &create_command<CommandOrder>},
+    {"jamlab/given", &create_command<CommandGiven>},
+    {"jamlab/law", &create_command<CommandLaw>},
+    {"jamlab/quiet", &create_command<CommandQuiet>},
+};
+
 void jamlab_register(void *lmp, void *handle, void *regfunc)
 {
   const auto add = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
@@ -103,12 +117,6 @@ void jamlab_register(void *lmp, void *handle, void *regfunc)
   Variable *const variable = static_cast<LAMMPS *>(lmp)->input->variable;
   if (variable->find("jamlab_plugin") < 0) variable->set("jamlab_plugin string yes");
 
-  // as plugins, they would be registered again by every clear command, with warnings
-  auto &commands = *static_cast<LAMMPS *>(lmp)->input->command_map;
-  commands["jamlab/forces"] = &create_command<CommandForces>;
-  commands["jamlab/descend"] = &create_command<CommandDescend>;
-  commands["jamlab/order"] = &create_command<CommandOrder>;
-  commands["jamlab/given"] = &create_command<CommandGiven>;
-  commands["jamlab/law"] = &create_command<CommandLaw>;
-  commands["jamlab/quiet"] = &create_command<CommandQuiet>;
+  for (const auto &[name, make] : COMMANDS)
+    (*static_cast<LAMMPS *>(lmp)->input->command_map)[name] = make;
 }

@@ -18,9 +18,11 @@ MADE = ("gallery/", "reference/python/", "reference/commands.rst", "reference/ve
 
 
 def styles():
-    """Names of the styles that the plugin registers, but for those in upper case, which users do not see."""
+    """Kinds and names of what the plugin registers, but for those in upper case, which users do not see."""
     source = (ROOT / "plugin" / "jamlab_plugin.cpp").read_text(encoding="utf-8")
-    return re.findall(r'^    \{"(\w+)", "([a-z_/]+)", "', source, re.MULTILINE)
+    commands = re.findall(r'^    \{"(jamlab/\w+)", &', source, re.MULTILINE)
+    styles_there = re.findall(r'^    \{"(\w+)", "([a-z_/]+)", "', source, re.MULTILINE)
+    return [*styles_there, *(("command", name) for name in commands)]
 
 
 def test_every_style_has_a_page_in_the_form_of_lammps():
@@ -28,7 +30,7 @@ def test_every_style_has_a_page_in_the_form_of_lammps():
     for page in (ROOT / "docs" / "reference" / "lammps").glob("*.md"):
         text = page.read_text(encoding="utf-8")
         titles[text.splitlines()[0]] = re.findall(r"^## (.*)$", text, re.MULTILINE)
-    assert len(styles()) > 8
+    assert len(styles()) > 12
     for kind, name in styles():
         prefix = {"command": "", "fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
         found = titles[f"# {prefix}{name}"]  # output and restart may stand between Description and Restrictions

@@ -84,9 +84,10 @@ def test_messages_hold_no_folder_of_the_build():
     assert not [found for file in files for found in re.findall(rb"[!-~]*/plugin/[!-~]*\.(?:cpp|h)\b", file)]
 
 
-def test_a_clear_warns_of_nothing():
-    """Pair, bond, fix and compute styles are there as before, and the commands."""
-    code, output = start(installed("plugin"), "clear\nclear\njamlab/forces of nothing\n")
+@pytest.mark.parametrize("line", ["clear", "clear\nclear", "plugin clear", "clear\nplugin clear\nclear"])
+def test_commands_stay(line):
+    """After a clear without a warning; and after LAMMPS has closed the plugin, for what they do needs no style."""
+    code, output = start(installed("plugin"), f"{line}\njamlab/forces of nothing\n")
     assert "WARNING" not in output and "jamlab/forces takes no arguments (plugin/command_forces.cpp" in output
     assert code == 1
 
