@@ -135,11 +135,13 @@ def test_forces_energies_and_virials(tmp_path, ranks):
         close(row[0], rows[:, 0].sum())
 
 
-def test_contacts_in_segment_smooth(lmp, tmp_path):
-    """With disks and a wall."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(6)))
-    deck = outlines.deck("data").replace("1.2 walls", "1.2 contact segment/smooth walls")
-    check(lmp, deck, "fix area")
+@pytest.mark.parametrize("keyword", ["contact segment/smooth", "self 0.1"])
+def test_contacts(lmp, tmp_path, keyword):
+    """With disks, a wall, and a droplet whose sides are near each other."""
+    state = outlines.scene(6)
+    state.outlines[0].points[:, 1] *= 0.15
+    (tmp_path / "data").write_text(outlines.data(state))
+    check(lmp, outlines.deck("data").replace("1.2 walls", f"1.2 {keyword} walls"), "fix area")
 
 
 def test_disks(lmp, tmp_path):
