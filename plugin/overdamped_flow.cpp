@@ -270,6 +270,12 @@ void OverdampedFlow::add_up()
   state.sums.dissipation += fluid * state.rate * state.rate;
 }
 
+/* Of body forces against the background drag alone: a mean over disks, or over vertices. */
+double OverdampedFlow::falling_speed() const
+{
+  return sqrt(state.sums.fall / (settings.solver.background * atom->natoms));
+}
+
 double OverdampedFlow::longest_step(double length, double phase, double rest) const
 {
   double fastest = 0.0;
@@ -289,7 +295,9 @@ double OverdampedFlow::longest_step(double length, double phase, double rest) co
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest "
                "value", WHO);
-  if (std::isfinite(stable) && least < STUCK * std::min(stable, flow) && !limited)
+  const double speed = bodies.empty() ? 0.0 : falling_speed();
+  const double usual = std::min({stable, flow, speed > 0.0 ? STRAIN * length / speed : HUGE_VAL});
+  if (std::isfinite(stable) && least < STUCK * usual && !limited)
     error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at "
                "{:.3g} beside the flow, and steps of {:.2g} lead nowhere: {}, or lower the rate",
                WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least,

@@ -87,6 +87,7 @@ class OverdampedFlow : protected Pointers {
   double dissipation() const { return state.sums.dissipation / area(); }    // per time and area
   double driven_rate() const;
   double typical_rate() const;
+  double falling_speed() const;
   double given_strain(double time) const;    // that passes within it, if no stress is given
   double edge(int i) const;    // height of the edge of the box next to an atom
   double to_edge(int i) const { return edge(i) - (atom->x[i][1] - domain->boxlo[1]); }

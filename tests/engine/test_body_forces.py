@@ -139,6 +139,14 @@ def test_what_has_come_to_rest_bears_its_weight(tmp_path, kind):
     assert row["work"] > 0.0
 
 
+def test_disks_fall_with_drag_that_grows_as_a_power(tmp_path):
+    """Held disks that touch do not move: their relaxation time has no bound, and limits no step."""
+    law = [line.replace("drag 1 1", "drag 1 0.3 alpha 0.5") for line in falling("disks", tmp_path)]
+    with Fall(law, "rate 0 background 0.5 fixed held solver 1e-8 stop 2", [DOWN.format(0.05)]) as flow:
+        start, row = flow.run(0), flow.run()
+    assert row["work"] - row["dissipated"] == pytest.approx(row["energy"] - start["energy"], abs=1e-6 * row["work"])
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_energy_closes_under_shear(tmp_path, kind):
     """Body forces do work beside the affine flow, in which the stress does its own."""
