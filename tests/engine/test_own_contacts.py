@@ -266,8 +266,8 @@ def crossings(folder, words, steps, bonds=SPRINGS, form="outline", heat=0.01, se
 
 
 def test_droplets_in_a_heat_bath_do_not_fold_through_themselves(tmp_path):
-    assert crossings(tmp_path, "", 5000).max() > 1
-    assert crossings(tmp_path, "self 0.1", 5000).max() == 0
+    assert crossings(tmp_path, "", 2500).max() > 1
+    assert crossings(tmp_path, "self 0.1", 2500).max() == 0
 
 
 @pytest.mark.parametrize("form", outlines.FORMS)
