@@ -45,17 +45,18 @@ void ComputePolygonContact::compute_local()
 
   size_local_rows = 0;
   for (const Contact &contact : pair->present_contacts()) {
-    if (!(mask[contact.vertex] & mask[contact.tail] & groupbit)) continue;
+    const PairCirculoline::End tail = pair->end(contact.tail), head = pair->end(contact.head);
+    if (!(mask[contact.vertex] & tail.mask & groupbit)) continue;
     if (size_local_rows == capacity) {
       capacity = std::max(64, 2 * capacity);
       memory->grow(array_local, capacity, COLUMNS, "polygon/contact:array_local");
     }
     const auto [gap, energy, magnitude, f] = pair->contact_force(contact);
-    const tagint ids[] = {molecule[contact.vertex], molecule[contact.tail], tag[contact.vertex],
-                          tag[contact.tail]};
+    const tagint ids[] = {molecule[contact.vertex], tail.molecule, tag[contact.vertex],
+                          tail.tag};
     const jamlab::Vector &r = contact.foot.r;
     const double numbers[] = {gap, magnitude, f.x, f.y, r.x, r.y};
     double *const row = std::copy_n(ids, 4, array_local[size_local_rows++]);
-    *std::copy_n(numbers, 6, row) = static_cast<double>(tag[contact.head]);
+    *std::copy_n(numbers, 6, row) = static_cast<double>(head.tag);
   }
 }

@@ -2,14 +2,10 @@
 #include "contact_candidates.h"
 
 #include "atom.h"
-#include "comm.h"
-#include "domain.h"
-#include "error.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 
@@ -53,29 +49,12 @@ void ContactCandidates::end_block()
 
 void ContactCandidates::find_edges()
 {
-  flats.clear();
-  for (int i = 0; i < atom->nlocal; i++)
-    if (laws->flat(atom->type[i])) flats.push_back(i);
-  if (comm->nprocs > 1 && !flats.empty())
-    error->one(FLERR, "Pair style circuloline: types in flat reach all over the box: use one rank");
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
   for (int i = 0; i < nall; i++) {
     const int head = laws->disk(atom->type[i]) ? i : outline->next(i);
-    if (head >= 0) all_frames[i] = frame({i, head});
+    if (head >= 0) all_frames[i] = edge_frame(atom->x[i], atom->x[head]);
   }
-}
-
-/* A flat wall is an edge that ends beyond the box on either side. Its length is a power of two, so
-   that the foot lies at the x of the vertex to the last digit. */
-EdgeFrame ContactCandidates::frame(const Edge &edge) const
-{
-  EdgeFrame found = edge_frame(atom->x[edge.tail], atom->x[edge.head]);
-  if (!laws->flat(atom->type[edge.tail])) return found;
-  found.ex = exp2(ceil(log2(4.0 * (domain->xprd + fabs(domain->xy)))));
-  found.x -= 0.5 * found.ex;
-  found.per_lsq = 1.0 / (found.ex * found.ex);
-  return found;
 }
 
 /* Finds edges near vertex or disk i. The neighbor list holds at least one end of each edge. Disks
@@ -99,7 +78,7 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
     const int listed = list->firstneigh[i][n], j = listed & NEIGHMASK;
     if (molecule[j] == own && one_outline(i, j)) continue;
     const int jtype = type[j];
-    if (forms[jtype] != form) continue;
+    if (forms[jtype] != form || laws->flat(jtype)) continue;
     if (laws->disk(jtype)) {
       if (idisk && !earlier(j, i)) try_edge(j, listed >> SBBITS & 3);
       continue;
@@ -107,8 +86,6 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
     if (outline->next(j) >= 0) try_edge(j);
     if (outline->prev(j) >= 0) try_edge(outline->prev(j));    // the list may not hold its tail
   }
-  for (const int wall : flats)    // neighbor lists hold it near its own atom alone
-    if (!idisk && forms[type[wall]] == form) try_edge(wall);
 }
 
 /* Two atoms of one outline, in one image, have no contact. */
@@ -149,5 +126,6 @@ bool ContactCandidates::earlier(int i, int j) const
 void ContactCandidates::measure_edges(const Block &block)
 {
   for (int n = block.edge_begin; n < block.edge_end; n++)
-    frame_list[n - block.edge_begin] = frame(edge_list[n]);
+    frame_list[n - block.edge_begin] =
+        edge_frame(atom->x[edge_list[n].tail], atom->x[edge_list[n].head]);
 }

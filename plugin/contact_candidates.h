@@ -73,7 +73,6 @@ class ContactCandidates : protected Pointers {
 
   const FixPolygonOutline *outline = nullptr;
   const ContactLaws *laws = nullptr;
-  std::vector<int> flats;    // owned atoms that are lines along x
   std::vector<CandidateRow> row_list;
   std::vector<int> near_list;
   std::vector<Block> block_list;
@@ -85,7 +84,6 @@ class ContactCandidates : protected Pointers {
 
   Block last_block() const { return block_list.empty() ? Block{} : block_list.back(); }
   void find_edges();
-  EdgeFrame frame(const Edge &) const;
   void find_near_point(int, const class NeighList *, ContactForm);
   void end_block();
   void keep(int);

@@ -28,6 +28,7 @@ static void add(Vec3 &to, const Vector &f)
 bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x,
                               std::vector<DropletMeeting> &meetings, double beyond)
 {
+  pair.refuse_shared_walls();
   meetings.clear();
   for (const Contact &c : pair.find_contacts(beyond)) {
     const jamlab::Foot &foot = c.foot;

@@ -37,6 +37,7 @@ static ContactForm contact_form(LAMMPS *lmp, const char *name)
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
     Pair(lmp), in_use(), outline(nullptr),
     candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), own_contacts(lmp),
+    flat_walls(lmp),
     candidates_for(-1, -1),
     user_cutoff(0.0), raised_cutoff(-1.0)
 {
@@ -275,7 +276,7 @@ void *PairCirculoline::extract(const char *str, int &dim)
 double PairCirculoline::memory_usage()
 {
   double total = Pair::memory_usage() + bytes(ghosts, found, all_found, tags);
-  total += own_contacts.memory_usage();
+  total += own_contacts.memory_usage() + flat_walls.memory_usage();
   for (const auto &of_form : candidates) total += of_form.memory_usage();
   return total;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "atom.h"
+#include "flat_walls.h"
 #include "own_contacts.h"
 #include "pair.h"
 
@@ -52,6 +53,13 @@ class PairCirculoline : public Pair {
   }
 
   bool flat(int i) const { return laws.flat(atom->type[i]); }    // whether an atom is a flat wall
+  // of a contact: the flat walls of several ranks have the numbers after atoms and ghosts
+  struct End {
+    tagint tag, molecule;
+    int mask;
+  };
+  End end(int i) const;
+  void refuse_shared_walls() const;    // where both ends of a contact must be atoms
 
   // Finds the contacts of this rank, where ghosts are up to date, with gaps up to `beyond`. The
   // list is valid until the next call. The second function is collective, and brings ghosts up to
@@ -77,6 +85,7 @@ class PairCirculoline : public Pair {
   class FixPolygonOutline *outline;
   std::vector<ContactCandidates> candidates;    // one for each contact form
   OwnContacts own_contacts;
+  FlatWalls flat_walls;
   std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
   enum { FORCE, ENERGY = 2, VIRIAL, RETURNED = 6 };
   using Returned = std::array<double, RETURNED>;    // to a ghost's owner, if LAMMPS does not

@@ -25,9 +25,10 @@ void PairCirculoline::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
   renew_candidates();
+  flat_walls.update();
   // LAMMPS clears what ghosts collect, and returns it, only if a newton flag is on
-  const bool own = !force->newton;
-  if (own) ghosts.assign(atom->nlocal + atom->nghost, {});
+  const bool own = !force->newton || flat_walls.shared();
+  if (own) ghosts.assign(atom->nlocal + atom->nghost + flat_walls.extra(), {});
   if (evflag)
     own ? apply_contacts<true, true>() : apply_contacts<false, true>();
   else
@@ -77,10 +78,12 @@ template <class Act> void PairCirculoline::visit_contacts(Act act, double beyond
     }
   }
   for (const Contact &contact : own_contacts.find(x, pair_laws)) act(contact);
+  for (const Contact &contact : flat_walls.find(x, pair_laws)) act(contact);
 }
 
 const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
 {
+  flat_walls.update();
   all_found.clear();
   visit_contacts([this](const Contact &contact) { all_found.push_back(contact); }, beyond);
   return all_found;
@@ -113,6 +116,12 @@ void PairCirculoline::tally(const Contact &contact, const ContactForce &repulsio
 void PairCirculoline::return_from_ghosts()
 {
   comm->reverse_comm(this);
+  if (const int walls = flat_walls.extra()) {
+    Returned *const sums = &ghosts[atom->nlocal + atom->nghost];
+    MPI_Allreduce(MPI_IN_PLACE, sums->data(), walls * RETURNED, MPI_DOUBLE, MPI_SUM, world);
+    for (int w = 0; w < walls; w++)
+      if (flat_walls[w].rank == comm->me) ghosts[flat_walls[w].index] = sums[w];
+  }
   for (int i = 0; i < atom->nlocal; i++) {
     const Returned &sum = ghosts[i];
     for (int d = 0; d < 2; d++) atom->f[i][d] += sum[FORCE + d];
@@ -131,6 +140,21 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 {
   for (int k = 0; k < n; k++)
     for (double &sum : ghosts[indices[k]]) sum += *buf++;
+}
+
+PairCirculoline::End PairCirculoline::end(int i) const
+{
+  const int nall = atom->nlocal + atom->nghost;
+  if (i < nall) return {atom->tag[i], atom->molecule[i], atom->mask[i]};
+  const FlatWalls::Wall &wall = flat_walls[i - nall];
+  return {wall.tag, wall.molecule, wall.mask};
+}
+
+void PairCirculoline::refuse_shared_walls() const
+{
+  if (flat_walls.shared())
+    error->all(FLERR, "{}: types in flat reach all over the box: flows of droplets between them "
+               "need one rank", WHO);
 }
 
 /* The energy is E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no
@@ -178,4 +202,5 @@ void PairCirculoline::find_candidates()
     if (in_use[k]) candidates[k].build(outline, list, laws, static_cast<ContactForm>(k));
   laws.steps = laws.steps_of_range();
   own_contacts.build(WHO, *outline, list, laws);
+  flat_walls.build(list, laws);
 }
