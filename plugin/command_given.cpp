@@ -78,7 +78,7 @@ std::vector<std::string> refusals(LAMMPS *lmp)
     if (!rule.empty())
       wrong.push_back(fmt::format("{} = {}: must be {}", name, text, rule));
     else if (deck.computes(name))
-      wrong.push_back(fmt::format("-var {}: the deck sets it itself; leave it out", name));
+      wrong.push_back(fmt::format("-var {}: the deck sets it itself; {}", name, deck.meant(name)));
     else if (!deck.takes(name))
       wrong.push_back(fmt::format("-var {}: no such variable; {}", name, deck.meant(name)));
   }

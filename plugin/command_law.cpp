@@ -141,7 +141,7 @@ void CommandLaw::command(int narg, char **arg)
   const std::string model = arg[0], file = arg[1];
   const Words given = texts_of_variables(lmp);
   std::vector<std::string> wrong;
-  std::string found;    // commands
+  std::string found = "variable not_converged delete\n";    // commands
   if (comm->me == 0) {
     const DataFile data(file);
     if (const auto why = misfit(data, model, file, given); !why.empty())
@@ -159,8 +159,10 @@ void CommandLaw::command(int narg, char **arg)
           ratio != given.end() && !own.empty() && !same(ratio->second, own))
         wrong.push_back(fmt::format("size_ratio = {}: {} was made with {}; leave it out",
                                     ratio->second, file, own));
-      if (data.fact("converged") == "0")
+      if (data.fact("converged") == "0") {
+        found += "variable not_converged index yes\n";
         utils::logmesg(lmp, "WARNING: {} says converged=0: it is no minimum\n", file);
+      }
     }
   }
   end_if_refused(lmp, wrong);

@@ -115,6 +115,12 @@ size_t distance(const std::string &a, const std::string &b)
   return d[a.size()][b.size()];
 }
 
+std::string lower_case(std::string text)
+{
+  for (char &c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 /* Names that the deck sets itself, or that are no one's to change. */
 bool internal(const std::string &name)
 {
@@ -238,10 +244,11 @@ std::string DeckText::offered() const
   return names;
 }
 
-std::string DeckText::meant(const std::string &name) const
+std::string DeckText::meant(const std::string &misspelt) const
 {
+  const std::string name = lower_case(misspelt);
   std::string best;
-  size_t least = 1 + name.size() / 3;    // letters that may be wrong
+  size_t least = 1 + (name.size() + 1) / 3;    // letters that may be wrong, and one more
   for (const auto &each : given) {
     const std::string &known = each.first;
     if (internal(known) || !used(each.second)) continue;
@@ -249,7 +256,7 @@ std::string DeckText::meant(const std::string &name) const
         name.size() > 2 && known.size() > 2 &&
         (known.find(name) != std::string::npos || name.find(known) != std::string::npos);
     const size_t away = part ? 1 : distance(name, known);
-    if (away > least || (away == least && !best.empty())) continue;
+    if (away >= least) continue;
     least = away;
     best = known;
   }
