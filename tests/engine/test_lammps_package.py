@@ -111,8 +111,10 @@ def requests(tmp_path_factory):
 def test_sources_are_written_as_lammps_asks(requests):
     paths = sorted(requests.glob("?/src/POLYGON/*.*"))
     assert {f"{name}.cpp" for name in write_package.STYLES} <= {path.name for path in paths}
+    of_plugin = {path.name for path in write_package.SOURCE.rglob("*.h")} - {path.name for path in paths}
     for path in paths:
         text = path.read_text()
+        assert not of_plugin & {*re.findall(r'#include "(?:\w+/)*(\w+\.h)"', text)}, path
         assert text.isascii() and not re.search("jamlab|__attribute__|stringstream|citeme", text, re.IGNORECASE), path
         assert text.count("#pragma omp") == len(re.findall(r"#if defined\(_OPENMP\)\n#pragma omp .*\n#endif\n", text))
         if path.suffix == ".h":

@@ -72,8 +72,14 @@ def needed(name: str, found: set[str]) -> set[str]:
         if path.exists() and place not in found:
             found.add(place)
             for other in re.findall(r'#include "([\w/]+)\.h"', path.read_text()):
-                needed(other, found)
+                needed(included(other, path), found)
     return found
+
+
+def included(stem: str, by: Path) -> str:
+    """A header as the plugin's own headers are named: one may lie beside the file that includes it."""
+    beside = by.parent / f"{stem}.h"
+    return beside.relative_to(SOURCE).with_suffix("").as_posix() if beside.exists() else stem
 
 
 @cache
@@ -85,7 +91,8 @@ def header() -> str:
 
 def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
-    text = (SOURCE / name).read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n").lstrip()
+    path = SOURCE / name
+    text = path.read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n").lstrip()
     for old, new in PLAIN.items() if name == "edge_geometry.h" else ():
         assert text.count(old) == 1, old
         text = text.replace(old, new)
@@ -96,7 +103,7 @@ def source(name: str, helpers: dict[str, str]) -> str:
     text = re.sub(r"^#pragma omp .*$", GUARDED, text, flags=re.MULTILINE)
     if name.endswith(".h"):
         text = re.sub(r"\busing (\w+) = ([^;=\[]+)(\[\d+\])?;", r"typedef \2 \1\3;", text)
-    text = re.sub(r'#include "([\w/]+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
+    text = re.sub(r'#include "([\w/]+)\.h"', lambda m: f'#include "{renamed(included(m[1], path))}.h"', text)
     text = text.replace("JAMLAB_", "LMP_").replace("jamlab", "PolygonMath")
     for old, new in helpers.items():
         text = re.sub(rf"\b{old}\b", new, text)
