@@ -187,6 +187,17 @@ def test_a_restarted_run_goes_on(tmp_path, slab, droplets, kind):
         assert [row[name] for row in more] == pytest.approx(expected, rel=1e-7, abs=1e-14), name
 
 
+def test_pairs_that_rub_leave_the_stress_as_it_is(tmp_path):
+    """Forces that keep a disk and one of a wall together act on the wall too."""
+    packing = jamlab.with_walls(jamlab.pack(n=24, pressure=1e-2, seed=3), 1.3)
+    marginal = []
+    with Walled(tmp_path, packing, "stress 8e-3 solver 1e-8 tolerance 1e-2") as flow:
+        for _ in range(120):
+            assert flow.run(1)["stress"] == pytest.approx(8e-3, rel=1e-6)
+            marginal.append(flow.lmp.extract_fix("flow", 0, 1, 21, 0))
+        assert np.count_nonzero(marginal) > 10 and flow.lmp.extract_fix("flow", 0, 1, 16, 0) == 0
+
+
 LAYER = """
 dimension 2
 atom_modify map array

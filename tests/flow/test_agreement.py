@@ -281,3 +281,10 @@ def test_pair_styles_that_no_flow_can_have_are_refused(states, commands, said):
     with jamlab.Session(states["springs"]) as session, pytest.raises(jamlab.EngineError, match=said):
         for line in [*commands, *flow]:
             session.command(line)
+
+
+@pytest.mark.slow
+def test_a_contact_that_the_correction_of_a_step_closes_is_no_other_drag_law(states):
+    """Droplets that flow under a stress: it is dragged on from the next step on."""
+    crept = jamlab.creep(states["droplets"], 0.1, 0.5, background_drag=1e-2)
+    assert crept.time[-1] == pytest.approx(0.5) and crept.energy_error < 1e-2
