@@ -125,7 +125,8 @@ bool ContactCandidates::earlier(int i, int j) const
 
 void ContactCandidates::measure_edges(const Block &block)
 {
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  EdgeFrame *frame = frame_list.data();
   for (int n = block.edge_begin; n < block.edge_end; n++)
-    frame_list[n - block.edge_begin] =
-        edge_frame(atom->x[edge_list[n].tail], atom->x[edge_list[n].head]);
+    *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }
