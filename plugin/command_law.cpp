@@ -6,6 +6,7 @@
 #include "error.h"
 #include "input.h"
 #include "lammps.h"
+#include "platform.h"
 #include "utils.h"
 #include "variable.h"
 
@@ -111,7 +112,7 @@ std::string misfit(const DataFile &data, const std::string &model, const std::st
   if (!data.readable)
     return fmt::format("there is no file {}: give -var data FILE; in.{}.jam writes {}.onset.data",
                        name, model, model);
-  if (!data.of_lammps)
+  if (!data.of_lammps && !platform::has_compress_extension(name))
     return fmt::format("data = {}: no data file of LAMMPS; jamlab.write and other decks write one",
                        name);
   const std::string found = data.facts.empty() ? (data.bonds ? "dp" : "sp") : data.fact("model");

@@ -93,7 +93,7 @@ void stay_loaded()
 void CommandQuiet::command(int narg, char ** /*arg*/)
 {
   if (narg) error->all(FLERR, "jamlab/quiet takes no arguments");
-  if (!screen) return;    // of other ranks, or -screen none
+  if (!screen || echo_of(*input)) return;    // of other ranks, or -screen none, or -echo screen
   auto *const sieve = new Sieve{input, screen};
   FILE *const quiet = stream(sieve);
   if (!quiet) {

@@ -8,12 +8,13 @@
 
 namespace LAMMPS_NS {
 
-/* What the input of LAMMPS keeps to itself, in some of its versions: the command that runs, and the
-   files that it reads, the first one first; and how many values each variable has. An explicit
-   instantiation may name a private member. */
+/* What LAMMPS keeps to itself, in some of its versions: the command that runs, the files that the
+   input reads, the first one first, whether the screen shows commands, and how many values each
+   variable has. An explicit instantiation may name a private member. */
 inline char *&command_of(Input &);
 inline FILE **&files_of(Input &);
 inline int &number_of_files(Input &);
+inline int &echo_of(Input &);
 inline int *&values_of(Variable &);
 
 template <char *Input::*Member> struct CommandMember {
@@ -25,6 +26,9 @@ template <FILE **Input::*Member> struct FilesMember {
 template <int Input::*Member> struct NumberMember {
   friend inline int &number_of_files(Input &input) { return input.*Member; }
 };
+template <int Input::*Member> struct EchoMember {
+  friend inline int &echo_of(Input &input) { return input.*Member; }
+};
 template <int *Variable::*Member> struct ValuesMember {
   friend inline int *&values_of(Variable &variable) { return variable.*Member; }
 };
@@ -32,6 +36,7 @@ template <int *Variable::*Member> struct ValuesMember {
 template struct CommandMember<&Input::command>;
 template struct FilesMember<&Input::infiles>;
 template struct NumberMember<&Input::nfile>;
+template struct EchoMember<&Input::echo_screen>;
 template struct ValuesMember<&Variable::num>;
 
 }    // namespace LAMMPS_NS
