@@ -25,6 +25,8 @@ beside, tree = Path(__file__).parent, Path(sys.argv[1])
 texts = {{}}
 for name, pattern, added in CHANGES:
     path = tree / name
+    if not path.exists():
+        sys.exit(f"{{path}}: no such file; needs a clone of LAMMPS' repository, not a tarball")
     text = texts.get(path) or path.read_text()
     place = re.search(pattern, text, re.MULTILINE)
     if place is None:
