@@ -19,7 +19,7 @@ from pathlib import Path
 
 CHANGES = {changes}
 DICTIONARY, WORDS = {dictionary!r}, {words!r}
-FORM = "{{BasedOnStyle: InheritParentConfig, ReflowComments: true}}"
+FORM = "{{BasedOnStyle: InheritParentConfig, ReflowComments: true, AllowShortBlocksOnASingleLine: Never}}"  # from 14 on
 
 beside, tree = Path(__file__).parent, Path(sys.argv[1])
 texts = {{}}
