@@ -7,6 +7,7 @@ import numpy as np
 import outlines
 import pytest
 import yaml
+from folded_outlines import folded
 
 from jamlab.protocols.random_start import random_disks
 
@@ -56,9 +57,9 @@ def test_testers_find_the_numbers_of_the_files(cases, tmp_path, ranks):
 def test_numbers_of_the_files_are_those_of_the_laws(cases):
     """Contacts, tension and areas of the outlines; energies of disks."""
     _, found = cases
-    state = outlines.scene(3)
-    for form in outlines.FORMS:
-        case, forces = found[f"mol-pair-circuloline-{form.replace('/', '_')}"], np.zeros_like(state.points)
+    own = ("self", folded(), "segment/smooth")
+    for name, state, form in (*((form.replace("/", "_"), outlines.scene(3), form) for form in outlines.FORMS), own):
+        case, forces = found[f"mol-pair-circuloline-{name}"], np.zeros_like(state.points)
         contacts = outlines.contacts(state, form=form)
         for c in contacts:
             for number, share in ((c.vertex, 1.0), (c.tail, c.t - 1.0), (c.head, -c.t)):
@@ -68,6 +69,8 @@ def test_numbers_of_the_files_are_those_of_the_laws(cases):
         virial = sum(np.outer(c.separation, c.force) for c in contacts)
         stress = stated(case, "init_stress", [0, 1, 3])
         assert stress == pytest.approx(virial[[0, 1, 0], [0, 1, 1]], abs=1e-12 * np.abs(virial).max())
+    assert len(outlines.contacts(folded())) > len(outlines.contacts(folded(near=0.0)))
+    state = outlines.scene(3)
     edges = np.concatenate([outlines.lengths(o) for o in state.outlines if o.type != outlines.DISK])
     tension = force_styles.GAMMA * np.hypot(edges, force_styles.ETA).sum()
     assert found["bond-line_tension"]["init_energy"] == pytest.approx(tension, rel=1e-12)

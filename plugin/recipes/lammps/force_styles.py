@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[3]
 sys.path += [str(ROOT), str(ROOT / "tests" / "support")]
 
 import outlines  # noqa: E402  droplets, a wall and disks
+from folded_outlines import NEAR, folded  # noqa: E402
 
 import jamlab  # noqa: E402
 from jamlab.engine.installation import start_lammps  # noqa: E402
@@ -59,9 +60,10 @@ Case = Mapping[str, object]
 
 
 def write_inputs(folder: Path, name: str) -> None:
-    """What the YAML files of outlines or of disks name: input, data, and coefficients for the tester of fixes."""
-    if name == "outlines":
-        text, style, read = outlines.data(outlines.scene(3)).partition("\nd_a0\n")[0], "molecular", OUTLINES
+    """What YAML files name: input, data, and coefficients for the tester of fixes, which has none folded."""
+    if name != "disks":
+        scene = folded() if name == "folded" else outlines.scene(3)
+        text, style, read = outlines.data(scene).partition("\nd_a0\n")[0], "molecular", OUTLINES
         lines = ["pair_coeff * *", "bond_coeff *", f"group rings type {outlines.RING}"]
     else:
         jamlab.write(folder / "disks.data", random_disks(24, 11, phi=0.9, units="k"))
@@ -73,7 +75,8 @@ def write_inputs(folder: Path, name: str) -> None:
     rows = (f"{k} {x:.17g} {y:.17g} 0\n" for k, (x, y) in enumerate(moving, 1))
     (folder / f"data.{name}").write_text(f"{text.rstrip()}\n\nVelocities\n\n{''.join(rows)}")
     (folder / f"in.{name}").write_text(INPUT.format(name=name, style=style, step=STEP, read=read))
-    (folder / f"coeffs.{name}").write_text("\n".join([*lines, ""]))
+    if name != "folded":
+        (folder / f"coeffs.{name}").write_text("\n".join([*lines, ""]))
 
 
 def disk_coefficients() -> list[str]:
@@ -87,7 +90,7 @@ def cases() -> dict[str, dict[str, object]]:
     found: dict[str, dict[str, object]] = {}
 
     def add(name: str, kind: str, style: str, of: str, post: list[str], **more: object) -> None:
-        atoms = "atom molecular" if of == "outlines" else "atom atomic"
+        atoms = "atom atomic" if of == "disks" else "atom molecular"
         found[name] = {
             "tags": "no_respa" if style == "overdamped" else "",
             "epsilon": 1e-10 if style == "overdamped" else 2e-11,
@@ -109,6 +112,9 @@ def cases() -> dict[str, dict[str, object]]:
         style = f"circuloline {outlines.WIDTH[outlines.RING]} 1.2 contact {form} walls 2 disks 3"
         more = {"pair_style": style, "pair_coeff": "\n".join([*lines, ""]), "extract": "delta 2\neps 2\n"}
         add(f"mol-pair-circuloline-{name}", "pair", "circuloline", "outlines", ["bond_coeff *"], **more)
+    style = f"circuloline {outlines.WIDTH[outlines.RING]} 1.2 contact segment/smooth self {NEAR}"
+    more |= {"pair_style": style, "pair_coeff": f"* * {outlines.EPS[outlines.RING]}\n"}
+    add("mol-pair-circuloline-self", "pair", "circuloline", "folded", ["bond_coeff *"], **more)
     lines, extract = "\n".join([*disk_coefficients(), ""]), "k 2\ncut 2\n"
     more = {"pair_style": "disk/drag 1.0 0.4", "pair_coeff": lines, "extract": extract, "skip": "single"}  # is in 3d
     add("atomic-pair-disk_drag", "pair", "disk/drag", "disks", [], **more)

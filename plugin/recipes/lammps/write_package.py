@@ -204,7 +204,7 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
     tests.mkdir(parents=True)
     write_all(tests, [STYLES[name][1] for name in REQUESTS[request]])
     for path in tests.iterdir():
-        if request == 2 and path.suffix != ".yaml":
+        if request == 2 and path.suffix == ".outlines":
             path.unlink()  # the first has it
     changes = tree_changes.changes(request, sorted(path.name for path in package.iterdir()))
     (folder / "tree_changes.py").write_text(tree_changes.script(request, changes))
