@@ -9,7 +9,7 @@ from outlines import DISK, RING, WALL
 
 from .test_plugin_on_ranks import columns, launch, run
 
-HEIGHTS = (1.3, 3.9)
+LINES = 2
 ASK = """
 compute energies all pe/atom
 compute energy all reduce sum c_energies
@@ -39,22 +39,24 @@ print "state-{name}-later $(pe:%.17g) $(ke:%.17g)"
 
 @pytest.fixture(scope="module")
 def state():
-    """Droplets and two disks, and the atoms of two lines among them."""
+    """Droplets and two disks; of the atoms of two lines, one lies close to a disk, and one where ranks meet."""
     scene = outlines.scene(3)
-    lines = [outlines.Outline(np.array([[x, y]]), WALL) for x, y in zip((0.4, 4.9), HEIGHTS, strict=True)]
+    disk = next(o.points[0] for o in scene.outlines if o.type == DISK)
+    atoms = np.mod([np.add(disk, (0.1, 0.3)), 0.49 * scene.box], scene.box)
+    lines = [outlines.Outline(atom[None], WALL) for atom in atoms]
     return replace(scene, outlines=[*scene.outlines[:-1], *lines])
 
 
 def law(state):
     """Energy, forces and number of contacts; a line is where its atom is in the box."""
-    others = replace(state, outlines=state.outlines[: -len(HEIGHTS)])
+    others = replace(state, outlines=state.outlines[:-LINES])
     energy, forces, count = outlines.energy(others), outlines.forces(others, "outline"), len(outlines.contacts(others))
-    forces = np.vstack([forces, np.zeros((len(HEIGHTS), 2))])
+    forces = np.vstack([forces, np.zeros((LINES, 2))])
     eps, width = outlines.mixed(RING, WALL)
     rings = np.repeat([o.type == RING for o in state.outlines], np.diff(state.starts))
     y = np.mod(state.points[:, 1], state.box[1])
-    for k, height in enumerate(HEIGHTS, start=-len(HEIGHTS)):
-        r = y - height
+    for k in range(-LINES, 0):
+        r = y - y[k]
         near = np.flatnonzero(rings & (np.abs(r) < width))
         overlap = 1 - np.abs(r[near]) / width
         push = eps / width * overlap * np.sign(r[near])
@@ -83,7 +85,7 @@ def test_energy_forces_and_virial_of_lines_on_ranks(tmp_path, state, ranks):
         found = columns(tmp_path / f"{newton}.dump", 9)
         assert np.abs(found - forces).max() < 1e-13 * np.abs(forces).max()
         listed = np.loadtxt(tmp_path / f"{newton}.contacts", skiprows=9)
-        lines = listed[listed[:, 3] > len(forces) - len(HEIGHTS)]
+        lines = listed[listed[:, 3] > len(forces) - LINES]
         assert len(listed) == count
         assert len(lines) and not lines[:, [6, 8]].any()
     if ranks > 1:
