@@ -163,6 +163,19 @@ def test_a_deck_reads_the_law_of_a_file_and_prints_tables_alone(given, dense):
     assert "Loop time" in run("in.sp.shear", given, data="packing.data", quiet="no")
 
 
+def test_an_input_file_runs_decks_one_after_the_other(tmp_path):
+    """It defines what it likes, and each deck of it begins anew."""
+    lines = ["variable turn loop 2", "variable mine equal 3", "variable n index 4", "label next", "clear"]
+    lines += ["variable seed delete", "variable seed index ${turn}", 'include "${dir}/in.sp.jam"']
+    (tmp_path / "in.mine").write_text("\n".join([*lines, "next turn", "jump SELF next", ""]))
+    run(tmp_path / "in.mine", tmp_path, to=1.0)
+    both = (tmp_path / "sp.txt").read_text()
+    for seed in (1, 2):
+        run("in.sp.jam", tmp_path, seed=seed, n=4, to=1.0, out="one")
+    found = [re.findall(r"phi_J = (\S+)", text) for text in (both, (tmp_path / "one.txt").read_text())]
+    assert len(found[0]) == 2 and found[0] == found[1]
+
+
 def test_lammps_without_the_plugin_runs_decks_of_disks(given, monkeypatch):
     """It checks no variables, and says so; a file of other sizes is no state at rest."""
     monkeypatch.setattr(deck_runs, "program_environment", lambda: {"LAMMPS_PLUGIN_PATH": ""})
