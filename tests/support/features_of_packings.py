@@ -53,7 +53,12 @@ def _one_droplet():
 
 
 def _walled_droplets():
-    return jamlab.relax(jamlab.with_walls(jamlab.read(STATES / "compressed_droplets.h5"), 1.18), 1e-12)
+    """Two layers of the few droplets, of which walls take one apart: as high as walls and a slab must be."""
+    few = _droplets()
+    law = few.params | {"a0": np.tile(few.params["a0"], 2)}
+    offsets = np.append(few.offsets, few.offsets[1:] + few.offsets[-1])
+    layers = np.vstack([few.positions, few.positions + few.box[1]])
+    return _strained(jamlab.with_walls(jamlab.Packing("dp", few.box * [[1], [2]], layers, law, offsets=offsets), 1.18))
 
 
 MASK = np.arange(16) % 5 == 0

@@ -127,6 +127,8 @@ def droplet_terms(p):
             b = after[a]
             centre = x[a].mean(axis=0)
             vectors = nearest((centre - x[v])[None], box) + images(box, 1)
+            reach = np.hypot(*(x[a] - centre).T).max() + delta  # no outline is near beyond
+            vectors = vectors[np.hypot(*(centre + vectors - x[v]).T) < reach]
             if m == owner[v]:
                 vectors = vectors[np.hypot(*vectors.T) > 0.1 * box[0, 0]]  # its images alone
             for s in vectors:
