@@ -161,6 +161,7 @@ double DropletDrag::turn_back(Field &out, FlowSums *sums)
   return flow;
 }
 
+/* The same on all ranks, as all that solutions end by. */
 double DropletDrag::rounding() const
 {
   const double force = ROUNDING * stiffness.largest_tension();
@@ -283,9 +284,10 @@ void DropletDrag::factorise()
   for (int i = 0; i < nlocal; i++) matrix.add(i, i, {background[i], 0.0, 0.0, background[i]});
   if (ahead > 0.0) stiffness.assemble(ahead, matrix);
   matrix.fill(factors);
-  mean_diagonal = factors.mean_diagonal();
+  const double own = factors.mean_diagonal();
+  MPI_Allreduce(&own, &mean_diagonal, 1, MPI_DOUBLE, MPI_MAX, world);
   for (double shift = SHIFT; shift < LARGEST_SHIFT; shift *= MORE_SHIFT) {
-    factored = factors.factorise(mean_diagonal > 0.0 ? shift * mean_diagonal : 1.0);
+    factored = factors.factorise(own > 0.0 ? shift * own : 1.0);
     if (factored) return;
     matrix.refill(factors);
   }

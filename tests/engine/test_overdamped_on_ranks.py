@@ -9,6 +9,7 @@ from droplet_flows import droplet_commands
 
 import jamlab
 
+from .test_body_forces import DOWN, HEAD, KINDS, WEIGHT, falling
 from .test_plugin_on_ranks import launch
 
 FIX = {
@@ -113,6 +114,20 @@ def test_bodies_fall_alike_on_two_ranks(tmp_path, packing, droplets, model, newt
     assert rows[0]["work"] != 0.0
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert rows[1][name] == pytest.approx(rows[0][name], rel=1e-6), name
+
+
+def test_a_rank_without_droplets_goes_on_with_the_others(tmp_path):
+    """The upper half of the box is empty; whether a solution has converged, all ranks say alike."""
+    lines = [*HEAD.splitlines(), *falling("droplets", tmp_path), DOWN.format(WEIGHT["droplets"])]
+    fix = f"fix flow all overdamped rate 0 fixed held {KINDS['droplets']} solver 1e-11"
+    rows = []
+    for ranks in (1, 2):
+        code, output = launch(tmp_path, "\n".join([*lines, fix, "run 5", f'print "row {PRINT}"']) + "\n", ranks, 60)
+        assert code == 0, output
+        rows += [row.split()[1:] for row in output.splitlines() if row.startswith("row ")]
+    counted = [COLUMNS.index(name) for name in ("iterations", "last_iterations")]
+    one, two = (np.delete(np.array(row, dtype=float), counted) for row in rows)
+    assert two == pytest.approx(one, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.slow
