@@ -74,9 +74,12 @@ void OwnContacts::try_edge(const FixPolygonOutline &outline, const ContactLaws &
   const double reach = (near ? between * laws.near : width) + neighbor->skin;
   const EdgeFrame frame = edge_frame(atom->x[tail], atom->x[head]);
   if (foot_on_edge(atom->x[i], frame).rsq >= reach * reach) return;
-  const int special = near ? PairLaws::special_of(between) : 0;
-  const int law = PairLaws::number(atom->ntypes, type[i], type[tail], special);
-  of_vertex.push_back({atom->tag[tail], tail, head, law, near});
+  const auto law_of = [&](int special) {
+    return PairLaws::number(atom->ntypes, type[i], type[tail], special);
+  };
+  const int whole = law_of(0);
+  of_vertex.push_back(
+      {atom->tag[tail], tail, head, near ? law_of(PairLaws::special_of(between)) : whole, whole});
 }
 
 const std::vector<Contact> &OwnContacts::find(const Position *x, const PairLaws &laws)
@@ -90,7 +93,8 @@ const std::vector<Contact> &OwnContacts::find(const Position *x, const PairLaws 
       const jamlab::Foot foot = foot_on_edge(x[row.i], edge_frame(x[edge.tail], x[edge.head]));
       if (foot.rsq >= laws[edge.law].widthsq) continue;
       const Contact contact = {row.i, edge.tail, edge.head, edge.law, foot};
-      if (edge.near || !row.outline)
+      const bool near = laws[edge.law].width < laws[edge.whole].width;
+      if (near || !row.outline)
         found.push_back(contact);
       else if (foot.rsq < closest.foot.rsq)
         closest = contact;

@@ -27,7 +27,7 @@ class OwnContacts : protected Pointers {
   struct Edge {
     tagint tag;    // of the tail: the order
     int tail, head, law;
-    bool near;
+    int whole;    // law of edges farther along the outline, with the full width
     bool operator<(const Edge &o) const { return tag < o.tag; }
     bool operator==(const Edge &o) const { return tag == o.tag; }
   };

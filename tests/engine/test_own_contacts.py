@@ -134,6 +134,20 @@ def test_files_and_styles_given_again(lmp, tmp_path, kept):
         assert lmp.get_thermo("evdwl") == pytest.approx(sum(c.energy for c in outlines.contacts(here)), rel=1e-12)
 
 
+@pytest.mark.parametrize("form", outlines.FORMS)
+def test_a_width_that_fix_adapt_lessens_is_that_of_a_new_run(lmp, tmp_path, form):
+    """From the present width follows which edges are near, and each count, and of which the closest point alone."""
+    (tmp_path / "data").write_text(outlines.data(folded(3)))
+    plain, found = deck(form, near=0.03).partition("\ncompute")[0], []
+    coefficient = f"pair_coeff {outlines.RING} {outlines.RING} {outlines.EPS[outlines.RING]}"
+    adapt = f"fix less all adapt 1 pair circuloline delta {outlines.RING} {outlines.RING} v_width\n"
+    for more in (f"{coefficient} 0.2\n", f"variable width equal 0.2\n{adapt}"):
+        outlines.commands(lmp, f"{plain}\n{more}run 0\n")
+        found.append((lmp.get_thermo("evdwl"), *lmp.gather_atoms("f", 1, 3)))
+    assert found[0][0] > 0.1
+    assert found[0] == pytest.approx(found[1], rel=1e-13, abs=1e-13)
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
