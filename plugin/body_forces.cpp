@@ -5,6 +5,7 @@
 #include "error.h"
 #include "fix.h"
 #include "flow_settings.h"
+#include "group.h"
 #include "utils.h"
 
 #include <algorithm>
@@ -19,11 +20,15 @@ bool BodyForces::accepts(const Fix *fix)
   return utils::strmatch(fix->style, "^gravity") || utils::strmatch(fix->style, "^addforce");
 }
 
-/* Another run may have other forces. */
+/* Another run may have other forces. The atoms of a dynamic group are known after the first step
+   alone. */
 void BodyForces::init(const std::vector<Fix *> &fixes)
 {
   sources.clear();
   for (Fix *const fix : fixes) {
+    if (group->dynamic[fix->igroup])
+      error->all(FLERR, "{}: fix {} of style {} has the dynamic group {}, so that its forces come "
+                 "and go: give a static one", WHO, fix->id, fix->style, group->names[fix->igroup]);
     if (fix->nevery != 1)
       error->all(FLERR, "{}: fix {} of style {} adds its force every {} steps, which have any "
                  "length: leave out every", WHO, fix->id, fix->style, fix->nevery);

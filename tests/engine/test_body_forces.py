@@ -190,6 +190,7 @@ def test_a_restarted_fall_goes_on(tmp_path, kind):
         ("fix push all addforce 0.1 0 0 region part", "without region"),
         ("fix push all addforce 0.1 0 0 every 2", "leave out every"),
         ("fix push all addforce 0.1 0 0.1", "along z"),
+        ("fix push some addforce 0.1 0 0", "fix push of style addforce has the dynamic group some"),
         ("fix push all setforce 0 0 0", "setforce"),
         ("unfix flow\nfix flow all overdamped rate 0\nfix push all addforce 0.1 0 0", "define it before"),
         ("fix push all addforce 0.1 0 0\nfix flow all overdamped rate 0 longest 1", "give a background drag"),
@@ -197,7 +198,8 @@ def test_a_restarted_fall_goes_on(tmp_path, kind):
 )
 def test_forces_that_are_not_constant(push, named):
     lines = [*disks((1, 5.0, 6.0), (2, 1.0, 1.0)), "variable ramp equal 1+0.1*step", "variable place atom 0.1*x"]
-    with Fall([*lines, "region part block 0 3 INF INF INF INF"], "rate 0 background 1") as flow:
+    lines += ["region part block 0 3 INF INF INF INF", "group some dynamic all region part every 1"]
+    with Fall(lines, "rate 0 background 1") as flow:
         if "fix flow" not in push:
             push = f"unfix flow\n{push}\nfix flow all overdamped rate 0 background 1"
         elif "longest" in push:
