@@ -69,7 +69,9 @@ std::vector<std::string> refusals(LAMMPS *lmp)
       return each.first != name && reads(each.second, name);
     });
     if (read || user.takes(name) || user.computes(name) || name == "jamlab_plugin") continue;
-    const int count = values_of(*lmp->input->variable)[lmp->input->variable->find(name.c_str())];
+    Variable &variables = *lmp->input->variable;
+    const int number = variables.find(name.c_str()), count = values_of(variables)[number];
+    if (styles_of(variables)[number] != Variable::INDEX && !deck.takes(name)) continue;
     if (count > 1 && deck.takes(name) && !deck.optional_one(name)) {
       wrong.push_back(fmt::format("-var {} gives {} values: give one", name, count));
       continue;

@@ -3,7 +3,7 @@
 
 #include "comm.h"
 #include "error.h"
-#include "input.h"
+#include "input_members.h"
 #include "lammps.h"
 #include "utils.h"
 #include "variable.h"
@@ -17,8 +17,9 @@ std::map<std::string, std::string> LAMMPS_NS::texts_of_variables(LAMMPS *lmp)
   Variable *const variable = lmp->input->variable;
   std::map<std::string, std::string> found;
   for (int i = 0; i < variable->nvar; i++) {
-    const bool formula = variable->equalstyle(i) || variable->atomstyle(i) ||
-                         variable->vectorstyle(i) || variable->internalstyle(i);
+    const int style = styles_of(*variable)[i];
+    const bool formula = style == Variable::ATOMFILE || style == Variable::INTERNAL ||
+                         (style >= Variable::FORMAT && style <= Variable::PYTHON);
     const char *text = formula ? nullptr : variable->retrieve(variable->names[i]);
     if (text) found[variable->names[i]] = text;
   }

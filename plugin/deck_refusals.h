@@ -9,7 +9,7 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/* Values of the variables that are texts: all but formulas. */
+/* Values of the variables that are texts: all but formulas, and what prints or runs them. */
 std::map<std::string, std::string> texts_of_variables(LAMMPS *lmp);
 
 /* Ends LAMMPS with code 1, as decks do, if rank 0 has found anything wrong: each on the screen, in

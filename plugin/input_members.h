@@ -9,13 +9,14 @@
 namespace LAMMPS_NS {
 
 /* What LAMMPS keeps to itself, in some of its versions: the command that runs, the files that the
-   input reads, the first one first, whether the screen shows commands, and how many values each
-   variable has. An explicit instantiation may name a private member. */
+   input reads, the first one first, whether the screen shows commands, and the style of each
+   variable and how many values it has. An explicit instantiation may name a private member. */
 inline char *&command_of(Input &);
 inline FILE **&files_of(Input &);
 inline int &number_of_files(Input &);
 inline int &echo_of(Input &);
 inline int *&values_of(Variable &);
+inline int *&styles_of(Variable &);
 
 template <char *Input::*Member> struct CommandMember {
   friend inline char *&command_of(Input &input) { return input.*Member; }
@@ -32,11 +33,15 @@ template <int Input::*Member> struct EchoMember {
 template <int *Variable::*Member> struct ValuesMember {
   friend inline int *&values_of(Variable &variable) { return variable.*Member; }
 };
+template <int *Variable::*Member> struct StylesMember {
+  friend inline int *&styles_of(Variable &variable) { return variable.*Member; }
+};
 
 template struct CommandMember<&Input::command>;
 template struct FilesMember<&Input::infiles>;
 template struct NumberMember<&Input::nfile>;
 template struct EchoMember<&Input::echo_screen>;
 template struct ValuesMember<&Variable::num>;
+template struct StylesMember<&Variable::style>;
 
 }    // namespace LAMMPS_NS

@@ -153,6 +153,15 @@ def test_a_deck_alone_refuses(given, deck, settings, words):
     assert {path.name for path in set(given.iterdir()) - files} == {"log", "t.txt"}
 
 
+def test_a_deck_in_a_deck_leaves_the_variables_of_its_user_alone(given):
+    """Those that print or compute have no value before there is a box. What is no -var is not refused as one."""
+    (given / "in.mine").write_text(
+        "variable data index packing.data\nvariable volume equal vol\nvariable shown format volume %.3f\n"
+        "variable mine getenv PATH\ninclude ${dir}/in.sp.contacts\nprint 'volume ${shown}'\n"
+    )
+    assert "\nvolume " in run("in.mine", given, inputs=given, law=False, dir=installed("lammps_inputs"))
+
+
 def test_a_deck_reads_the_law_of_a_file_and_prints_tables_alone(given, dense):
     """Law and sizes need not be given; what LAMMPS prints is in the log."""
     out = run("in.sp.shear", given, law=False, data="packing.data", words=("-log", "log"))
