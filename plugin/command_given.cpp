@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,30 @@ bool reads(const std::string &text, const std::string &name)
   return false;
 }
 
+using Texts = std::map<std::string, std::string>;
+
+/* Variables that this program's arguments give more than once. LAMMPS keeps the first value and
+   says nothing. Where another program runs LAMMPS its arguments may look alike: a name counts if
+   that variable has the first value. Only Linux has this file. */
+std::vector<std::string> given_twice(const Texts &values)
+{
+  std::ifstream arguments("/proc/self/cmdline");
+  std::vector<std::string> words;
+  for (std::string word; std::getline(arguments, word, '\0');) words.push_back(word);
+  Texts first;
+  std::vector<std::string> wrong;
+  for (size_t k = 0; k + 2 < words.size(); k++) {
+    if (words[k] != "-var" && words[k] != "-v") continue;
+    const auto &name = words[k + 1], &text = words[k + 2];
+    const auto known = values.find(name);
+    if (first.insert({name, text}).second || known == values.end() || known->second != first[name])
+      continue;
+    wrong.push_back(
+        fmt::format("-var {} is given twice, as {} and as {}: give one", name, first[name], text));
+  }
+  return wrong;
+}
+
 /* What is wrong with the variables that exist. The deck is the first of the open files that asks
    for this; those before it are of a user, who may define what he likes. */
 std::vector<std::string> refusals(LAMMPS *lmp)
@@ -60,10 +86,13 @@ std::vector<std::string> refusals(LAMMPS *lmp)
   bool in_deck = false;
   for (int k = 0; k < number_of_files(*lmp->input); k++) {
     const auto text = text_of(files_of(*lmp->input)[k]);
-    in_deck |= text.find("parts/start\"") != text.npos || text.find("jamlab/given") != text.npos;
+    const bool part = text.find("variable started") != text.npos;    // parts/start itself
+    in_deck |= text.find("parts/start\"") != text.npos ||
+               (text.find("jamlab/given") != text.npos && !part);
     (in_deck ? deck : user).read(text, value);
   }
-  std::vector<std::string> wrong;
+  if (!in_deck) return {"the deck is no open file, as through a pipe: use lmp -in FILE"};
+  auto wrong = given_twice(values);
   for (const auto &[name, text] : values) {
     const bool read = std::any_of(values.begin(), values.end(), [&name = name](const auto &each) {
       return each.first != name && reads(each.second, name);

@@ -215,6 +215,10 @@ std::string DeckText::must_be(const std::string &name, const std::string &value)
   const auto found = given.find(name);
   if (found == given.end()) return "";
   const auto &[otherwise, comment] = found->second;
+  if (comment.rfind("file: ", 0) == 0)
+    return std::ifstream(value) ? ""
+                                : "a file that exists: start in the folder of this input, or give "
+                                  "-var " + name + " FILE";
   if (const auto words = choices(comment); !words.empty()) {
     if (std::find(words.begin(), words.end(), value) != words.end()) return "";
     return std::accumulate(words.begin() + 1, words.end(), "one of " + words[0],

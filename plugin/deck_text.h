@@ -13,10 +13,10 @@ namespace LAMMPS_NS {
      variable NAME index DEFAULT   # LIMITS: what it is
 
    lets `lmp -var NAME VALUE` replace the default. LIMITS are an interval, as "(0, 2]" or "[2, 1e6]
-   even", or words, as "cg | fire"; without them a number is at least 0, and above 0 if its default
-   is. "; sp only" or "; dp only" at the end: for that model; "; random start only": where the deck
-   reads no data file. jamlab/cli/decks.py reads the same lines. A line "# optional: NAME .." has
-   those without a default. */
+   even", or words, as "cg | fire", or "file", which must exist. Without them a number is at least
+   0, and above 0 if its default is. "; sp only" or "; dp only" at the end: for that model;
+   "; random start only": where the deck reads no data file. jamlab/cli/decks.py reads the same
+   lines. A line "# optional: NAME .." has those without a default. */
 class DeckText {
  public:
   using Value =

@@ -52,7 +52,7 @@ def decks(name: str | None, *, copy: Path | None, json: bool) -> None:
         return
     for deck_name, summary in (found | {f"examples/{example}": text for example, text in examples.items()}).items():
         out_console.print(f"{deck_name:32s} {summary}", soft_wrap=True, highlight=False)
-    out_console.print("\nRun one: jamlab deck NAME; without checks, in a copy of their folder: lmp -in NAME")
+    out_console.print("\nRun one: jamlab deck NAME, or lmp -in NAME in a copy of its folder. Examples: by lmp alone")
     out_console.print(f"They are in {folder}", soft_wrap=True, highlight=False)
 
 
@@ -76,6 +76,11 @@ def deck(
         return
     path = _path_of(name)
     known = settings(path.parent, path.name)
+    if "table" not in known:
+        raise InputError(
+            f"{name}: it has no parts and no table of its own; run `lmp -in {path.name}` in its folder, of which "
+            "`jamlab decks --copy FOLDER` makes a copy"
+        )
     if "--help" in context.args:
         typer.echo(path.read_text().partition("\n\n")[0] + "\n")
         typer.echo("\n".join(_lines_of_help(path, known)))

@@ -228,7 +228,7 @@ def foreign() -> set[str]:
 def write_examples(folder: Path) -> None:
     """Inputs with styles of LAMMPS and of the package alone, by the names that LAMMPS asks for, and what they read."""
     decks = ROOT / "lammps_inputs"
-    texts = {path: path.read_text(encoding="utf-8") for path in (decks / "examples").glob("in.*")}
+    texts = {path: of_package(path.read_text(encoding="utf-8")) for path in (decks / "examples").glob("in.*")}
     words = {path: {*re.sub("#.*", "", text).replace("../parts/", "").split()} for path, text in texts.items()}
     chosen = [path for path, of in words.items() if not of & foreign() and "jamlab" not in texts[path]]
     named = set[str]().union(*(words[path] for path in chosen))
@@ -236,10 +236,15 @@ def write_examples(folder: Path) -> None:
     names = {path.name: f"data.{path.stem}" for path in read if path.suffix == ".data"}
     folder.mkdir(parents=True)
     for path in [*chosen, *read]:
-        text = path.read_text(encoding="utf-8").replace("../parts/", "")
+        text = of_package(path.read_text(encoding="utf-8")).replace("../parts/", "")
         for old, new in names.items():
             text = re.sub(rf"\b{re.escape(old)}\b", new, text)
         (folder / names.get(path.name, path.name)).write_text(american(text))
+
+
+def of_package(text: str) -> str:
+    """An input without the line that asks for the plugin of jamlab, to have its variables checked."""
+    return re.sub(r"(?m)^if .*\bjamlab_plugin\b.*\n", "", text)
 
 
 def write_requests(folder: Path) -> None:
