@@ -44,11 +44,11 @@ def law(packing, data):
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 
 
-def launch(folder, deck, ranks, timeout=1200):
-    """Run a deck in `folder`: return code and all that LAMMPS wrote."""
+def launch(folder, deck, ranks, timeout=1200, words=""):
+    """Run a deck in `folder`, with more words of the command line: return code and all that LAMMPS wrote."""
     (folder / "in.test").write_text(deck)
     several = [str(Path(sys.executable).parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
-    line = [*several, str(lammps_program()), "-in", "in.test", "-log", "none", "-nocite"]
+    line = [*several, str(lammps_program()), "-in", "in.test", "-log", "none", "-nocite", *words.split()]
     done = subprocess.run(
         line, cwd=folder, env=os.environ | program_environment(), capture_output=True, text=True, timeout=timeout
     )
