@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -129,6 +130,7 @@ std::vector<Fix *> FixOverdamped::check_forces() const
                  "forces: define it before", WHO, fix->id, style);
     if (fix == this || utils::strmatch(style, "^polygon/") || utils::strmatch(style, "^enforce2d"))
       continue;
+    if (!strcmp(style, "OMP") && !force->pair_match("/omp$", 0, 1)) continue;    // idle without any
     if (BodyForces::accepts(fix)) continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, style));
     const int integrates = mask & (INITIAL_INTEGRATE | POST_INTEGRATE | FINAL_INTEGRATE);
