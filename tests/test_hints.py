@@ -233,6 +233,7 @@ def test_a_name_means_one_thing_of_its_class(things, thing, name, use):
 
 
 def test_an_unknown_argument_is_answered_by_the_known_one():
+    packing = jamlab.pack(8, 1e-2, seed=1)
     for call, told in {
         "pack(32, 1e-3, timeout=1)": "pack has no argument 'timeout'; it takes n, pressure, seed",
         "micrograph(p, minmass=3)": "specks and droplets cut by its edge are set aside",
@@ -273,9 +274,9 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         "scene(0.9, friction=1)": "limits.md",
     }.items():
         with pytest.raises(jamlab.InputError) as refused:
-            eval(f"jamlab.{call}", {"jamlab": jamlab, "p": jamlab.pack(8, 1e-2, seed=1)})
+            eval(f"jamlab.{call}", {"jamlab": jamlab, "p": packing})
         assert told in str(refused.value)
-    recipe = jamlab.pack(8, 1e-2, seed=1).recipe
+    recipe = packing.recipe
     for word, told in {"replace": "`dataclasses.replace(recipe, seed=2)`", "make": "`jamlab.make(recipe)`"}.items():
         with pytest.raises(AttributeError, match=re.escape(told)):
             getattr(recipe, word)
