@@ -193,14 +193,14 @@ def test_installed_script_finds_this_installation_right(tmp_path):
 
 
 def test_module_is_the_command_and_separates_results_from_errors(tmp_path):
-    done = start(tmp_path, MODULE, "jam", "--n", "8", "--seed", "1", "--json")
-    assert done.returncode == 0, done.stderr
+    done = call(tmp_path, "jam", "--n", "8", "--seed", "1", "--json")
+    assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout)["phi_J"] == jamlab.read(tmp_path / "onset.h5").phi_J
     done = call(tmp_path, "analyze", "absent.h5")
     assert (done.exit_code, done.stdout) == (1, "")
     assert done.stderr.startswith("error:") and "absent.h5" in done.stderr and done.stderr.count("\n") == 1
     done = start(tmp_path, MODULE, "analyze", "--debug", "absent.h5")
-    assert done.returncode == 1
+    assert (done.returncode, done.stdout) == (1, "")
     assert "Traceback" in done.stderr and "StorageError" in done.stderr.splitlines()[-1]
 
 

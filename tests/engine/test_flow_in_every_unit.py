@@ -124,7 +124,7 @@ def packings():
 def test_flows_are_those_of_lj_units(tmp_path, packings, model, drive):
     row, *places = flow(tmp_path, packings[model], "lj", drive)
     assert row["time"] > 0.0
-    for units in UNITS:
+    for units in UNITS.keys() - {"lj"}:
         same, *there = flow(tmp_path, packings[model], units, drive)
         assert same == pytest.approx(row, rel=1e-13, abs=1e-300), units
         for found, wanted in zip(there, places, strict=True):
