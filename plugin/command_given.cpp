@@ -77,10 +77,11 @@ std::vector<std::string> given_twice(const Texts &values)
    for this; those before it are of a user, who may define what he likes. */
 std::vector<std::string> refusals(LAMMPS *lmp)
 {
-  const auto values = texts_of_variables(lmp);
-  const auto value = [&values](const std::string &name) {
-    const auto found = values.find(name);
-    return found == values.end() ? "" : found->second;
+  Variable *const variables = lmp->input->variable;
+  const auto value = [variables](const std::string &name) -> std::string {
+    const char *const found =
+        variables->find(name.c_str()) < 0 ? nullptr : variables->retrieve(name.c_str());
+    return found ? found : "";
   };
   DeckText user, deck;
   bool in_deck = false;
@@ -92,15 +93,16 @@ std::vector<std::string> refusals(LAMMPS *lmp)
     (in_deck ? deck : user).read(text, value);
   }
   if (!in_deck) return {"the deck is no open file, as through a pipe: use lmp -in FILE"};
+  const Texts values = texts_of_variables(
+      lmp, [&user](const std::string &name) { return !user.computes(name); });
   auto wrong = given_twice(values);
   for (const auto &[name, text] : values) {
     const bool read = std::any_of(values.begin(), values.end(), [&name = name](const auto &each) {
       return each.first != name && reads(each.second, name);
     });
-    if (read || user.takes(name) || user.computes(name) || name == "jamlab_plugin") continue;
-    Variable &variables = *lmp->input->variable;
-    const int number = variables.find(name.c_str()), count = values_of(variables)[number];
-    if (styles_of(variables)[number] != Variable::INDEX && !deck.takes(name)) continue;
+    if (read || user.takes(name) || name == "jamlab_plugin") continue;
+    const int number = variables->find(name.c_str()), count = values_of(*variables)[number];
+    if (styles_of(*variables)[number] != Variable::INDEX && !deck.takes(name)) continue;
     if (count > 1 && deck.takes(name) && !deck.optional_one(name)) {
       wrong.push_back(fmt::format("-var {} gives {} values: give one", name, count));
       continue;

@@ -63,6 +63,13 @@ struct DataFile {
   }
 };
 
+/* Whether that is the diameter of an atom type: d1, d2, ... */
+bool size_of_type(const std::string &name)
+{
+  return name.size() > 1 && name[0] == 'd' &&
+         name.find_first_not_of("0123456789", 1) == name.npos;
+}
+
 /* Variables by which a deck of disks knows the law: an exponent of 2 and springs that only push are
    not written. */
 Words law_of_disks(const DataFile &data)
@@ -76,8 +83,7 @@ Words law_of_disks(const DataFile &data)
   }
   for (size_t k = 0; k < data.sizes.size(); k++) law["d" + std::to_string(k + 1)] = data.sizes[k];
   for (const auto &[name, value] : data.facts)
-    if (name.size() > 1 && name[0] == 'd' && name.find_first_not_of("0123456789", 1) == name.npos)
-      law[name] = value;
+    if (size_of_type(name)) law[name] = value;
   return law;
 }
 
@@ -103,6 +109,15 @@ std::string ratio_of(const Words &law)
   if (small == law.end() || large == law.end() || law.count("d3")) return "";
   const double size = std::atof(small->second.c_str());
   return fmt::format("{:.12g}", std::atof(large->second.c_str()) / size);
+}
+
+/* Whether a variable says something of a law. */
+bool of_law(const std::string &name)
+{
+  for (const char *each : {"units", "eps", "k", "exponent", "stickiness", "size_ratio",
+                           "pair_style", "gamma", "ka", "delta", "eta", "contact"})
+    if (name == each) return true;
+  return size_of_type(name);
 }
 
 /* Why a deck of that model cannot take the file; "" if it can. */
@@ -140,7 +155,7 @@ void CommandLaw::command(int narg, char **arg)
 {
   if (narg != 2) error->all(FLERR, "jamlab/law needs a model, sp or dp, and a data file");
   const std::string model = arg[0], file = arg[1];
-  const Words given = texts_of_variables(lmp);
+  const Words given = texts_of_variables(lmp, of_law);
   std::vector<std::string> wrong;
   std::string found = "variable not_converged delete\n";    // commands
   if (comm->me == 0) {

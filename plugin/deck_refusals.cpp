@@ -12,11 +12,13 @@
 
 using namespace LAMMPS_NS;
 
-std::map<std::string, std::string> LAMMPS_NS::texts_of_variables(LAMMPS *lmp)
+std::map<std::string, std::string>
+LAMMPS_NS::texts_of_variables(LAMMPS *lmp, const std::function<bool(const std::string &)> &wanted)
 {
   Variable *const variable = lmp->input->variable;
   std::map<std::string, std::string> found;
   for (int i = 0; i < variable->nvar; i++) {
+    if (!wanted(variable->names[i])) continue;
     const int style = styles_of(*variable)[i];
     const bool formula = style == Variable::ATOMFILE || style == Variable::INTERNAL ||
                          (style >= Variable::FORMAT && style <= Variable::PYTHON);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -9,8 +10,10 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/* Values of the variables that are texts: all but formulas, and what prints or runs them. */
-std::map<std::string, std::string> texts_of_variables(LAMMPS *lmp);
+/* Values of the variables that are texts, for those names: all but formulas, and what prints or runs
+   them. */
+std::map<std::string, std::string>
+texts_of_variables(LAMMPS *lmp, const std::function<bool(const std::string &)> &wanted);
 
 /* Ends LAMMPS with code 1, as decks do, if rank 0 has found anything wrong: each on the screen, in
    the log and in the file `table`, if that variable exists. */

@@ -31,7 +31,6 @@ def lammps(folder, *words, before=(), **options):
 def test_a_variable_given_twice_is_refused(tmp_path, second):
     out = run("in.sp.jam", tmp_path, code=1, n=8, words=("-var", "n", str(second)))
     assert f"REFUSED: -var n is given twice, as 8 and as {second}: give one" in out
-    assert run("in.sp.jam", tmp_path, n=2, to=0.9, step=0.1, words=("-var", "seed", "3"))  # another name, once
 
 
 @pytest.mark.parametrize("deck", ["in.sp.jam", "in.dp.shear"])
@@ -76,3 +75,21 @@ def test_examples_start_in_their_folder_alone(copy):
     assert code == 1 and "REFUSED: droplet = ../parts/polygon12.mol: must be a file that exists" in out
     done = call(copy, "deck", "examples/in.growth", "--steps", 10)
     assert done.exit_code == 1 and "run `lmp -in in.growth`" in done.stderr
+
+
+@pytest.mark.parametrize(("between", "code"), [("", 1), ("clear\n", 0)])
+def test_a_second_deck_of_an_input_needs_clear(copy, tmp_path, between, code):
+    """Variables of other styles that the input or the first deck has are not computed before there are particles."""
+    (tmp_path / "in.two").write_text(
+        f'variable dir index "{copy}"\nvariable n index 4\nvariable to index 0.9\nvariable step index 0.1\n'
+        f"variable p equal press\nvariable shown format p %g\ninclude {copy}/in.sp.jam\n{between}"
+        f"include {copy}/in.sp.shear\n"
+    )
+    found, out = lammps(tmp_path, "-in", "in.two")
+    assert found == code and ("use the command clear" in out) == bool(code)
+    assert ("relaxed shear modulus" in out) == (not code)
+
+
+def test_long_tables_have_some_rows_on_the_screen_and_all_in_the_file(tmp_path):
+    out = run("in.sp.jam", tmp_path, n=2, to=0.9, step=5e-4, phi_start=0.7, words=("-var", "seed", "3"))
+    assert len(out.splitlines()) <= 60 < len((tmp_path / "sp.txt").read_text().splitlines())
