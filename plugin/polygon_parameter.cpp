@@ -7,6 +7,8 @@
 #include "utils.h"
 #include "variable.h"
 
+#include <cstring>
+
 using namespace LAMMPS_NS;
 
 void PolygonParameter::read(const char *argument)
@@ -45,6 +47,7 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool on_all_ranks,
                                 std::vector<double> &values)
 {
   const auto &polygons = rings.polygons();
+  if (source == PROPERTY && !on_all_ranks && as_before(atom->dvector[index])) return;
   if (source == EQUAL) number = input->variable->compute_equal(index);
   values.assign(polygons.size(), number);
   if (source == PROPERTY) read_vertices(rings, on_all_ranks, atom->dvector[index], values);
@@ -58,6 +61,14 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool on_all_ranks,
       error->one(FLERR, "{}: {} of polygon {} is {}, must be positive{}; vertices that fix deposit "
                  "or create_atoms made have it from an atom-style variable v_name", who, what,
                  polygons[k].molecule, values[k], may_be_zero ? " or 0" : "");
+  if (source == PROPERTY) before.assign(atom->dvector[index], atom->dvector[index] + atom->nlocal);
+}
+
+/* Whether no vertex has another value than at the last evaluation, which gave those of polygons. */
+bool PolygonParameter::as_before(const double *of_atom) const
+{
+  return static_cast<int>(before.size()) == atom->nlocal &&
+      std::memcmp(before.data(), of_atom, before.size() * sizeof(double)) == 0;
 }
 
 /* All vertices of a polygon must have the value of the first one, which another rank may own, or of

@@ -31,8 +31,10 @@ class PolygonParameter : protected Pointers {
   std::string name;
   int index = -1, igroup = 0;
   std::vector<double> per_atom;
+  std::vector<double> before;    // values of a property at the last evaluation
 
   bool allowed(double value) const { return value > 0.0 || (may_be_zero && value == 0.0); }
+  bool as_before(const double *of_atom) const;
   void read_vertices(const PolygonRings &, bool on_all_ranks, const double *of_atom,
                      std::vector<double> &values) const;
 };
