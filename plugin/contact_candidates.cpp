@@ -11,6 +11,19 @@ using namespace LAMMPS_NS;
 
 static constexpr int BLOCK = 512;    // rows: some 40 kB with their edges and contacts
 
+// Close candidates pay if they live for some evaluations; finding them takes as long as two.
+static constexpr int SHORT_LIFE = 16, LONG_LIFE = 128;
+static constexpr double MOST = 0.25, LEAST = 1.0 / 32.0;    // of the skin: their margin
+static constexpr double HALF = 0.499;    // and a little for rounding
+
+void ContactCandidates::List::clear()
+{
+  rows.clear();
+  near.clear();
+  blocks.clear();
+  edges.clear();
+}
+
 /* Finds what can come within the width of a contact before the next build. Ends move by less than
    half the skin, so whatever is farther than width + skin now cannot touch until then. */
 void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list,
@@ -18,10 +31,7 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
 {
   outline = fix;
   laws = &contact_laws;
-  row_list.clear();
-  near_list.clear();
-  edge_list.clear();
-  block_list.clear();
+  all.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
   find_edges();
 
@@ -31,20 +41,27 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
     of_point.clear();
     find_near_point(i, list, form);
     keep(i);
-    if (static_cast<int>(row_list.size()) >= last_block().end + BLOCK) end_block();
+    end_block(all, BLOCK);
   }
-  end_block();
+  end_block(all, 1);
+
+  find_movers();
+  if (margin < 0.0 || (!margin_pays() && evaluations > LONG_LIFE)) margin = MOST * neighbor->skin;
+  evaluations = 0;
 }
 
-void ContactCandidates::end_block()
+/* Ends a block that has this many rows. */
+void ContactCandidates::end_block(List &list, std::size_t least)
 {
-  const Block last = last_block();
-  const int end = static_cast<int>(row_list.size());
-  if (end == last.end) return;
-  const Block block = {last.end, end, last.edge_end, static_cast<int>(edge_list.size())};
-  for (int n = block.edge_begin; n < block.edge_end; n++) edge_from[edge_list[n].tail] = -1;
+  const Block last = list.last_block();
+  if (list.rows.size() < last.end + least) return;
+  const Block block = {last.end, static_cast<int>(list.rows.size()), last.edge_end,
+                       static_cast<int>(list.edges.size())};
+  for (int n = block.edge_begin; n < block.edge_end; n++) edge_from[list.edges[n].tail] = -1;
   frame_list.resize(std::max<std::size_t>(frame_list.size(), block.edge_end - block.edge_begin));
-  block_list.push_back(block);
+  const std::size_t size = list.near.size() - list.rows[block.begin].begin;
+  square_list.resize(std::max(square_list.size(), size));
+  list.blocks.push_back(block);
 }
 
 void ContactCandidates::find_edges()
@@ -103,17 +120,27 @@ void ContactCandidates::keep(int i)
   for (std::size_t n = 0; n < of_point.size(); n++) {
     const Candidate &candidate = of_point[n];
     if (n > 0 && candidate.edge.tail == of_point[n - 1].edge.tail) continue;    // found twice
-    int &number = edge_from[candidate.edge.tail];
-    if (number < 0) {
-      number = static_cast<int>(edge_list.size()) - last_block().edge_end;
-      edge_list.push_back(candidate.edge);
-    }
-    const int size = static_cast<int>(near_list.size());
-    if (n == 0 || row_list.back().law != candidate.law || !candidate.same_outline(of_point[n - 1]))
-      row_list.push_back({i, candidate.law, size, size});
-    near_list.push_back(number);
-    row_list.back().end++;
+    if (n == 0 || all.rows.back().law != candidate.law || !candidate.same_outline(of_point[n - 1]))
+      begin_row(all, i, candidate.law);
+    add_to_row(all, candidate.edge);
   }
+}
+
+void ContactCandidates::begin_row(List &list, int i, int law)
+{
+  const int size = static_cast<int>(list.near.size());
+  list.rows.push_back({i, law, size, size});
+}
+
+void ContactCandidates::add_to_row(List &list, const Edge &edge)
+{
+  int &number = edge_from[edge.tail];
+  if (number < 0) {
+    number = static_cast<int>(list.edges.size()) - list.last_block().edge_end;
+    list.edges.push_back(edge);
+  }
+  list.near.push_back({list.rows.back().i, number});
+  list.rows.back().end++;
 }
 
 /* Two edges or disks have the same order whichever of their images meet. */
@@ -123,10 +150,96 @@ bool ContactCandidates::earlier(int i, int j) const
   return ImageOffset() < outline->image_of(j) - outline->image_of(i);
 }
 
-void ContactCandidates::measure_edges(const Block &block)
+/* A margin that atoms cross within few evaluations does not pay: it grows, and beyond MOST of the
+   skin all candidates are used until a list of neighbors lives long again. */
+void ContactCandidates::choose(double beyond)
+{
+  use_close = false;
+  if (beyond > 0.0) return;
+  evaluations++;
+  if (!margin_pays()) return;
+  const bool known = !places.empty();
+  if (!known || moved()) {
+    if (known && of_close < SHORT_LIFE) margin *= 2.0;
+    if (known && of_close > LONG_LIFE) margin = std::max(0.5 * margin, LEAST * neighbor->skin);
+    if (!margin_pays()) return;
+    find_close();
+  }
+  of_close++;
+  use_close = true;
+}
+
+bool ContactCandidates::margin_pays() const
+{
+  return margin > 0.0 && margin <= MOST * neighbor->skin;
+}
+
+/* Finds the atoms on whose places close candidates depend. */
+void ContactCandidates::find_movers()
+{
+  std::vector<char> moves(edge_from.size(), 0);
+  for (const CandidateRow &row : all.rows) moves[row.i] = 1;
+  for (const Edge &edge : all.edges) moves[edge.tail] = moves[edge.head] = 1;
+  movers.clear();
+  for (std::size_t i = 0; i < moves.size(); i++)
+    if (moves[i]) movers.push_back(static_cast<int>(i));
+  places.clear();
+}
+
+/* Two atoms come closer by at most twice what each has moved. */
+bool ContactCandidates::moved() const
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  EdgeFrame *frame = frame_list.data();
-  for (int n = block.edge_begin; n < block.edge_end; n++)
-    *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
+  const double most = HALF * margin, limit = most * most;
+  for (std::size_t k = 0; k < movers.size(); k++) {
+    const double *const here = x[movers[k]];
+    const double dx = here[0] - places[k].x, dy = here[1] - places[k].y;
+    if (!(dx * dx + dy * dy <= limit)) return true;
+  }
+  return false;
+}
+
+/* Keeps what can come within the width of a contact before an atom has moved by half the margin. */
+void ContactCandidates::find_close()
+{
+  const int *const type = atom->type;
+  close.clear();
+  for (const Block &block : all.blocks) {
+    measure(block);
+    const Edge *const of_block = edges(block);
+    for (int k = block.begin; k < block.end; k++) {
+      const CandidateRow &row = all.rows[k];
+      const int tail = of_block[near()[row.begin].edge].tail;    // all have one law
+      const double reach = laws->initial_width[type[row.i]][type[tail]] + margin;
+      bool begun = false;
+      for (int n = row.begin; n < row.end; n++) {
+        if (squares()[n] >= reach * reach) continue;
+        if (!begun) begin_row(close, row.i, row.law);
+        begun = true;
+        add_to_row(close, of_block[near()[n].edge]);
+      }
+      end_block(close, BLOCK);
+    }
+  }
+  end_block(close, 1);
+
+  places.clear();
+  for (const int i : movers) places.push_back({atom->x[i][0], atom->x[i][1]});
+  of_close = 0;
+}
+
+void ContactCandidates::measure(const Block &block)
+{
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  const Edge *const edge = edges(block);
+  EdgeFrame *const frame = frame_list.data();
+  for (int n = 0; n < block.edge_end - block.edge_begin; n++)
+    frame[n] = edge_frame(x[edge[n].tail], x[edge[n].head]);
+
+  first_square = rows()[block.begin].begin;
+  const int count = rows()[block.end - 1].end - first_square;
+  const Near *const pair = near() + first_square;
+  double *const square = square_list.data();
+  for (int n = 0; n < count; n++)
+    square[n] = foot_on_edge(x[pair[n].point], frame[pair[n].edge]).rsq;
 }

@@ -12,31 +12,32 @@ struct Contact {
   jamlab::Foot foot;    // of crossing edges all 0
 };
 
-/* Each form below appends its contacts. Which edge is nearest and what touches cannot be predicted,
-   so no branch depends on it: a contact is written first, and counted if it is one.
+/* A candidate of a row that touches its point. */
+struct Touch {
+  int row, edge;    // of the last measured block
+};
+
+/* Each form below appends what touches. That cannot be predicted, so no branch depends on it: a
+   touch is written first, and counted if it is one.
 
    outline: each vertex has at most one contact with each other outline, at its closest point. */
-inline std::size_t outline_contacts(const ContactCandidates &candidates,
-                                    ContactCandidates::Block block, const Position *x,
-                                    const PairLaws &laws, Contact *contacts)
+inline std::size_t outline_touches(const ContactCandidates &candidates,
+                                   const ContactCandidates::Block &block, const PairLaws &laws,
+                                   Touch *touches)
 {
-  const EdgeFrame *frames = candidates.frames();
-  const ContactCandidates::Edge *edges = candidates.edges(block);
-  const int *near = candidates.near();
+  const ContactCandidates::Near *const near = candidates.near();
+  const double *const squares = candidates.squares();
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
-    NearestEdge nearest(x[row.i], laws[row.law].widthsq);
-    for (int n = row.begin; n < row.end; n++) nearest.meet(frames[near[n]], near[n]);
-    contacts[count].vertex = k;
-    contacts[count].tail = nearest.number();
-    count += nearest.touches();
-  }
-  for (Contact *contact = contacts; contact < contacts + count; contact++) {
-    const ContactCandidates::CandidateRow &row = candidates.rows()[contact->vertex];
-    const EdgeFrame &frame = frames[contact->tail];
-    const auto [tail, head] = edges[contact->tail];
-    *contact = {row.i, tail, head, row.law, foot_on_edge(x[row.i], frame)};
+    double least = laws[row.law].widthsq;
+    int nearest = -1;
+    for (int n = row.begin; n < row.end; n++) {
+      nearest = squares[n] < least ? near[n].edge : nearest;
+      least = squares[n] < least ? squares[n] : least;
+    }
+    touches[count] = {k, nearest};
+    count += nearest >= 0;
   }
   return count;
 }
@@ -44,32 +45,37 @@ inline std::size_t outline_contacts(const ContactCandidates &candidates,
 /* segment/smooth: each pair of edges has half the energy of each of the four distances from an end
    of one to the other. A vertex ends two edges, so it has one contact with each edge of other
    outlines, with the full energy. */
-inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates,
-                                           ContactCandidates::Block block, const Position *x,
-                                           const PairLaws &laws, Contact *contacts)
+inline std::size_t smooth_segment_touches(const ContactCandidates &candidates,
+                                          const ContactCandidates::Block &block,
+                                          const PairLaws &laws, Touch *touches)
 {
-  const EdgeFrame *frames = candidates.frames();
-  const ContactCandidates::Edge *edges = candidates.edges(block);
-  const int *near = candidates.near();
+  const ContactCandidates::Near *const near = candidates.near();
+  const double *const squares = candidates.squares();
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
-    const double reachsq = laws[row.law].widthsq;
     for (int n = row.begin; n < row.end; n++) {
-      const jamlab::Foot foot = foot_on_edge(x[row.i], frames[near[n]]);
-      contacts[count] = {row.i, edges[near[n]].tail, edges[near[n]].head, row.law, foot};
-      count += foot.rsq < reachsq;
+      touches[count] = {k, near[n].edge};
+      count += squares[n] < laws[row.law].widthsq;
     }
   }
   return count;
 }
 
-inline std::size_t find_contacts(ContactForm form, const ContactCandidates &candidates,
-                                 ContactCandidates::Block block, const Position *x,
-                                 const PairLaws &laws, Contact *contacts)
+inline std::size_t find_touches(ContactForm form, const ContactCandidates &candidates,
+                                const ContactCandidates::Block &block, const PairLaws &laws,
+                                Touch *touches)
 {
-  return form == OUTLINE ? outline_contacts(candidates, block, x, laws, contacts)
-                         : smooth_segment_contacts(candidates, block, x, laws, contacts);
+  return form == OUTLINE ? outline_touches(candidates, block, laws, touches)
+                         : smooth_segment_touches(candidates, block, laws, touches);
+}
+
+inline Contact contact_of(const Touch &touch, const ContactCandidates &candidates,
+                          const ContactCandidates::Block &block, const Position *x)
+{
+  const ContactCandidates::CandidateRow &row = candidates.rows()[touch.row];
+  const auto [tail, head] = candidates.edges(block)[touch.edge];
+  return {row.i, tail, head, row.law, foot_on_edge(x[row.i], candidates.frames()[touch.edge])};
 }
 
 }    // namespace LAMMPS_NS

@@ -86,7 +86,8 @@ class PairCirculoline : public Pair {
   std::vector<ContactCandidates> candidates;    // one for each contact form
   OwnContacts own_contacts;
   FlatWalls flat_walls;
-  std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
+  std::vector<Touch> found;    // of one block
+  std::vector<Contact> all_found;
   enum { FORCE, ENERGY = 2, VIRIAL, RETURNED = 6 };
   using Returned = std::array<double, RETURNED>;    // to a ghost's owner, if LAMMPS does not
   std::vector<Returned> ghosts;

@@ -66,15 +66,15 @@ template <class Act> void PairCirculoline::visit_contacts(Act act, double beyond
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
     if (!in_use[k]) continue;
+    candidates[k].choose(beyond);
     for (const auto &block : candidates[k].blocks()) {
-      candidates[k].measure_edges(block);
-      // one contact is written beyond the last
+      candidates[k].measure(block);
+      // one touch is written beyond the last
       const std::size_t room = candidates[k].most_contacts(block) + 1;
       if (found.size() < room) found.resize(room);
       const auto form = static_cast<ContactForm>(k);
-      const std::size_t count =
-          LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data());
-      for (std::size_t n = 0; n < count; n++) act(found[n]);
+      const std::size_t count = find_touches(form, candidates[k], block, pair_laws, found.data());
+      for (std::size_t n = 0; n < count; n++) act(contact_of(found[n], candidates[k], block, x));
     }
   }
   for (const Contact &contact : own_contacts.find(x, pair_laws)) act(contact);

@@ -5,8 +5,7 @@
 
 namespace jamlab {
 
-// Clamps t to [0, 1] without a branch, since where a foot falls cannot be predicted. Compilers make
-// branches of std::min and std::max: 26 instead of 21 ns per vertex of form outline.
+// Clamps t to [0, 1]. GCC makes branches of it, which cost little where contacts last.
 inline double clamped(double t)
 {
   const double positive = t > 0.0 ? t : 0.0;

@@ -46,20 +46,6 @@ GUARDED = r"#if defined(_OPENMP)\n\g<0>\n#endif"
 CITED = re.compile(
     r'#include "polygon_citation\.h"\n|^ *cite\(lmp, \w+\);\n', re.MULTILINE
 )  # LAMMPS asks for papers of authors
-PLAIN = {  # what the compiler of edge_geometry.h may not know
-    """/* x and y are side by side, in one register where the processor has such registers. */
-using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
-
-inline Two two(const double *from) { return *reinterpret_cast<const Two *>(from); }
-""": """using Two = jamlab::Vector;
-
-inline Two two(const double *from) { return {from[0], from[1]}; }
-""",
-    ", product = from_tail * along;": ";",
-    "(product[0] + product[1])": "dot(from_tail, along)",
-    "Two{t, t} * along, squares = apart * apart;": "along * t;",
-    "squares[0] + squares[1]": "dot(apart, apart)",
-}
 
 
 def needed(name: str, found: set[str]) -> set[str]:
@@ -93,9 +79,6 @@ def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
     path = SOURCE / name
     text = path.read_text().removeprefix("// SPDX-License-Identifier: GPL-2.0-or-later\n").lstrip()
-    for old, new in PLAIN.items() if name == "edge_geometry.h" else ():
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
     stem = renamed(name.rpartition(".")[0])
     if name.endswith(".h"):
         guard = f"LMP_{stem.upper()}_H"
