@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array, Indices
-from jamlab.errors import BoundaryError, InputError
+from jamlab.errors import BoundaryError
 from jamlab.geometry.boundary_pieces import Pieces
+from jamlab.geometry.edge_rings import rim_width
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import MOST_IMAGES, search_lattice
@@ -58,8 +59,6 @@ def droplet_cover(packing: Packing) -> DropletCover:
     """Cut the outlines of a DP packing where they overlap. An edge shorter than 1e-12 of the perimeter has no direction
     and is left out. Where outlines coincide, or more than two cross in one point, so that the cuts do not fit, vertices
     are moved by 1e-10 of the rim, or by ten times their rounding."""
-    if "delta" not in packing.params:
-        raise InputError(f"{packing.kind.particles} (model {packing.model}) have no edges with rims: use droplets")
     found = _cut(packing, packing.positions)
     if _closes(packing, found):
         return found
@@ -68,7 +67,7 @@ def droplet_cover(packing: Packing) -> DropletCover:
 
 def _closes(packing: Packing, found: DropletCover) -> bool:
     gap = found.gap
-    return gap <= LARGEST_GAP * 0.5 * packing.params["delta"] or gap <= ROUNDINGS * _rounding(packing)
+    return gap <= LARGEST_GAP * rim_width(packing) or gap <= ROUNDINGS * _rounding(packing)
 
 
 def _rounding(packing: Packing) -> float:
@@ -77,7 +76,7 @@ def _rounding(packing: Packing) -> float:
 
 def _aside(packing: Packing) -> Array:
     """(n_vertices, 2) moves that no two polygons share, alike for vertices in one place."""
-    rng, n, w = np.random.default_rng(1), packing.n, 0.5 * packing.params["delta"]
+    rng, n, w = np.random.default_rng(1), packing.n, rim_width(packing)
     wave, phase = rng.normal(size=(n, 2, 2)) / w, rng.uniform(0, 2 * np.pi, (n, 2))
     x = packing.positions - packing.positions[packing.polygons.offsets[:-1]][packing.particle]
     angle = np.einsum("vj,vjk->vk", x, wave[packing.particle]) + phase[packing.particle]
@@ -95,7 +94,7 @@ def _cut(packing: Packing, positions: Array) -> DropletCover:
         radius, begin, angle = np.empty((3, room))
         pieces = (particle, start, end, centre, radius, begin, angle, following)
         count = _cover(
-            n, packing.polygons.offsets, positions, packing.box, 0.5 * packing.params["delta"], MOST_IMAGES, room,
+            n, packing.polygons.offsets, positions, packing.box, rim_width(packing), MOST_IMAGES, room,
             share, area, perimeter, meeting, gap, *pieces, search,
         )  # fmt: skip
         return count, pieces

@@ -12,8 +12,10 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
-from jamlab.geometry.vertex_contacts import named_pairs, unique_rows
+from jamlab.geometry.edge_rings import rim_width
+from jamlab.geometry.vertex_contacts import named_pairs
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.neighbors import MOST_IMAGES, search_lattice
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -22,6 +24,9 @@ from jamlab.plotting.palette import BLUE
 # version, see jamlab.campaign.tasks; in 1 contact lengths were those of drawn arcs, off by up to 3e-4, in 2 areas of
 # droplets, by up to 1e-6
 SHAPE_DEFINITION = 3
+
+_OUT = (INTEGERS, INTEGERS, INTEGERS, REALS, REALS)
+_contact_lengths = kernel("contact_lengths", INTEGER, INTEGERS, REALS, REALS, REAL, REAL, INTEGER, *_OUT)
 
 
 @checked
@@ -148,14 +153,16 @@ def contact_lengths(packing: Packing) -> ContactLengths:
         (True, True)
     """
     contacts(packing)  # refuses outlines that cross
-    edges, near = edge_rings(packing), near_edges(packing)
-    i, j, shift = near.i[~near.own], near.j[~near.own], near.shift[~near.own]
-    rows, low, high = cut_lines(edges, i, j, near.r[~near.own], 2 * edges.rim)
-    # parts of one edge near one image of a polygon, then those of all edges on both sides
-    sides, part = unique_rows(np.column_stack([i, edges.particle[j], shift])[rows])
-    part, low, high, before = sort_intervals(part, low, high, edges.length[sides[:, 0]])
-    covered = np.bincount(part, np.maximum(high - np.maximum(low, before), 0.0), len(sides))
-    pairs, pair, _ = named_pairs(edges.particle[sides[:, 0]], sides[:, 1], sides[:, 2:])
-    length = np.asarray(0.5 * np.bincount(pair, covered, len(pairs)), dtype=np.float64)
-    touching = length > 0
-    return ContactLengths(pairs[touching, :2], length[touching], packing.unit_names.length)
+    delta = 2 * rim_width(packing)
+
+    def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:
+        i, j = np.empty((2, room), dtype=np.int64)
+        shift, part = np.empty((room, 2), dtype=np.int64), np.empty(room)
+        places = (packing.polygons.offsets, packing.positions, packing.box)
+        found = (i, j, shift, part)
+        return _contact_lengths(packing.n, *places, delta, MOST_IMAGES, room, *found, search), found
+
+    i, j, shift, part = search_lattice(fill, 2 * len(packing.positions))
+    pairs, pair, _ = named_pairs(i, j, shift)
+    length = np.asarray(0.5 * np.bincount(pair, part, len(pairs)), dtype=np.float64)
+    return ContactLengths(pairs[:, :2], length, packing.unit_names.length)

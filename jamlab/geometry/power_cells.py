@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.geometry.edge_capsules import latest
 from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import Pairs, periodic_pairs
@@ -175,7 +174,7 @@ def find_free_arcs(chords: Chords) -> Arcs:
     order = np.lexsort((np.arange(len(row)), start, chords.i[row]))
     row, start, end = row[order], start[order], end[order]
     disk = chords.i[row]
-    so_far = latest(disk, end)  # the cut of the disk up to here that ends last
+    so_far = _latest(disk, end)  # the cut of the disk up to here that ends last
     covered, by = end[so_far], row[so_far]
     last = np.append(disk[1:] != disk[:-1], np.ones(min(len(disk), 1), dtype=bool))
     following = np.where(last, first[disk], np.append(row[1:], 0)[: len(row)])  # after the last gap comes that at zero
@@ -186,3 +185,11 @@ def find_free_arcs(chords: Chords) -> Arcs:
         np.append(disk[free], whole), np.append(begins, np.zeros(len(whole))),
         np.append(gap[free], np.full(len(whole), _TURN)), np.append(by[free], none), np.append(following[free], none),
     )  # fmt: skip
+
+
+def _latest(owner: Indices, end: Array) -> Indices:
+    """(m,) of the intervals of one owner up to each, that which ends last. Owners, (m,), ascend."""
+    order = np.lexsort((end, owner))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return np.asarray(order[np.maximum.accumulate(rank)])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.geometry.edge_capsules import edge_rings
+from jamlab.geometry.edge_rings import edge_rings, rim_width
 from jamlab.packing.packing import Packing
 
 shapely: Any = lazy_loader.load("shapely")  # only where outlines are drawn: disks have none
@@ -43,8 +43,8 @@ def rims(packing: Packing) -> Rims:
     delta/2 of the polygon and not at all around the others, and keeping the parts with winding number > 0 (GEOS buffer
     of width zero) gives the outline.
     """
-    rings, n = edge_rings(packing), packing.n
-    particle, turn, w = rings.particle, rings.turn, rings.rim
+    w, rings, n = rim_width(packing), edge_rings(packing), packing.n
+    particle, turn = rings.particle, rings.turn
     corner = rings.tail - packing.centroids[particle]
     arrival = rings.normal[rings.before]
     normal = np.arctan2(arrival[:, 1], arrival[:, 0])  # direction of the outward normal of the edge that arrives

@@ -206,14 +206,3 @@ def named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
     given = (np.ascontiguousarray(numbers, dtype=np.int64) for numbers in (i, j, image))
     count = _named_pairs(len(i), *given, names, row, swapped)
     return names[:count], row, swapped.astype(bool)
-
-
-def unique_rows(rows: Indices) -> tuple[Indices, Indices]:
-    """Sorted rows (m, 4) without repeats, and (m,) which of them each row is; `np.unique` takes four times as long."""
-    order = np.lexsort(rows.T[::-1])
-    in_turn = rows[order]
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (in_turn[1:] != in_turn[:-1]).any(axis=1)
-    number = np.empty(len(rows), dtype=np.int64)
-    number[order] = np.cumsum(new) - 1
-    return in_turn[new], number

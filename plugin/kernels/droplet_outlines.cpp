@@ -314,8 +314,26 @@ void OutlineCutter::collect_around(int64_t edge)
   }
 }
 
-// Merges the intervals of each polygon.
-void OutlineCutter::merge(int64_t edge, bool arc, double extent)
+// The bare edge is an edge that lies 2 w further inside, moved outwards by 2 w.
+void OutlineCutter::collect_contacts(int64_t edge)
+{
+  const RimEdge &a = outlines.edges[edge];
+  const double reach = 2 * outlines.w;
+  found.clear();
+  for (int64_t k = outlines.near_first[edge]; k < outlines.near_first[edge + 1]; ++k) {
+    NearEdge near = outlines.near[k];
+    if (near.own) continue;
+    near.tail += a.normal * reach;
+    near.head += a.normal * reach;
+    const RimEdge &b = outlines.edges[near.j];
+    double low, high;
+    if (cut_line(a, b, near, reach, outlines.rounding, low, high))
+      found.push_back({{b.particle, near.shift}, false, low, high});
+  }
+}
+
+// Unites the intervals of each polygon, within the element.
+void OutlineCutter::unite(double extent)
 {
   merged.clear();
   for (Interval &one : found) {
@@ -335,6 +353,11 @@ void OutlineCutter::merge(int64_t edge, bool arc, double extent)
     else
       merged.push_back(one);
   }
+}
+
+void OutlineCutter::merge(int64_t edge, bool arc, double extent)
+{
+  unite(extent);
   if (!outlines.entangled[outlines.edges[edge].particle].empty()) fill_insides(edge, arc, extent);
   sort_ends(extent);
 }

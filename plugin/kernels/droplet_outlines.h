@@ -94,7 +94,7 @@ struct OutlinePart {
   const std::vector<NearPolygon> &covers;
 };
 
-// Cuts elements into parts.
+// Cuts elements into parts, and bare edges into contacts.
 class OutlineCutter {
  public:
   explicit OutlineCutter(const DropletOutlines &of) : outlines(of) {}
@@ -131,6 +131,15 @@ class OutlineCutter {
     });
   }
 
+  // Calls act(polygon, begin, end) for the parts of the edge, without its rim, that lie nearer than
+  // 2 w to the edges of another polygon.
+  template <class Act> void find_contacts(int64_t edge, Act act)
+  {
+    collect_contacts(edge);
+    unite(outlines.edges[edge].length);
+    for (const Interval &one : merged) act(one.by, one.low, one.high);
+  }
+
  private:
   struct Interval {
     NearPolygon by;
@@ -151,6 +160,8 @@ class OutlineCutter {
 
   void collect_along(int64_t edge);
   void collect_around(int64_t edge);
+  void collect_contacts(int64_t edge);
+  void unite(double extent);
   void merge(int64_t edge, bool arc, double extent);
   void fill_insides(int64_t edge, bool arc, double extent);
   void sort_ends(double extent);

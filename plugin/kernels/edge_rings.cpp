@@ -1,5 +1,7 @@
 #include "edge_rings.h"
 
+#include "kernel.h"
+
 namespace jamlab {
 
 namespace {
@@ -67,3 +69,25 @@ Meeting judge_edges(const RimEdge &a, const RimEdge &b, const Vector &tail, cons
 }
 
 }  // namespace jamlab
+
+using namespace jamlab;
+
+// Edges of polygons, see RimEdge.
+//   offsets (n + 1), x (vertices, 2); particle, before, turn (vertices), tail, normal (vertices, 2)
+//   out.
+// Returns the number of edges, of which the first are written.
+JAMLAB_KERNEL edge_rings(int64_t n, const int64_t *offsets, const double *x, int64_t *particle,
+                         int64_t *before, double *turn, double *tail, double *normal)
+try {
+  const EdgeRings rings(n, offsets, x);
+  int64_t k = 0;
+  for (const RimEdge &edge : rings.edges) {
+    particle[k] = edge.particle;
+    before[k] = edge.before;
+    turn[k] = edge.turn;
+    put(tail, k, edge.tail);
+    put(normal, k++, edge.normal);
+  }
+  return k;
+}
+JAMLAB_OR_NO_MEMORY

@@ -8,13 +8,13 @@ import shapely
 from drawn_overlaps import drawn_shares
 from hypothesis import assume, given
 from packings_by_hand import droplets
+from plain_capsules import edge_rings
 from plain_outlines import plain_pieces
 from random_packings import disks, polygons
 
 import jamlab
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.droplet_cover import Meeting, droplet_cover, shared_areas
-from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.geometry.voids.voids import voids
 

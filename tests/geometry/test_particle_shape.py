@@ -1,13 +1,20 @@
 """Areas and shape factors of single particles, lengths of the flats between droplets, stress by their centroids."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given
 from packings_by_hand import disks, droplets
+from plain_capsules import plain_contact_lengths
+from random_packings import polygons
 
 import jamlab
 from jamlab.geometry.particle_shape import particle_areas, relative_areas, shape_factors
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.models.droplets import regular_polygon
+
+STATES = Path(__file__).parents[1] / "states"
 
 
 def test_free_disk_is_a_circle():
@@ -88,6 +95,22 @@ def test_contact_across_the_boundary_and_with_two_images():
         found = jamlab.contact_lengths(droplets(shapes, delta=0.12, box=narrow))
         assert found.pairs.tolist() == [[0, 1], [0, 1]]
         assert found.length == pytest.approx([1 + 2 * (0.12 - 0.05)] * 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["compressed_droplets", "few_droplets", "stable_droplets"])
+def test_contact_lengths_are_those_of_plain_loops(name):
+    packing = jamlab.read(STATES / f"{name}.h5")
+    found, (pairs, length) = jamlab.contact_lengths(packing), plain_contact_lengths(packing)
+    assert len(length) > packing.n
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.length, length, rtol=0, atol=1e-13)
+
+
+@given(polygons())
+def test_contact_lengths_of_any_polygons_are_those_of_plain_loops(packing):
+    found, (pairs, length) = jamlab.contact_lengths(packing), plain_contact_lengths(packing)
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.length, length, rtol=0, atol=1e-9)  # an end moves by the root of rounding
 
 
 def test_edges_and_areas_by_hand():

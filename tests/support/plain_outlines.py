@@ -1,9 +1,9 @@
 """Free pieces of the outlines of droplets in plain numpy: the reference of plugin/kernels/droplet_cover.cpp."""
 
 import numpy as np
+from plain_capsules import cut_lines, edge_rings, near_edges, sort_intervals
 
 from jamlab.geometry.boundary_pieces import Pieces
-from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
 from jamlab.packing.outlines import cross
 
 

@@ -1,60 +1,46 @@
-"""Edges of droplets and the capsules around them: where edges and rims lie in the rims of others.
+"""Edges of droplets and the capsules around them in plain numpy: the reference of plugin/kernels/edge_rings.cpp,
+droplet_outlines.cpp and contact_lengths.cpp.
 
 A capsule holds the points within a distance of an edge. It is convex, so that it hides one interval of a straight
-line; what several hide is the union of their intervals. `jamlab.geometry.droplet_cover` cuts outlines in compiled code.
+line; what several hide is the union of their intervals.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.arrays import Array, Indices, Mask
-from jamlab.errors import InputError
-from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.outlines import cross
-from jamlab.packing.packing import Packing
 
-
-@dataclass(frozen=True)
-class Capsules:
-    """Edges as capsules."""
-
-    # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
-    shortest: float = 1e-12
-    margin: float = 1e-6  # of the rim, beyond which edges are not looked at
-
-
-CAPSULES = Capsules()
+# of the perimeter: rounding of the vertices (1e-16) leaves a shorter edge a direction to 1e-4
+SHORTEST = 1e-12
+MARGIN = 1e-6  # of the rim, beyond which edges are not looked at
 
 
 @dataclass(frozen=True)
 class EdgeRings:
     """Edges of the polygons of a DP packing, counter-clockwise, m of them."""
 
-    particle: Indices  # (m,) polygon of each edge, ascending
-    tail: Array  # (m, 2) position at which each edge begins
-    length: Array  # (m,)
-    along: Array  # (m, 2) unit vectors
-    normal: Array  # (m, 2) unit vectors that point outwards
+    particle: np.ndarray  # (m,) polygon of each edge, ascending
+    tail: np.ndarray  # (m, 2) position at which each edge begins
+    length: np.ndarray  # (m,)
+    along: np.ndarray  # (m, 2) unit vectors
+    normal: np.ndarray  # (m, 2) unit vectors that point outwards
     # before, after: (m,) edges that end at the tail and begin at the head
-    before: Indices
-    after: Indices
-    turn: Array  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
+    before: np.ndarray
+    after: np.ndarray
+    turn: np.ndarray  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
     rim: float  # width of the rim around the polygons, delta/2
 
 
-@per_packing
-def edge_rings(packing: Packing) -> EdgeRings:
+def edge_rings(packing):
     """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
     x, low, high = packing.positions, packing.polygons.offsets[:-1], packing.polygons.offsets[1:]
-    if "delta" not in packing.params:
-        raise InputError(f"{packing.kind.particles} (model {packing.model}) have no edges with rims: use droplets")
     after = np.arange(1, len(x) + 1)
     after[high - 1] = low
     length = np.hypot(*(x[after] - x).T)
     particle = np.repeat(np.arange(packing.n), high - low)
-    kept = length > CAPSULES.shortest * np.add.reduceat(length, low)[particle]
+    kept = length > SHORTEST * np.add.reduceat(length, low)[particle]
     particle, tail = particle[kept], x[kept]
     end = np.cumsum(np.bincount(particle, minlength=packing.n))
     begin = np.append(0, end[:-1])
@@ -73,26 +59,25 @@ def edge_rings(packing: Packing) -> EdgeRings:
 class NearEdges:
     """Pairs of edges of a DP packing whose rims may overlap, each pair from both sides."""
 
-    i: Indices
-    j: Indices
-    r: Array  # (m, 2) from the tail of edge i to that of the image of edge j
-    shift: Indices  # (m, 2) which image of edge j
-    own: Mask  # (m,) both belong to one polygon, and not to two images of it
+    i: np.ndarray
+    j: np.ndarray
+    r: np.ndarray  # (m, 2) from the tail of edge i to that of the image of edge j
+    shift: np.ndarray  # (m, 2) which image of edge j
+    own: np.ndarray  # (m,) both belong to one polygon, and not to two images of it
 
 
-@per_packing
-def near_edges(packing: Packing) -> NearEdges:
+def near_edges(packing):
     """Find the edges of a DP packing nearer than delta to each other, and some more."""
     edges = edge_rings(packing)
     middle = edges.tail + 0.5 * edges.length[:, None] * edges.along
-    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + edges.rim * (1 + CAPSULES.margin))
+    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + edges.rim * (1 + MARGIN))
     i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
     shift = np.concatenate([near.shift, -near.shift])
     r = edges.tail[j] - edges.tail[i] + shift @ packing.box
     return NearEdges(i, j, r, shift, (edges.particle[i] == edges.particle[j]) & (shift == 0).all(axis=1))
 
 
-def latest(owner: Indices, end: Array) -> Indices:
+def latest(owner, end):
     """(m,) of the intervals of one owner up to each, that which ends last. Owners, (m,), ascend."""
     order = np.lexsort((end, owner))
     rank = np.empty(len(order), dtype=np.int64)
@@ -100,7 +85,7 @@ def latest(owner: Indices, end: Array) -> Indices:
     return np.asarray(order[np.maximum.accumulate(rank)])
 
 
-def sort_intervals(number: Indices, low: Array, high: Array, extent: Array) -> tuple[Indices, Array, Array, Array]:
+def sort_intervals(number, low, high, extent):
     """Intervals, (m,), within 0 and the extents of the elements, (k,), that they lie on, by element and begin; and how
     far those before each one on its element reach."""
     low, high = np.maximum(low, 0.0), np.minimum(high, extent[number])
@@ -113,7 +98,7 @@ def sort_intervals(number: Indices, low: Array, high: Array, extent: Array) -> t
     return number, low, high, before
 
 
-def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> tuple[Indices, Array, Array]:
+def cut_lines(edges, i, j, r, w):
     """Parts of lines parallel to edges i in the capsules of radius w around edges j, whose tails lie at r from the
     beginnings of the lines: rows, and from where to where. A capsule is the union of two disks around its ends and of a
     rectangle, and the part of a line in it is one interval."""
@@ -137,3 +122,23 @@ def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> t
     low, high = np.where(through, np.minimum(low, enter), low), np.where(through, np.maximum(high, leave), high)
     meets = np.flatnonzero((low < high) & (np.minimum(*aside) < w) & (np.maximum(*aside) > -w))
     return meets, low[meets], high[meets]
+
+
+def plain_contact_lengths(packing):
+    """Pairs (m, 2) of droplets i <= j, and the part (m,) of their outlines nearer than delta, a mean over both."""
+    edges, near = edge_rings(packing), near_edges(packing)
+    other = ~near.own
+    i, j, shift = near.i[other], near.j[other], near.shift[other]
+    rows, low, high = cut_lines(edges, i, j, near.r[other], 2 * edges.rim)
+    # parts of one edge near one image of a polygon
+    sides, part = np.unique(np.column_stack([i, edges.particle[j], shift])[rows], axis=0, return_inverse=True)
+    part, low, high, before = sort_intervals(part.ravel(), low, high, edges.length[sides[:, 0]])
+    covered = np.bincount(part, np.maximum(high - np.maximum(low, before), 0.0), len(sides))
+    one, two, image = edges.particle[sides[:, 0]], sides[:, 1], sides[:, 2:]
+    # seen from both sides a pair has one name
+    turned = (one > two) | ((one == two) & ((image[:, 0] < 0) | ((image[:, 0] == 0) & (image[:, 1] < 0))))
+    turn = np.where(turned, -1, 1)[:, None]
+    names = np.column_stack([np.minimum(one, two), np.maximum(one, two), turn * image])
+    pairs, pair = np.unique(names, axis=0, return_inverse=True)
+    length = 0.5 * np.bincount(pair.ravel(), covered, len(pairs))
+    return pairs[length > 0, :2], length[length > 0]
