@@ -6,7 +6,6 @@
 
 #include <cstdio>
 #include <cstring>
-#include <dlfcn.h>
 
 using namespace LAMMPS_NS;
 
@@ -80,14 +79,6 @@ FILE *stream(Sieve *sieve)
 }
 #endif
 
-/* LAMMPS closes its screen after it has closed plugins, whose code must stay until then. */
-void stay_loaded()
-{
-  Dl_info here;
-  if (dladdr(reinterpret_cast<void *>(&close_all), &here))
-    dlopen(here.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
-}
-
 }    // namespace
 
 void CommandQuiet::command(int narg, char ** /*arg*/)
@@ -101,6 +92,5 @@ void CommandQuiet::command(int narg, char ** /*arg*/)
     error->one(FLERR, "jamlab/quiet: no memory for a stream");
   }
   setvbuf(quiet, nullptr, _IONBF, 0);    // each message arrives while its command runs
-  stay_loaded();
   screen = quiet;
 }

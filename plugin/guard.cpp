@@ -119,7 +119,8 @@ void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     return;
   }
 
-  // the library is never closed: LAMMPS may hold objects of its classes to the end
+  // the library is never closed: LAMMPS may hold objects of its classes,
+  // and the screen of jamlab/quiet, to the end
   void *const styles = dlopen(styles_file().c_str(), RTLD_NOW | RTLD_LOCAL);
   void *const add = styles ? dlsym(styles, "jamlab_register") : nullptr;
   if (!add) {
