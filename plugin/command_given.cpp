@@ -11,7 +11,6 @@
 #include "variable.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -31,22 +30,6 @@ std::string text_of(FILE *file)
   for (int c = fgetc(file); c != EOF; c = fgetc(file)) text += static_cast<char>(c);
   fseek(file, place, SEEK_SET);
   return text;
-}
-
-/* Whether a text that was given needs a variable: as v_NAME or ${NAME}, or NAME=, in words of a
- * law. */
-bool reads(const std::string &text, const std::string &name)
-{
-  const auto of_name = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-  };
-  if (text.find("${" + name + "}") != text.npos) return true;
-  for (auto at = text.find(name); at != text.npos; at = text.find(name, at + 1)) {
-    const char after = at + name.size() < text.size() ? text[at + name.size()] : ' ';
-    const bool formula = at > 1 && text.compare(at - 2, 2, "v_") == 0 && !of_name(after);
-    if (formula || (after == '=' && (at == 0 || text[at - 1] == ' '))) return true;
-  }
-  return false;
 }
 
 using Texts = std::map<std::string, std::string>;
@@ -74,7 +57,7 @@ std::vector<std::string> given_twice(const Texts &values)
 }
 
 /* What is wrong with the variables that exist. The deck is the first of the open files that asks
-   for this; those before it are of a user, who may define what he likes. */
+   for this; those before it are of a user, who may define any. */
 std::vector<std::string> refusals(LAMMPS *lmp)
 {
   Variable *const variables = lmp->input->variable;
@@ -97,10 +80,11 @@ std::vector<std::string> refusals(LAMMPS *lmp)
       lmp, [&user](const std::string &name) { return !user.computes(name); });
   auto wrong = given_twice(values);
   for (const auto &[name, text] : values) {
-    const bool read = std::any_of(values.begin(), values.end(), [&name = name](const auto &each) {
-      return each.first != name && reads(each.second, name);
-    });
-    if (read || user.takes(name) || name == "jamlab_plugin") continue;
+    const auto reads = [&name = name](const auto &other) {
+      return other.first != name && reads_variable(other.second, name);
+    };
+    if (std::any_of(values.begin(), values.end(), reads)) continue;
+    if (user.takes(name) || name == "jamlab_plugin") continue;
     const int number = variables->find(name.c_str()), count = values_of(*variables)[number];
     if (styles_of(*variables)[number] != Variable::INDEX && !deck.takes(name)) continue;
     if (count > 1 && deck.takes(name) && !deck.optional_one(name)) {

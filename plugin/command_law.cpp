@@ -10,6 +10,8 @@
 #include "utils.h"
 #include "variable.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>

@@ -42,8 +42,7 @@ bool digits_alone(const std::string &text)
          });
 }
 
-/* What a value in an interval must be, if the comment begins with one: "(0, 2]", "[2, 1e6] even".
- */
+/* What a value must be if the comment begins with an interval: "(0, 2]", "[2, 1e6] even". */
 struct Interval {
   double low = 0.0, high = 1e9;
   bool open = true;    // at its lower end
@@ -124,10 +123,21 @@ std::string lower_case(std::string text)
 /* Names that the deck sets itself, or that are no one's to change. */
 bool internal(const std::string &name)
 {
-  return name == "model" || name == "quote" || name == "section" || name == "strict";
+  return name == "model" || name == "quote" || name == "strict";
 }
 
 }    // namespace
+
+bool LAMMPS_NS::reads_variable(const std::string &value, const std::string &name)
+{
+  if (value.find("${" + name + "}") != value.npos) return true;
+  for (auto at = value.find(name); at != value.npos; at = value.find(name, at + 1)) {
+    const char after = at + name.size() < value.size() ? value[at + name.size()] : ' ';
+    const bool formula = at > 1 && value.compare(at - 2, 2, "v_") == 0 && !of_name(after);
+    if (formula || (after == '=' && (at == 0 || value[at - 1] == ' '))) return true;
+  }
+  return false;
+}
 
 void DeckText::read_line(const std::string &line)
 {
@@ -139,11 +149,11 @@ void DeckText::read_line(const std::string &line)
   }
   const auto hash = line.find('#');
   std::istringstream words(line.substr(0, hash));
-  std::string command, name, style, otherwise;
-  if (line.compare(0, 8, "variable") == 0 && words >> command >> name >> style >> otherwise &&
+  std::string command, name, style, default_value;
+  if (line.compare(0, 8, "variable") == 0 && words >> command >> name >> style >> default_value &&
       style == "index") {
     const auto start = hash == std::string::npos ? hash : line.find_first_not_of(" #", hash);
-    given.insert({name, {otherwise, start == std::string::npos ? "" : line.substr(start)}});
+    given.insert({name, {default_value, start == std::string::npos ? "" : line.substr(start)}});
   } else
     for (auto at = line.find("variable "); at < hash; at = line.find("variable ", at + 1)) {
       const auto start = line.find_first_not_of(' ', at + 9);
@@ -176,16 +186,17 @@ void DeckText::read(const std::string &text, const Value &value)
     if (from < line.find('#') && end != std::string::npos)
       parts.push_back(line.substr(from + 9, end - from - 9));
   }
-  if (const auto found = given.find("model"); found != given.end()) model = found->second.otherwise;
+  if (const auto found = given.find("model"); found != given.end())
+    model = found->second.default_value;
   for (std::string part : parts) {
     for (const char *name : {"dir", "model"}) {
       const std::string word = std::string("${") + name + "}";
       const auto at = part.find(word);
       if (at == std::string::npos) continue;
       const auto found = given.find(name);
-      const std::string now = value(name);
-      part.replace(at, word.size(),
-                   !now.empty() || found == given.end() ? now : found->second.otherwise);
+      std::string words = value(name);
+      if (words.empty() && found != given.end()) words = found->second.default_value;
+      part.replace(at, word.size(), words);
     }
     std::ifstream file(part);
     std::stringstream content;
@@ -214,7 +225,7 @@ std::string DeckText::must_be(const std::string &name, const std::string &value)
 {
   const auto found = given.find(name);
   if (found == given.end()) return "";
-  const auto &[otherwise, comment] = found->second;
+  const auto &[default_value, comment] = found->second;
   if (comment.rfind("file: ", 0) == 0)
     return std::ifstream(value) ? ""
                                 : "a file that exists: start in the folder of this input, or give "
@@ -229,11 +240,11 @@ std::string DeckText::must_be(const std::string &name, const std::string &value)
   Interval interval;
   if (!interval.read(comment)) {
     double number_or_not = 0.0;
-    if (!number(otherwise, number_or_not) && otherwise.compare(0, 2, "$(") != 0)
+    if (!number(default_value, number_or_not) && default_value.compare(0, 2, "$(") != 0)
       return name == "dir" || value.find_first_of(" \t\"'$&#") == value.npos
                  ? ""
                  : "a name without spaces and quotes, which LAMMPS takes";
-    interval.open = number_or_not != 0.0 || otherwise[0] == '$';
+    interval.open = number_or_not != 0.0 || default_value[0] == '$';
     interval.text = interval.open ? "(0, 1e9]" : "[0, 1e9]";
   }
   return interval.holds(value) ? "" : interval.words(value);

@@ -8,6 +8,10 @@
 
 namespace LAMMPS_NS {
 
+/* Whether the value of a variable reads another one: as v_NAME or ${NAME}, or NAME=, in the words
+   of a law. */
+bool reads_variable(const std::string &value, const std::string &name);
+
 /* What the text of decks says of their variables. A line
 
      variable NAME index DEFAULT   # LIMITS: what it is
@@ -38,7 +42,7 @@ class DeckText {
 
  private:
   struct Given {
-    std::string otherwise, comment;    // default, and what stands behind it
+    std::string default_value, comment;    // what stands behind it
   };
   std::map<std::string, Given> given;
   std::string model;
