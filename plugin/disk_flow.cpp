@@ -51,7 +51,7 @@ std::unique_ptr<DragSolver> DiskFlow::make_solver()
   found->set_marginal_contacts(marginal);
   found->set_least_overlap(LAYER * sqrt(settings.tolerance));
   drag = found.get();
-  diameter = style->mean_diameter();
+  diameter = style->mean_diameter(true);
   return found;
 }
 

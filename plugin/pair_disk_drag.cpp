@@ -171,28 +171,24 @@ void PairDiskDrag::unpack_forward_comm(int n, int first, double *buf)
   std::copy_n(buf, n, own.begin() + first);
 }
 
-double PairDiskDrag::mean_diameter()
-{
-  find_sizes();
-  double total = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) total += diameter(i, atom->type[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
-  return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
-}
-
-/* The mean diameter without flat walls; in single precision it does not depend on the order of the
-   sum, and is 1 for packings in that unit. */
-double PairDiskDrag::unit_length()
+double PairDiskDrag::mean_diameter(bool with_walls)
 {
   find_sizes();
   double sums[2] = {0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
-    if (is_wall(i)) continue;
+    if (!with_walls && is_wall(i)) continue;
     sums[0] += diameter(i, atom->type[i]);
     sums[1] += 1.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
-  return sums[1] > 0.0 ? static_cast<float>(sums[0] / sums[1]) : 1.0;
+  return sums[1] > 0.0 ? sums[0] / sums[1] : 1.0;
+}
+
+/* In single precision the mean does not depend on the order of the sum, and is 1 for packings in
+   that unit. */
+double PairDiskDrag::unit_length()
+{
+  return static_cast<float>(mean_diameter(false));
 }
 
 void PairDiskDrag::allocate()

@@ -50,7 +50,7 @@ class PairDiskDrag : public Pair {
   bool owns_all() const { return comm->nprocs == 1 && force->newton_pair; }
   int owner(int i) const { return i < atom->nlocal ? i : atom->map(atom->tag[i]); }
   const DragLaw &drag() const { return law; }
-  double mean_diameter();
+  double mean_diameter(bool with_walls);    // flat ones
   double unit_length();    // by which turning disks are compared with moving ones
   bool is_elastic() const { return elastic; }
   // `depth`: cutoff less distance, the overlap itself of disks without a shell
