@@ -123,15 +123,16 @@ std::vector<Fix *> FixOverdamped::check_forces() const
     Fix *const fix = modify->fix[k];
     const int mask = modify->fmask[k];
     const char *const style = fix->style;
-    if (fix == this) later = true;
-    if (BodyForces::accepts(fix)) pushes.push_back(fix);
-    if (later && (BodyForces::accepts(fix) || utils::strmatch(style, "^polygon/area")))
+    const bool pushes_all = BodyForces::accepts(fix);
+    later = later || fix == this;
+    if (later && (pushes_all || utils::strmatch(style, "^polygon/area")))
       error->all(FLERR, "{}: fix {} of style {} comes later, so the first step would miss its "
                  "forces: define it before", WHO, fix->id, style);
-    if (fix == this || utils::strmatch(style, "^polygon/") || utils::strmatch(style, "^enforce2d"))
-      continue;
-    if (!strcmp(style, "OMP") && !force->pair_match("/omp$", 0, 1)) continue;    // idle without any
-    if (BodyForces::accepts(fix)) continue;
+    if (pushes_all) pushes.push_back(fix);
+    const bool plane = utils::strmatch(style, "^enforce2d");
+    if (fix == this || pushes_all || plane || utils::strmatch(style, "^polygon/")) continue;
+    const bool idle = !strcmp(style, "OMP") && !force->pair_match("/omp$", 0, 1);
+    if (idle) continue;    // no style is threaded
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, style));
     const int integrates = mask & (INITIAL_INTEGRATE | POST_INTEGRATE | FINAL_INTEGRATE);
     const char *const changes = fix->time_integrate || integrates ? "moves atoms"

@@ -37,9 +37,7 @@ static ContactForm contact_form(LAMMPS *lmp, const char *name)
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
     Pair(lmp), in_use(), outline(nullptr),
     candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), own_contacts(lmp),
-    flat_walls(lmp),
-    candidates_for(-1, -1),
-    user_cutoff(0.0), raised_cutoff(-1.0)
+    flat_walls(lmp), candidates_for(-1, -1), user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -111,12 +109,12 @@ void PairCirculoline::settings(int narg, char **arg)
       form = contact_form(lmp, arg[k + 1]);
     else if (role <= FLAT)
       role_types[role] = arg[k + 1];
-    else if (strcmp(arg[k], "self") == 0)
+    else if (strcmp(arg[k], "self") == 0) {
       laws.near = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else
+      if (laws.near < 0.0) error->all(FLERR, "{}: self {} must not be negative", WHO, arg[k + 1]);
+    } else
       error->all(FLERR, "{}: unknown keyword {}, expected contact, walls, disks, flat or self", WHO,
                  arg[k]);
-    if (laws.near < 0.0) error->all(FLERR, "{}: self {} must not be negative", WHO, arg[k + 1]);
   }
 
   // if the style is given again, types without a width or a form of their own take the new one
