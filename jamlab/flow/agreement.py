@@ -159,7 +159,7 @@ def _gain_by_spins(packing: Packing, power: Callable[[Array], float], rates: Arr
 def _along_the_way(packing: Packing, rates: Array, length: float) -> Packing:
     """The packing after the fastest site has gone so far beside the flow."""
     way = rates[: packing.positions.size].reshape(packing.positions.shape)
-    return packing.with_state(positions=packing.positions + length / np.abs(way).max() * way)
+    return packing.with_state(positions=packing.positions + length / (np.abs(way).max() or 1.0) * way)
 
 
 def _rates(packing: Packing, found: Evaluated) -> Array:
