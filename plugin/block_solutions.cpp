@@ -14,7 +14,7 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
   solve(r.data(), 1);
 }
 
-/* The order of sums is a digit of the flows of disks, to which other orders bring no time. */
+/* The order of sums decides the last digits of flows of disks, where no other order is faster. */
 template <int D> void BlockCholesky<D>::solve(double *r, int count)
 {
   const auto up = D == 3 ? dense->up_disks : dense->up;

@@ -40,7 +40,7 @@ CommandDescend::CommandDescend(LAMMPS *lmp) :
    The string-style variable "descent" returns the numbers of steps, of evaluations of forces, of
    factorisations, of those refused because the matrix is not positive definite, of line searches
    without a lower energy, and of steps along which the force does not fall; then the largest force,
-   the last shift that held, and 1 if outlines crossed. */
+   the shift to try first the next time, and 1 if outlines crossed. */
 void CommandDescend::command(int narg, char **arg)
 {
   if (comm->nprocs > 1) error->all(FLERR, "jamlab/descend runs on one rank");

@@ -35,7 +35,8 @@ class DropletFlow : public OverdampedFlow {
     double time = 0.0, time_before = 0.0, strain = 0.0, rate_before = 0.0;
   } last;
   class DropletDrag *drag = nullptr;    // the solver
-  double size = 1.0, energy_unit = 1.0, time_unit = 1.0;    // of a droplet; in which drag relaxes
+  double size = 1.0, energy_unit = 1.0;    // of a droplet, of contacts or tension
+  double time_unit = 1.0;                  // in which drag relaxes
   struct Load {    // stress that is held, how much more the next step adds, and all are to add
     double held = 0.0, rise = 0.0, whole = 0.0;
     bool rises() const;    // by as much as may be divided

@@ -10,8 +10,7 @@ namespace LAMMPS_NS {
 // Collective, after each neighbor build: every atom that the style moves is what its type says, a
 // vertex of a ring, a vertex of a wall or a disk, and stays in the plane. Every edge is short
 // enough for the neighbor cutoff, has one law, and lies in the image that the bond between its ends
-// takes.
-// All ranks stop together with the worst case.
+// takes. All ranks stop together with the worst case.
 void check_outlines(class LAMMPS *, const char *who, const class FixPolygonOutline &,
                     const class NeighList *, const ContactLaws &);
 

@@ -8,8 +8,7 @@ namespace LAMMPS_NS {
 /* OwnContacts are contacts of polygons with themselves: of a vertex with the edges of its own
    outline, in its own image, but for the two that it ends. The range of near edges grows with the
    number of edges between, as ContactLaws says; each of them counts, or a vertex between two that
-   are equally near would have no smooth energy. Of the rest, form outline takes the closest point.
-*/
+   are equally near would have no smooth energy. Of the rest, form outline takes the closest one. */
 class OwnContacts : protected Pointers {
  public:
   OwnContacts(class LAMMPS *lmp) : Pointers(lmp) {}

@@ -19,6 +19,7 @@ class PolygonParameter : protected Pointers {
 
   void read(const char *argument);
   void init(int igroup);    // finds the variable or property
+  // values of all polygons of this rank; on_all_ranks: collective, checks all vertices of each
   void evaluate(const PolygonRings &, bool on_all_ranks, std::vector<double> &);
   bool constant() const { return source == NUMBER; }
   bool is_variable() const { return source == EQUAL || source == ATOM; }
