@@ -10,8 +10,8 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/* Values of the variables that are texts, for those names: all but formulas, and what prints or runs
-   them. */
+/* Values of the variables that are texts, for those names: all but formulas, and variables that
+   print or run them. */
 std::map<std::string, std::string>
 texts_of_variables(LAMMPS *lmp, const std::function<bool(const std::string &)> &wanted);
 

@@ -131,8 +131,8 @@ std::vector<Fix *> FixOverdamped::check_forces() const
     if (pushes_all) pushes.push_back(fix);
     const bool plane = utils::strmatch(style, "^enforce2d");
     if (fix == this || pushes_all || plane || utils::strmatch(style, "^polygon/")) continue;
-    const bool idle = !strcmp(style, "OMP") && !force->pair_match("/omp$", 0, 1);
-    if (idle) continue;    // no style is threaded
+    const bool no_threads = !strcmp(style, "OMP") && !force->pair_match("/omp$", 0, 1);
+    if (no_threads) continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, style));
     const int integrates = mask & (INITIAL_INTEGRATE | POST_INTEGRATE | FINAL_INTEGRATE);
     const char *const changes = fix->time_integrate || integrates ? "moves atoms"
