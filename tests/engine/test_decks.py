@@ -127,6 +127,8 @@ def test_a_search_without_minima_ends(tmp_path):
         ("sp.jam", {"force_tolerance": 1e-6}, "-var u_contact 1e-10 -var u_jammed 1e-08"),
         ("dp.jam", {"n": 4, "force_tolerance": 1e-4}, "-var u_contact 1e-06 -var u_jammed 0.0001"),
         ("dp.jam", {"units": "k"}, "units = k: droplets have eps"),
+        ("dp.jam", {"nv_small": 16}, "nv_small = 16, nv_large = 17: a random start reads polygonN.mol of both"),
+        ("dp.jam", {"ka": 0.01}, "ka = 0.01: free droplets collapse under gamma = 0.4; give ka above 3.288"),
         ("sp.jam", {"d1": 1, "size_ratio": 1.2}, "size_ratio = 1.2 beside d1 or d2"),
         ("sp.jam", {"units": "k", "eps": 3}, "eps = 3: units = k have the strength k"),
         ("sp.jam", {"u_jammed": 1e-17}, "u_jammed = 1e-17: must be above u_contact = 1e-16"),
