@@ -93,3 +93,9 @@ def test_a_second_deck_of_an_input_needs_clear(copy, tmp_path, between, code):
 def test_long_tables_have_some_rows_on_the_screen_and_all_in_the_file(tmp_path):
     out = run("in.sp.jam", tmp_path, n=2, to=0.9, step=5e-4, phi_start=0.7, words=("-var", "seed", "3"))
     assert len(out.splitlines()) <= 60 < len((tmp_path / "sp.txt").read_text().splitlines())
+
+
+def test_stiff_areas_have_a_shorter_time_step(tmp_path):
+    """At ten times the default ka FIRE with the usual step tears droplets apart in the first minimum."""
+    short = {"n": 2, "ka": 3000, "phi_start": 0.1, "search_step": 0.1, "increment_least": 0.09, "steps": 500}
+    assert "NO ONSET" in run("in.dp.jam", tmp_path, code=2, **short)
