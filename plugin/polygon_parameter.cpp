@@ -67,7 +67,8 @@ void PolygonParameter::evaluate(const PolygonRings &rings, bool on_all_ranks,
 /* Whether no vertex has another value than at the last evaluation, which gave those of polygons. */
 bool PolygonParameter::as_before(const double *of_atom) const
 {
-  return static_cast<int>(before.size()) == atom->nlocal &&
+  if (static_cast<int>(before.size()) != atom->nlocal) return false;
+  return before.empty() ||
       std::memcmp(before.data(), of_atom, before.size() * sizeof(double)) == 0;
 }
 
