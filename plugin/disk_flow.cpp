@@ -147,7 +147,7 @@ void DiskFlow::settle_contacts()
       if (result.converged) {
         revision = drag->revise(velocity, state.rate, least);
       } else {
-        if (!drag->close_rubbing()) refuse(result);
+        if (!drag->close_rubbing()) refuse_velocities(result);
         std::fill(velocity.begin(), velocity.end(), Vec3());
       }
     }
@@ -175,16 +175,8 @@ void DiskFlow::relax_ties(const std::vector<double> &parts, double least_speed)
     if (rests && fit(result, least_speed)) return;
     if (!result.converged) std::fill(velocity.begin(), velocity.end(), Vec3());
   }
-  if (!result.converged && !(result = find_velocities()).converged) refuse(result);
+  if (!result.converged && !(result = find_velocities()).converged) refuse_velocities(result);
   state.unsettled += 1.0;
-}
-
-void DiskFlow::refuse(const DragSolver::Result &result) const
-{
-  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual "
-             "of {:.3g} is left after {} iterations: {}, or a looser solver tolerance", WHO,
-             FLOW_SINGULAR, state.time, state.strain, result.residual, result.iterations,
-             more_background());
 }
 
 double DiskFlow::strain_after(double time, double step) const

@@ -48,7 +48,6 @@ class DiskFlow : public OverdampedFlow {
   void settle_contacts();
   bool fit(const DragSolver::Result &, double least_speed) const;
   void relax_ties(const std::vector<double> &parts, double least_speed);
-  [[noreturn]] void refuse(const DragSolver::Result &) const;
   void make_plan(bigint last);    // of the step after the last one
   double choose_step(double allowed);
   double try_stages(double step);

@@ -79,8 +79,8 @@ void DropletFlow::setup()
   if (begins) last = Last();
   if (!begins || settings.free_rate())
     solver->set_solution(velocity, state.rate);
-  else if (!find_velocities(false).converged)
-    refuse();
+  else if (const DragSolver::Result result = find_velocities(false); !result.converged)
+    refuse_velocities(result);
   FlowSums sums = state.sums;
   add_up();
   if (!begins) {    // drag is that of contacts before the positions were corrected

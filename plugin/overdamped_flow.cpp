@@ -159,6 +159,15 @@ DragSolver::Result OverdampedFlow::find_velocities(bool with_forces)
   return result;
 }
 
+void OverdampedFlow::refuse_velocities(const DragSolver::Result &result) const
+{
+  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual "
+             "of {:.3g} is left after {} iterations: {}, or a looser solver tolerance, or "
+             "more iterations", WHO,
+             FLOW_SINGULAR, state.time, state.strain, result.residual, result.iterations,
+             more_background());
+}
+
 std::string OverdampedFlow::more_background() const
 {
   return fmt::format("the background drag is {:g}; give 1e-2 k tau, or, of that or more, ten times "

@@ -94,6 +94,7 @@ class OverdampedFlow : protected Pointers {
   bool rides(int i) const;    // atom i, with a wall whose rate changes
   double over_ranks(double value, MPI_Op operation) const;
   std::string more_background() const;
+  [[noreturn]] void refuse_velocities(const DragSolver::Result &) const;
 
  private:
   BodyForces bodies;

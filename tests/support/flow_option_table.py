@@ -31,7 +31,7 @@ DRIVES = {
     "gravity": ("rate 0 background 0.1 fixed held", "fix weight all gravity 1e-3 vector 0 -1 0"),
     "addforce": ("rate 0.1 background 0.1", "fix a held addforce 1e-3 0 0\nfix b free addforce -1e-3 1e-3 0"),
     "fluid": ("rate 0.1 fluid 0.5", ""),
-    "power law": ("rate 0.1 background 0.1 solver 1e-12", "alpha"),
+    "power law": ("rate 0.1 background 5", "alpha"),
 }
 NO_MATTER = {
     "thermo 1": "thermo 1",
@@ -54,12 +54,10 @@ def of(model):
     drag = " drag 1 1 1" if model == "dp" else ""
     rows = []
     for name, (fix, before) in DRIVES.items():
-        words = fix + (drag if "wall" not in name or model == "sp" else "")
+        drags = drag if "wall" not in name else ""
         if before == "alpha":
-            words, before = (
-                words.replace("1 1 1", "1 0.5 0.5"),
-                "" if model == "dp" else "pair_style disk/drag 1 0.5 alpha 0.5",
-            )
+            drags, before = drags.replace("1 1 1", "1 0.5 0.8"), "" if drag else "pair_style disk/drag 1 0.5 alpha 0.8"
+        words = fix + drags
         if "background" not in words:
             words += " background 1" if model == "dp" else " background 1e-2"
         for ranks, newton in ((2, "on"), (2, "off"), (1, "off")):
@@ -69,7 +67,7 @@ def of(model):
     plain = f"rate 0.1{drag} background 1"
     for name, lines in NO_MATTER.items():
         rows.append(FlowRow(f"{model}, {name}", model, plain, "", lines))
-    for ranks, newton in ((2, "on"), (3, "off")):
+    for ranks, newton in ((2, "on"), (2 if drag else 3, "off")):
         rows.append(FlowRow(f"{model}, tiled, {ranks} ranks, newton {newton}", model, plain, "", TILES, ranks, newton))
     rows += [
         FlowRow(f"{model}, units metal, stress", model, f"stress 0.01{drag} background 0.1", "", "units metal"),
