@@ -3,6 +3,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "gather_records.h"
 #include "neigh_list.h"
 #include "neighbor.h"
@@ -15,6 +16,12 @@ using namespace LAMMPS_NS;
 bool FlatWalls::shared() const
 {
   return comm->nprocs > 1 && !walls.empty();
+}
+
+/* The lowest image along y at this height above a wall, or higher. */
+int FlatWalls::image_above(double height) const
+{
+  return static_cast<int>(std::ceil(height / domain->yprd));
 }
 
 void FlatWalls::build(const NeighList *list, const ContactLaws &laws)
@@ -33,9 +40,14 @@ void FlatWalls::build(const NeighList *list, const ContactLaws &laws)
     if (laws.disk(type)) continue;
     for (std::size_t w = 0; w < walls.size(); w++) {
       const double width = laws.initial_width[type][walls[w].type];    // negative: another style's
-      if (width < 0.0 || std::fabs(atom->x[i][1] - walls[w].y) >= width + neighbor->skin) continue;
+      if (width < 0.0) continue;
+      const double reach = width + neighbor->skin, above = atom->x[i][1] - walls[w].y;
       const int law = PairLaws::number(atom->ntypes, type, walls[w].type, 0);
-      rows.push_back({i, static_cast<int>(w), law});
+      const int lowest = image_above(above - reach), highest = image_above(above + reach) - 1;
+      if (!domain->yperiodic && std::fabs(above) < reach)
+        rows.push_back({i, static_cast<int>(w), law, 0});
+      for (int image = lowest; domain->yperiodic && image <= highest; image++)
+        rows.push_back({i, static_cast<int>(w), law, image});
     }
   }
 }
@@ -55,7 +67,7 @@ const std::vector<Contact> &FlatWalls::find(const Position *x, const PairLaws &l
   const int nall = atom->nlocal + atom->nghost;
   found.clear();
   for (const Row &row : rows) {
-    const double r = x[row.i][1] - walls[row.wall].y;
+    const double r = x[row.i][1] - walls[row.wall].y - row.image * domain->yprd;
     if (r * r >= laws[row.law].widthsq) continue;
     const int end = shared() ? nall + row.wall : walls[row.wall].index;
     found.push_back({row.i, end, end, row.law, {{0.0, r}, r * r, 0.0}});

@@ -5,9 +5,9 @@
 
 namespace LAMMPS_NS {
 
-/* FlatWalls are lines along x through single atoms, which vertices alone meet. They reach all over
-   the box: on several ranks each rank knows all of them, and numbers them after its atoms and
-   ghosts. */
+/* FlatWalls are lines along x through single atoms and their images along y, which vertices alone
+   meet. They reach all over the box: on several ranks each rank knows all of them, and numbers them
+   after its atoms and ghosts. */
 class FlatWalls : protected Pointers {
  public:
   FlatWalls(class LAMMPS *lmp) : Pointers(lmp) {}
@@ -35,10 +35,13 @@ class FlatWalls : protected Pointers {
  private:
   struct Row {
     int i, wall, law;
+    int image;    // of the wall, along y
   };
   std::vector<Wall> walls;
   std::vector<Row> rows;
   std::vector<Contact> found;
+
+  int image_above(double height) const;
 };
 
 }    // namespace LAMMPS_NS

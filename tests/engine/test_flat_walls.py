@@ -9,7 +9,7 @@ from outlines import DISK, RING, WALL
 
 from .test_plugin_on_ranks import columns, launch, run
 
-LINES = 2
+LINES = 3
 ASK = """
 compute energies all pe/atom
 compute energy all reduce sum c_energies
@@ -39,16 +39,17 @@ print "state-{name}-later $(pe:%.17g) $(ke:%.17g)"
 
 @pytest.fixture(scope="module")
 def state():
-    """Droplets and two disks; of the atoms of two lines, one lies close to a disk, and one where ranks meet."""
+    """Droplets and two disks; of the atoms of three lines, one lies close to a disk, one where ranks meet, and one
+    at the edge of the box, beyond which its image meets vertices."""
     scene = outlines.scene(3)
     disk = next(o.points[0] for o in scene.outlines if o.type == DISK)
-    atoms = np.mod([np.add(disk, (0.1, 0.3)), 0.49 * scene.box], scene.box)
+    atoms = np.mod([np.add(disk, (0.1, 0.3)), 0.49 * scene.box, (0.7, 0.05)], scene.box)
     lines = [outlines.Outline(atom[None], WALL) for atom in atoms]
     return replace(scene, outlines=[*scene.outlines[:-1], *lines])
 
 
 def law(state):
-    """Energy, forces and number of contacts; a line is where its atom is in the box."""
+    """Energy, forces and number of contacts."""
     others = replace(state, outlines=state.outlines[:-LINES])
     energy, forces, count = outlines.energy(others), outlines.forces(others, "outline"), len(outlines.contacts(others))
     forces = np.vstack([forces, np.zeros((LINES, 2))])
@@ -57,6 +58,7 @@ def law(state):
     y = np.mod(state.points[:, 1], state.box[1])
     for k in range(-LINES, 0):
         r = y - y[k]
+        r -= state.box[1] * np.round(r / state.box[1])
         near = np.flatnonzero(rings & (np.abs(r) < width))
         overlap = 1 - np.abs(r[near]) / width
         push = eps / width * overlap * np.sign(r[near])
@@ -64,6 +66,7 @@ def law(state):
         forces[near, 1] += push
         forces[k, 1] -= np.sum(push)
         count += len(near)
+        assert k < -1 or ((r[near] > 0).any() and (y[near] > y[k] + width).any())
     return energy, forces, count
 
 
