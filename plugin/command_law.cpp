@@ -157,6 +157,8 @@ void CommandLaw::command(int narg, char **arg)
 {
   if (narg != 2) error->all(FLERR, "jamlab/law needs a model, sp or dp, and a data file");
   const std::string model = arg[0], file = arg[1];
+  if (model != "sp" && model != "dp")
+    error->all(FLERR, "jamlab/law: model {} must be sp or dp", model);
   const Words given = texts_of_variables(lmp, of_law);
   std::vector<std::string> wrong;
   std::string found = "variable not_converged delete\n";    // commands

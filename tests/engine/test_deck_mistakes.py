@@ -39,12 +39,6 @@ def test_a_deck_in_another_folder_asks_for_its_own(copy, tmp_path, deck):
     assert code == 1 and "REFUSED: no parts/start in this folder" in out and "-var dir FOLDER" in out
 
 
-def test_a_deck_through_a_pipe_is_refused(copy):
-    with (copy / "in.sp.jam").open() as deck, subprocess.Popen("cat", stdin=deck, stdout=subprocess.PIPE) as pipe:
-        code, out = lammps(copy, "-var", "n", 4, stdin=pipe.stdout)
-    assert code == 1 and out.count("REFUSED") == 1 and "use lmp -in FILE" in out
-
-
 @pytest.mark.parametrize(("deck", "needs"), [("in.dp.jam", "droplets"), ("in.sp.startup", "flows")])
 def test_without_the_plugin_a_deck_says_that_it_needs_it(tmp_path, monkeypatch, deck, needs):
     environment = program_environment() | {"LAMMPS_PLUGIN_PATH": ""}
