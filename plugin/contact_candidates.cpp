@@ -13,8 +13,8 @@ static constexpr int BLOCK = 512;    // rows: some 40 kB with their edges and co
 
 // Close candidates pay if they live for some evaluations; finding them takes as long as two.
 static constexpr int SHORT_LIFE = 16, LONG_LIFE = 128;
-static constexpr double MOST = 0.25, LEAST = 1.0 / 32.0;    // of the skin: their margin
-static constexpr double HALF = 0.499;    // and a little for rounding
+static constexpr double LEAST = 1.0 / 32.0;    // of the skin: their margin
+static constexpr double HALF = 0.499;          // and a little for rounding
 
 void ContactCandidates::List::clear()
 {
@@ -46,8 +46,6 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
   end_block(all, 1);
 
   find_movers();
-  if (margin < 0.0 || (!margin_pays() && evaluations > LONG_LIFE)) margin = MOST * neighbor->skin;
-  evaluations = 0;
 }
 
 /* Ends a block that has this many rows. */
@@ -150,28 +148,31 @@ bool ContactCandidates::earlier(int i, int j) const
   return ImageOffset() < outline->image_of(j) - outline->image_of(i);
 }
 
-/* A margin that atoms cross within few evaluations does not pay: it grows, and beyond MOST of the
-   skin all candidates are used until a list of neighbors lives long again. */
 void ContactCandidates::choose(double beyond)
 {
   use_close = false;
-  if (beyond > 0.0) return;
+  if (beyond > 0.0 || neighbor->skin == 0.0) return;
   evaluations++;
-  if (!margin_pays()) return;
-  const bool known = !places.empty();
-  if (!known || moved()) {
-    if (known && of_close < SHORT_LIFE) margin *= 2.0;
-    if (known && of_close > LONG_LIFE) margin = std::max(0.5 * margin, LEAST * neighbor->skin);
-    if (!margin_pays()) return;
+  if (part > MOST) {
+    if (evaluations <= LONG_LIFE) return;
+    part = MOST;
+    places.clear();
+  }
+  if (places.empty() || moved()) {
+    if (!places.empty()) adapt_margin();
+    evaluations = 0;
+    if (part > MOST) return;
     find_close();
   }
-  of_close++;
   use_close = true;
 }
 
-bool ContactCandidates::margin_pays() const
+/* A margin that atoms cross within few evaluations grows. Beyond MOST of the skin it does not pay,
+   and all candidates are used for a while. */
+void ContactCandidates::adapt_margin()
 {
-  return margin > 0.0 && margin <= MOST * neighbor->skin;
+  if (evaluations < SHORT_LIFE) part *= 2.0;
+  if (evaluations > LONG_LIFE) part = std::max(0.5 * part, LEAST);
 }
 
 /* Finds the atoms on whose places close candidates depend. */
@@ -190,7 +191,7 @@ void ContactCandidates::find_movers()
 bool ContactCandidates::moved() const
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const double most = HALF * margin, limit = most * most;
+  const double most = HALF * part * neighbor->skin, limit = most * most;
   for (std::size_t k = 0; k < movers.size(); k++) {
     const double *const here = x[movers[k]];
     const double dx = here[0] - places[k].x, dy = here[1] - places[k].y;
@@ -210,7 +211,7 @@ void ContactCandidates::find_close()
     for (int k = block.begin; k < block.end; k++) {
       const CandidateRow &row = all.rows[k];
       const int tail = of_block[near()[row.begin].edge].tail;    // all have one law
-      const double reach = laws->initial_width[type[row.i]][type[tail]] + margin;
+      const double reach = laws->initial_width[type[row.i]][type[tail]] + part * neighbor->skin;
       bool begun = false;
       for (int n = row.begin; n < row.end; n++) {
         if (squares()[n] >= reach * reach) continue;
@@ -225,7 +226,6 @@ void ContactCandidates::find_close()
 
   places.clear();
   for (const int i : movers) places.push_back({atom->x[i][0], atom->x[i][1]});
-  of_close = 0;
 }
 
 void ContactCandidates::measure(const Block &block)

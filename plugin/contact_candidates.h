@@ -110,11 +110,11 @@ class ContactCandidates : protected Pointers {
   struct Place {
     double x, y;
   };
-  std::vector<int> movers;      // atoms and ghosts of all candidates
-  std::vector<Place> places;    // of them, when the close candidates were found
-  double margin = -1.0;         // of the close candidates; negative: before the first build
-  bigint evaluations = 0;       // since the build
-  bigint of_close = 0;          // evaluations with the present close candidates
+  static constexpr double MOST = 0.25;    // of the skin
+  std::vector<int> movers;                // atoms and ghosts of all candidates
+  std::vector<Place> places;              // of them, when the close candidates were found
+  double part = MOST;                     // of the skin: the margin of close candidates
+  bigint evaluations = 0;                 // with the present ones, or since they did not pay
   bool use_close = false;
 
   const List &chosen() const { return use_close ? close : all; }
@@ -124,7 +124,7 @@ class ContactCandidates : protected Pointers {
   void begin_row(List &, int i, int law);
   void add_to_row(List &, const Edge &);
   void end_block(List &, std::size_t least);
-  bool margin_pays() const;
+  void adapt_margin();
   void find_movers();
   bool moved() const;
   void find_close();
