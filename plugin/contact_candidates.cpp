@@ -44,8 +44,8 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
     end_block(all, BLOCK);
   }
   end_block(all, 1);
-
-  find_movers();
+  movers.clear();
+  places.clear();
 }
 
 /* Ends a block that has this many rows. */
@@ -181,10 +181,8 @@ void ContactCandidates::find_movers()
   std::vector<char> moves(edge_from.size(), 0);
   for (const CandidateRow &row : all.rows) moves[row.i] = 1;
   for (const Edge &edge : all.edges) moves[edge.tail] = moves[edge.head] = 1;
-  movers.clear();
   for (std::size_t i = 0; i < moves.size(); i++)
     if (moves[i]) movers.push_back(static_cast<int>(i));
-  places.clear();
 }
 
 /* Two atoms come closer by at most twice what each has moved. */
@@ -224,6 +222,7 @@ void ContactCandidates::find_close()
   }
   end_block(close, 1);
 
+  if (movers.empty()) find_movers();
   places.clear();
   for (const int i : movers) places.push_back({atom->x[i][0], atom->x[i][1]});
 }

@@ -22,7 +22,7 @@ def test_droplets_that_come_and_go(lmp, tmp_path, form, steps):
     for place in path:
         outlines.commands(lmp, f"displace_atoms moving move {place - at:.17g} 0 0\nrun {steps} pre no post no\n")
         at = place
-        state = outlines.Scene([still, replace(moving, points=moving.points + [at, 0.0])], box)
+        state = outlines.Scene([still, replace(moving, points=np.add(moving.points, (at, 0.0)))], box)
         found = np.array(lmp.gather_atoms("f", 1, 3)).reshape(-1, 3)[:, :2]
         assert found == pytest.approx(outlines.forces(state, form), abs=1e-12)
         touching += bool(list(outlines.contacts(state, form=form)))
