@@ -6,6 +6,7 @@
 #include "fix.h"
 #include "flow_settings.h"
 #include "group.h"
+#include "modify.h"
 #include "utils.h"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ void BodyForces::init(const std::vector<Fix *> &fixes)
     if (fix->nevery != 1)
       error->all(FLERR, "{}: fix {} of style {} adds its force every {} steps, which have any "
                  "length: leave out every", WHO, fix->id, fix->style, fix->nevery);
-    sources.push_back({fix, utils::strmatch(fix->style, "^gravity")});
+    sources.push_back({fix, fix->id, utils::strmatch(fix->style, "^gravity")});
   }
 }
 
@@ -47,6 +48,8 @@ void BodyForces::measure()
   double **const f = atom->f;
   forces.assign(atom->nlocal, Vec3());
   for (Source &source : sources) {
+    if (modify->get_fix_by_id(source.id) != source.fix)
+      error->all(FLERR, "{}: fix {} is not that of the last run: leave out pre no", WHO, source.id);
     source.fix->post_force(0);
     double most[NUMBERS] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.0};
     for (int i = 0; i < atom->nlocal; i++) {

@@ -5,6 +5,7 @@
 #include "slip_row.h"
 
 #include <array>
+#include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -27,6 +28,7 @@ class BodyForces : protected Pointers {
  private:
   struct Source {
     Fix *fix;
+    std::string id;
     bool per_mass, known = false;
     std::array<double, 2> force = {0.0, 0.0};    // on each atom, or over its mass, in this run
   };

@@ -103,6 +103,14 @@ def test_a_disk_falls_with_its_weight_over_the_drag():
     assert row["stress"] == row["pressure"] == row["energy"] == 0.0
 
 
+def test_a_force_that_another_fix_has_replaced_is_refused_without_setup():
+    with Fall(disks((1, 5.0, 6.0)), "rate 0 background 0.5", [DOWN.format(0.05)]) as flow:
+        flow.run(2)
+        flow.lmp.command("unfix weight")
+        with pytest.raises(Exception, match="fix weight is not that of the last run: leave out pre no"):
+            flow.lmp.command("run 2 pre no post no")
+
+
 def test_another_run_may_have_another_force():
     with Fall(disks((1, 5.0, 6.0)), "rate 0 background 0.5 stop 1", [DOWN.format(0.05)]) as flow:
         flow.run()
