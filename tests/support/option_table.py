@@ -68,8 +68,8 @@ def on(ranks, name, lines="", head="", **more):
 
 
 TILES = "comm_style tiled\nbalance 1.0 rcb\nfix tiles all balance 5 1.0 rcb"
-TIES = Law(bonds=((3, 30), (12, 60)))  # between droplets
-TIE = "create_bonds single/bond 1 3 30\ncreate_bonds single/bond 1 12 60"
+TIES = Law(bonds=((3, 9), (1, 20)))  # between droplets
+TIE = "create_bonds single/bond 1 3 9\ncreate_bonds single/bond 1 1 20"
 TWICE = Law(bonds=((1, 2),))
 ASK = """
 compute e all pe/atom
@@ -162,7 +162,11 @@ PATHS = [
     Row("run every", 'run 30 every 10 "print x"', ranks=2),
     Row("run upto", "run 10\nrun 30 upto\nrun 30 upto"),
     Row("another clock", "run 10\nreset_timestep 1000000\nrun 20", ranks=2),
-    *(Row(f"numdiff {n}, thermo {m}", f"fix d all numdiff {n} 1e-6\nthermo {m}") for n, m in ((1, 1), (5, 1), (5, 5))),
+    *(
+        Row(f"numdiff {n}, thermo {m}, {scene}", f"fix d all numdiff {n} 1e-6\nthermo {m}", scene=scene)
+        for n, m in ((1, 1), (5, 1), (5, 5))
+        for scene in ("all", "droplets")
+    ),
     Row("numdiff/virial", "fix d all numdiff/virial 5 1e-6\nthermo 1"),
     Row("numdiff, two ranks", "fix d all numdiff 5 1e-6\nthermo 1", "newton off", 2),
     Row(
@@ -174,12 +178,21 @@ PATHS = [
         "dumps of every step",
         "compute c all polygon/contact\ndump d all custom 1 d id x fx\ndump l all local 1 l c_c[1]",
     ),
-    *on((1, 2), "bonds between droplets", TIE, law=TIES),
-    *on((1, 2), "bonds between droplets, thermo 1", TIE + "\nthermo 1", law=TIES),
-    *on((1, 3), "bonds between droplets, newton off", TIE, "newton off", law=TIES),
-    Row("bonds between droplets, numdiff", TIE + "\nfix d all numdiff 5 1e-6\nthermo 5", law=TIES),
-    Row("a bond that stands twice", "create_bonds single/bond 1 1 2", law=TWICE),
-    Row("a bond that stands twice, newton off", "create_bonds single/bond 1 1 2\nthermo 1", "newton off", law=TWICE),
+    *on((1, 2, 3), "nothing but droplets", scene="droplets"),
+    *on((1, 2), "nothing but droplets, thermo 1, newton off", "thermo 1", "newton off", scene="droplets"),
+    *on((1, 2), "bonds of all", "create_bonds single/bond 1 3 30", law=Law(bonds=((3, 30),))),
+    *on((1, 2), "bonds between droplets", TIE, law=TIES, scene="droplets"),
+    *on((1, 2), "bonds between droplets, thermo 1", TIE + "\nthermo 1", law=TIES, scene="droplets"),
+    *on((1, 3), "bonds between droplets, newton off", TIE, "newton off", law=TIES, scene="droplets"),
+    Row("bonds between droplets, numdiff", TIE + "\nfix d all numdiff 5 1e-6\nthermo 5", law=TIES, scene="droplets"),
+    Row("a bond that stands twice", "create_bonds single/bond 1 1 2", law=TWICE, scene="droplets"),
+    Row(
+        "a bond that stands twice, newton off",
+        "create_bonds single/bond 1 1 2\nthermo 1",
+        "newton off",
+        law=TWICE,
+        scene="droplets",
+    ),
     Row("bond hybrid", "bond_style hybrid line/tension\nbond_coeff 1 line/tension 0.13", ranks=2),
     Row("eta", "bond_coeff * 0.13 0.05", law=Law(eta=0.05), ranks=2),
     Row("pair hybrid", HYBRID, ranks=2),
