@@ -37,6 +37,7 @@ def law(packing, data):
     """Variables that the parts of decks need."""
     values = {key: value for key, value in packing.params.items() if key != "a0"}
     values |= {"units": packing.units, "skin": 0.1, "longest_edge": 1.5, "out": "x", "of_python": "yes", "data": data}
+    values["second"] = 0  # of parts/start
     values["dir"] = installed("lammps_inputs")
     if packing.model == "sp":
         values |= {"exponent": 2} | {f"d{k}": size for k, size in enumerate(np.unique(packing.diameters), start=1)}
