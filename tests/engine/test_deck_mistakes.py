@@ -27,6 +27,18 @@ def lammps(folder, *words, before=(), **options):
     return done.returncode, done.stdout
 
 
+def test_a_deck_through_a_pipe_takes_any_variable(copy):
+    """Its text cannot be read again. So it is with commands that Python gives, one after the other."""
+    with (copy / "in.sp.jam").open() as deck, subprocess.Popen("cat", stdin=deck, stdout=subprocess.PIPE) as pipe:
+        code, out = lammps(copy, "-var", "n", 4, "-var", "to", 0.87, stdin=pipe.stdout)
+    assert code == 0 and "NOT CHECKED: the deck comes through a pipe" in out
+
+
+def test_a_law_is_of_disks_or_droplets(lmp):
+    with pytest.raises(Exception, match="jamlab/law: model xx must be sp or dp"):
+        lmp.command("jamlab/law xx packing.data")
+
+
 @pytest.mark.parametrize("second", [8, 16])
 def test_a_variable_given_twice_is_refused(tmp_path, second):
     out = run("in.sp.jam", tmp_path, code=1, n=8, words=("-var", "n", str(second)))

@@ -1,6 +1,5 @@
 """Decks run in plain lmp and give what the Python engine gives; `jamlab deck` checks their variables."""
 
-import os
 import re
 import subprocess
 
@@ -14,7 +13,6 @@ import jamlab
 from jamlab.cli import decks
 from jamlab.engine.deck_defaults import LIMITS, settings
 from jamlab.engine.deck_files import copy_decks, summaries
-from jamlab.engine.installation import lammps_program, program_environment
 from jamlab.flow import overdamped_session
 from jamlab.installed_files import installed
 from jamlab.packing.deformation import at_phi
@@ -164,21 +162,6 @@ def test_a_deck_in_a_deck_leaves_the_variables_of_its_user_alone(given):
         "variable mine getenv PATH\ninclude ${dir}/in.sp.contacts\nprint 'volume ${shown}'\n"
     )
     assert "\nvolume " in run("in.mine", given, inputs=given, law=False, dir=installed("lammps_inputs"))
-
-
-def test_a_deck_through_a_pipe_takes_any_variable(given):
-    """Its text cannot be read again. So it is with commands that Python gives, one after the other."""
-    folder, deck = installed("lammps_inputs"), "in.sp.jam"
-    line = [str(lammps_program()), "-var", "n", "4", "-var", "to", "0.87", "-var", "dir", str(folder), "-log", "none"]
-    text, environment = (folder / deck).read_text(), os.environ | program_environment()
-    done = subprocess.run(line, cwd=given, input=text, env=environment, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stdout
-    assert "NOT CHECKED: the deck comes through a pipe" in done.stdout
-
-
-def test_a_law_is_of_disks_or_droplets(given, lmp):
-    with pytest.raises(Exception, match="jamlab/law: model xx must be sp or dp"):
-        lmp.command(f"jamlab/law xx {given}/packing.data")
 
 
 def test_a_deck_reads_the_law_of_a_file_and_prints_tables_alone(given, dense):
