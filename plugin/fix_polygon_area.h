@@ -27,7 +27,7 @@ class FixPolygonArea : public Fix {
   double compute_scalar() override;
   double memory_usage() override { return bytes(ka, a0, shape) + polygon_rings.memory_usage(); }
 
-  // These values are those of the last evaluation of forces.
+  // These values belong to the last evaluation of forces.
   const PolygonRings &rings() const { return polygon_rings; }
   double stiffness_of(int polygon) const { return ka[polygon]; }
   double rest_area_of(int polygon) const { return a0[polygon]; }

@@ -125,7 +125,7 @@ def test_forces_energies_and_virials(tmp_path, ranks):
         force, rows = bonds_more(state, bonds)
         force += outlines.forces(state, "outline")
         rows += area_parts(state) + contact_parts(state) + bond_parts(state)
-        if name == "held":  # fix setforce acts on forces before those of the area
+        if name == "held":  # fix setforce acts before fix polygon/area
             force[:, 0] = area_forces(state)[:, 0]
         for asked in ("asked", "plain"):
             file = tmp_path / f"{full.removeprefix('state-')}-{asked}.dump"

@@ -95,7 +95,7 @@ def key(line):
 
 
 def merged(text, own):
-    """Lines of a text, with one's own in the places of those of their kind."""
+    """Lines of a text, in which each of one's own replaces the line of its kind."""
     found, kinds = [], []
     for line in text.splitlines():
         mine = [one for one in own if key(one) == key(line)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class FlowRow:
     """`fix`: words of fix overdamped; `before`: lines before it, which matter; `options`: lines that must not matter.
-    Both stand instead of those of the deck with the same first word. `run`: how it runs; {again}: all that a restart
+    Each replaces the line of the deck with the same first word. `run`: how it runs; {again}: all that a restart
     file does not hold."""
 
     name: str

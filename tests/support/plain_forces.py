@@ -27,7 +27,7 @@ class Law:
     eta: float = 0.0
     ka: float = outlines.KA
     bonds: tuple = ()  # (atom ID, atom ID) beside the edges of outlines
-    apart: tuple = ((), ())  # molecules that do not meet those of the second set
+    apart: tuple = ((), ())  # molecules of two sets that do not meet each other
     soft: tuple = ()  # strength and cutoff of pair style soft between all atoms
     push: tuple = (0.0, 0.0)  # on all atoms
     held: tuple = ()  # molecules whose forces are set to zero

@@ -145,7 +145,7 @@ class Writer:
         return text.replace(PLUGIN, PACKAGE)
 
     def linked(self, words: str, link: str) -> str:
-        """A page of LAMMPS' manual, which has those of the package too; of other pages the words alone."""
+        """The name of a page of LAMMPS' manual or of the package; of another page, its words alone."""
         page = link.removeprefix(MANUAL).partition("#")[0].removesuffix(".md")
         return f":doc:`{words} <{page}>`" if link.startswith(MANUAL) or re.fullmatch(PACKED, page) else words
 
