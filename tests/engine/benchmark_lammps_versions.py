@@ -30,8 +30,11 @@ CHECKS = {  # tests that answer for a column
     ],
     "sessions": ["test_session.py"],  # several at once in one process
     "restart": ["test_laws_by_type.py::test_files_keep_every_law"],
-    "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],
-    "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[2]"],
+    "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing[1]", "-m", "slow"],
+    "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing[2]", "-m", "slow"],
+    "tiled": ["test_plugin_on_ranks.py::test_tiled_subdomains_change_nothing[2]"],
+    "one path": ["test_one_path.py"],  # equal forces whatever output is wanted
+    "flows in all units": ["test_flow_in_every_unit.py"],
     "decks": ["test_decks.py::test_the_example_at_the_head_of_every_deck_runs_to_its_end", "-m", "slow"],
 }
 
