@@ -206,7 +206,7 @@ void OverdampedFlow::check_held() const
   for (int i = 0; i < atom->nlocal; i++) held += atom->mask[i] & settings.fixed_bit ? 1.0 : 0.0;
   if (over_ranks(held, MPI_SUM) == 0.0)
     error->all(FLERR, "{}: {}: the group has no atoms", WHO, name);
-  // LAMMPS before 2024 leaves this number open where atoms have no bonds
+  // LAMMPS of 2023 does not set the number where atoms have no bonds
   const int bonds = atom->molecular == Atom::ATOMIC ? 0 : neighbor->nbondlist;
   for (int n = 0; n < bonds; n++) {
     const int i = neighbor->bondlist[n][0], j = neighbor->bondlist[n][1];
