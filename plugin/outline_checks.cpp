@@ -131,9 +131,9 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const char *who, const FixPolygonOut
                      ends[0], ends[1]));
   if (fault == TOO_LONG)
     stop(edge + fmt::format("the {:.6g} that pair_style circuloline allows: raise its second "
-                            "argument (that raises the ghost cutoff, now {:.6g}), mend image "
-                            "flags, which must make the polygon whole, or, if the edge has grown "
-                            "in this run, use a smaller timestep or weaker forces",
+                            "argument (that raises the ghost cutoff, now {:.6g}), correct "
+                            "image flags, which must make the polygon whole, or, if the edge "
+                            "has grown in this run, use a smaller timestep or weaker forces",
                             laws.longest_edge,
                             lmp->comm->cutghostuser));
   stop(edge + "half the box, so that the bond between them takes another image: use a larger box "

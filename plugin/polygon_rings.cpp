@@ -70,7 +70,7 @@ void PolygonRings::refuse_other_bonds(int groupbit) const
   if (own != lowest) found[0] = found[1] = 0;
   MPI_Allreduce(MPI_IN_PLACE, found, 2, MPI_LMP_TAGINT, MPI_MAX, world);
   error->all(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an "
-             "area: use a group without it, or mend its bonds", who, found[0], lowest,
+             "area: use a group without it, or repair its bonds", who, found[0], lowest,
              found[1] == CHAIN ? "make an open chain" : "branch or make more than one ring");
 }
 
