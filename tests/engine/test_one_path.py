@@ -20,7 +20,10 @@ ASKED = {  # what is asked for -> lines before all other fixes, lines after them
     "pressure": ("", "thermo 1"),
     "differences": ("", f"{NUMDIFF}thermo 1"),
     "differences first": (NUMDIFF, "thermo 1"),
-    "tallies": ("", "compute e all pe/atom\ncompute s all stress/atom NULL\ndump t all custom 1 /dev/null id c_e c_s[1]"),
+    "tallies": (
+        "",
+        "compute e all pe/atom\ncompute s all stress/atom NULL\ndump t all custom 1 /dev/null id c_e c_s[1]",
+    ),
 }
 MOVE = """
 reset_timestep 0
