@@ -22,10 +22,11 @@ from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analy
 from studies.pages import file_names, write_page, write_verdicts
 from studies.panels import Drawing
 from studies.reference_data import open_tables, write_tables
+from studies.reference_packings import FOLDER, check_sets, make_sets
 from studies.registry import GROUPS, chosen
 from studies.speed_history.losses import changes
 from studies.speed_history.record import PROCESSES, RECORDS, measure_record, read_records, write_record
-from studies.tables import DATA, commit, forget, measure
+from studies.tables import DATA, commit, forget, measure, read_manifest
 
 app = typer.Typer(
     cls=Commands,
@@ -210,3 +211,27 @@ def speed(
         print_line(f"{record.commit}: no earlier record")
     if any(one.lost for one in found):
         raise typer.Exit(1)
+
+
+@app.command(
+    "packings", short_help="Make or check the reference packings.", epilog="Example: python -m studies packings --check"
+)
+def packings(
+    names: Annotated[list[str] | None, typer.Argument(help="Sets, as files are called; default: all.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder of files; run again to resume.")] = Path("jamlab-packings"),
+    check: Annotated[bool, typer.Option("--check", help="Compare those that ship with what is made again.")] = False,
+) -> None:
+    """Make sets of reference packings with their data card, or check those that ship: ends with 1 if one differs."""
+    if check:
+        if names:
+            raise InputError(f"--check with {' '.join(names)}: all sets are checked, give no names")
+        wrong = check_sets(progress=tell)
+        for line in wrong:
+            print_line(line)
+        if wrong:
+            raise typer.Exit(1)
+        print_line(f"{len(read_manifest(FOLDER))} files are what their manifest says, and can be made again")
+        return
+    expect_output(out)
+    for path in make_sets(out, names or (), tell):
+        print_line(f"wrote {path}")

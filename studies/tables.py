@@ -75,11 +75,12 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, commits: str = "",
     names = " ".join(dict.fromkeys([*before.split(), *(commits or commit()).split()]))
     sha, date = hashlib.sha256(path.read_bytes()).hexdigest(), datetime.now(UTC).date().isoformat()
     known[path.name] = {"rows": str(len(table)), "sha256": sha, "commit": names, "date": date}
-    _write_manifest(folder, known)
+    write_manifest(folder, known)
     return path
 
 
-def _write_manifest(folder: Path, known: Mapping[str, Mapping[str, str]]) -> None:
+def write_manifest(folder: Path, known: Mapping[str, Mapping[str, str]]) -> None:
+    """Write what is known of the files of a folder, by name."""
     with atomic_file(folder / MANIFEST) as temporary:
         pd.DataFrame.from_dict(dict(known), orient="index").sort_index().to_csv(temporary, index_label="file")
 
@@ -90,7 +91,7 @@ def forget(folder: Path, name: str) -> None:
     path.unlink(missing_ok=True)
     known = read_manifest(folder)
     if known.pop(path.name, None):
-        _write_manifest(folder, known)
+        write_manifest(folder, known)
 
 
 def measure(folder: Path, name: str, tasks: Mapping[str, Task], progress: Progress | None = None) -> Path:
