@@ -58,6 +58,7 @@ from .mechanics.vibrations import lowest_modes as lowest_modes
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
+from .motion.local_strain import local_strain as local_strain
 from .packing.box_strains import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing
 from .packing.recipe import Recipe as Recipe

@@ -25,6 +25,8 @@ from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
 from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse
 from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
+from jamlab.motion.local_strain import LocalStrain as LocalStrain
+from jamlab.motion.local_strain import LocalStrains as LocalStrains
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation

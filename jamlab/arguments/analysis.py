@@ -98,6 +98,21 @@ ANALYSIS = (
     Argument(
         "k", "Order of the bond-orientational order.", "integer", least=1, default=6, habits="order n fold l symmetry"
     ),
+    Argument("before", "The first state, or states one after the other."),
+    Argument(
+        "after", "The second state, or states that are compared with the first.", default=None, unset="as in `before`"
+    ),
+    Argument(
+        "cutoff",
+        "Largest distance between centres of neighbours.",
+        "number",
+        unit="length",
+        least=0,
+        above=True,
+        default=None,
+        unset="neighbours of the tessellation",
+        habits="r_cut rcut rc r_max rmax cut_off radius",
+    ),
     Argument("spacing", "Distance between points of outlines, in mean diameters.", "number", default=0.05),
     Argument("rim", "Include the rims of droplets.", "flag", default=False),
     Argument("quantity", "Quantity whose mean is estimated, such as z, g or b.", "choice"),

@@ -116,5 +116,12 @@ READING = (
         habits="style",
     ),
     Argument("params", "Parameters of the force law, by name."),
-    Argument("rattlers", "Include particles without contacts that bear load.", "flag", default=True),
+    Argument(
+        "rattlers",
+        "Include particles without contacts that bear load.",
+        "flag",
+        default=True,
+        otherwise={"local_strain": None},
+        unset="not between energy minima",
+    ),
 )

@@ -55,6 +55,7 @@ class Tessellation(Result):
         area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as one inside
             another, and for flat walls, where the other cells end.
         wall_i, wall_j: (m,) int64, cells on both sides of a cell wall, i <= j; a cell may meet another's images.
+        wall_shift: (m, 2) int64, which image of j: multiples of the lattice vectors to add to it; 0 for flat walls.
         wall_length: (m,) length of each wall.
         sides: (n,) int64, neighbours of each cell; the mean is 6 where three cells meet in every corner.
         lines: (k, 2, 2) straight pieces of all cell walls, at the stored image of the particle of lower index. SP: one
@@ -68,11 +69,12 @@ class Tessellation(Result):
     """
 
     _rows = ("area", "sides")
-    _apart = ("wall_i", "wall_j", "wall_length", "lines")
+    _apart = ("wall_i", "wall_j", "wall_shift", "wall_length", "lines")
 
     area: Array
     wall_i: Indices
     wall_j: Indices
+    wall_shift: Indices
     wall_length: Array
     sides: Indices
     lines: Array
@@ -214,7 +216,19 @@ def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWall
     sides[packing.flat_walls] = 0
     order = np.lexsort((shift[:, 1], shift[:, 0], j, i))
     lines = ends[order[length[order] > shortest]]
-    return Tessellation(area, names[:, 0], names[:, 1], total, sides, lines, packing)
+    image = names[:, 2:] - _images_of_slab(packing, names)
+    return Tessellation(area, names[:, 0], names[:, 1], image, total, sides, lines, packing)
+
+
+def _images_of_slab(packing: Packing, names: Indices) -> Indices:
+    """(m, 2) by how many boxes the particles of a slab were moved into it, j less i, of pairs (m, 4); 0 without flat
+    walls."""
+    found = np.zeros((len(names), 2), dtype=np.int64)
+    if packing.frame.is_flat:
+        boxes = np.floor(packing.centroids[:, 1] / packing.box[1, 1]).astype(np.int64)
+        both = ~packing.flat_walls[names[:, :2]].any(axis=1)
+        found[both, 1] = (boxes[names[:, 1]] - boxes[names[:, 0]])[both]
+    return found
 
 
 def _stands_for_both(i: Indices, j: Indices, shift: Indices) -> NDArray[np.bool_]:
