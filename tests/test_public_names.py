@@ -65,7 +65,7 @@ def test_functions_stay_functions_after_every_module_was_imported():
 
 # results of one function that spare another the same work; nobody makes them by hand
 HANDED_ON = (
-    "Campaign DataFrame FlowRun DiskCells ForceNetwork VertexContacts Pairs EnsembleWay WayRecord Outcome".split()
+    "Campaign DataFrame FlowRun Run DiskCells ForceNetwork VertexContacts Pairs EnsembleWay WayRecord Outcome".split()
 )
 
 
