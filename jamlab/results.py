@@ -27,6 +27,8 @@ from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.motion.local_strain import LocalStrain as LocalStrain
 from jamlab.motion.local_strain import LocalStrains as LocalStrains
+from jamlab.motion.mean_square_displacement import MeanSquareDisplacement as MeanSquareDisplacement
+from jamlab.motion.overlap import Overlap as Overlap
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation

@@ -88,5 +88,11 @@ SWEEPS = (
     Argument("packings", "Packings, one or several."),
     Argument("whole", "The packing with its rattlers, to which positions belong."),
     Argument("other", "Another packing of the same particles."),
-    Argument("particles", "Which particles: one truth value for each, or numbers.", "array"),
+    Argument(
+        "particles",
+        "Which particles: one truth value for each, or numbers.",
+        "array",
+        otherwise=dict.fromkeys(("mean_square_displacement", "overlap"), None),
+        unset="all that are free",
+    ),
 )
