@@ -238,7 +238,11 @@ FLOW = (
         otherwise={"Packing": False},
         unset="if the packing has walls",
     ),
-    Argument("run", "A run, or packings one after the other."),
+    Argument(
+        "run",
+        "A run, or packings one after the other.",
+        text_otherwise={"t1_events": "A run, packings one after the other, or a table of tracks."},
+    ),
     Argument(
         "within",
         "Longest predicted run time; longer runs do not start.",

@@ -1,15 +1,18 @@
 """Follow droplets through pictures.
 
 Droplets of two pictures are matched so that squared displacements sum up to least; none goes further than half the
-spacing. With a memory, one that is missed keeps its number and is sought where it was seen last.
+spacing. With a memory, one that is missed keeps its number and is sought where it was seen last. Strain and D2min of
+a droplet are those of the vectors to its neighbours, from the frame before to this one.
 
-Source: H. W. Kuhn, Nav. Res. Logist. Q. 2, 83 (1955), for the matching.
+Source: H. W. Kuhn, Nav. Res. Logist. Q. 2, 83 (1955), for the matching; M. L. Falk & J. S. Langer, Phys. Rev. E 57,
+7192 (1998), for D2min.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +29,8 @@ from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import NoDropletsError
 from jamlab.micrographs.series import SeriesFrame, read_series
+from jamlab.motion.best_map import best_maps
+from jamlab.motion.t1_events import bonds, common_places, find_swaps
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +58,7 @@ def track_droplets(
     contrast: Contrast = "auto",
     channel: Channel = "grey",
 ) -> pd.DataFrame:
-    """Track droplets through a series of pictures or of labels.
+    """Track droplets through a series of pictures or of labels, with their strains and T1 events.
 
     A frame without droplets, such as a dark one, is skipped with a warning.
 
@@ -66,7 +71,10 @@ def track_droplets(
 
     Returns:
         Table with a row per droplet and picture: the columns of `Micrograph.table`, frame and particle, as trackpy
-        names them. `.attrs` has the unit of length.
+        names them; from the frame before to this one, strain_xx, strain_xy, strain_yx, strain_yy (d u_x / d y is
+        strain_xy; y points down in pictures) and d2min (squared lengths), as in `jamlab.local_strain`, nan without
+        three neighbours in both frames; and t1, the number of `jamlab.t1_events` of the droplet. `.attrs` has the unit
+        of length.
 
     Raises:
         InputError: fewer than two pictures, none with droplets, pictures of unlike size or unit, a negative memory, or
@@ -94,7 +102,27 @@ def link_frames(frames: Sequence[Micrograph | None], memory: int) -> pd.DataFram
     if memory < 0:
         raise InputError(f"memory is {memory}: must be a number of pictures, 0 or more")
     tracks: pd.DataFrame = _link([found.table() if found is not None else None for found in frames], memory)
-    return tracks
+    return with_strains(tracks)
+
+
+def with_strains(tracks: pd.DataFrame) -> pd.DataFrame:
+    """Tracks with strain, D2min and the number of T1 events of each droplet since the frame before."""
+    found = np.full((len(tracks), 5), np.nan)
+    swaps = np.zeros(len(tracks), dtype=np.int64)
+    rows = [np.flatnonzero(tracks["frame"] == frame) for frame in np.unique(tracks["frame"])]
+    for before, now in pairwise(rows):
+        first, second = tracks.iloc[before], tracks.iloc[now]
+        old, new = common_places(first, second)
+        row = now[np.intersect1d(first["particle"], second["particle"], return_indices=True)[2]]
+        edges = bonds(old)
+        ends = np.concatenate([edges, edges[:, ::-1]]).T
+        moved = new - old
+        maps = best_maps(len(old), ends[0], old[ends[1]] - old[ends[0]], moved[ends[1]] - moved[ends[0]])
+        found[row] = np.column_stack([maps.change.reshape(-1, 4), maps.left])
+        pairs = (set(map(tuple, each.tolist())) for each in (edges, bonds(new)))
+        np.add.at(swaps, row[np.array(find_swaps(*pairs), dtype=np.int64).ravel()], 1)
+    names = ("strain_xx", "strain_xy", "strain_yx", "strain_yy", "d2min")
+    return tracks.assign(**dict(zip(names, found.T, strict=True)), t1=swaps)
 
 
 def measure_frames(source: Any, labels: Any, how: dict[str, Any]) -> list[Micrograph | None]:

@@ -40,7 +40,7 @@ def objects():
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(jamlab.density_of_states([p, q]), jamlab.local_strain(p, steady.packing), jamlab.local_strain(steady)),
-        *(jamlab.mean_square_displacement(steady), jamlab.overlap(steady)),
+        *(jamlab.mean_square_displacement(steady), jamlab.overlap(steady), jamlab.t1_events([q, q])),
         *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], stress=1e-5)),
         *(means, means[0]),
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
