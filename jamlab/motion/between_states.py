@@ -73,9 +73,9 @@ def between_states(before: Packing, after: Packing) -> Between:
     """Box strain and displacements between two states of the same particles."""
     gradient = box_gradient(before, after)
     moved = after.centroids - before.centroids @ gradient.T
-    if before.frame.all_free or before.frame.slips:  # the whole may have moved: first to where most of it is
+    if before.frame.all_free:  # the whole may have moved: first to where most of it is
         phases = np.exp(2j * np.pi * moved @ np.linalg.inv(after.box))
-        moved = moved - np.angle(phases[~before.flat_walls].mean(axis=0)) / (2 * np.pi) @ after.box
+        moved = moved - np.angle(phases.mean(axis=0)) / (2 * np.pi) @ after.box
     moved = moved - shortest_images(moved, after.box) @ after.box
     return Between(gradient, np.asarray(moved - before.frame.drift(moved)))
 

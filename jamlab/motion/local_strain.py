@@ -27,6 +27,7 @@ from jamlab.motion.between_states import (
     neighbors_of,
     states_of,
 )
+from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, LEGEND, drawn, in_unit, label_axes, merged_line
@@ -76,10 +77,12 @@ class LocalStrain(Result):
     @property
     def participation(self) -> float:
         """Number of particles that take part in the non-affine motion, (sum D2min)^2 / sum D2min^2; 0 where none
-        moves."""
+        moves, but for rounding."""
         known = self.d2min[np.isfinite(self.d2min)]
         largest = known.max(initial=0.0)
-        return float((known / largest).sum() ** 2 / ((known / largest) ** 2).sum()) if largest > 0 else 0.0
+        if not largest > ROUNDING**2 * self.packing.area / self.packing.n:
+            return 0.0
+        return float((known / largest).sum() ** 2 / ((known / largest) ** 2).sum())
 
     def _columns(self) -> dict[str, Any]:
         e = self.strain
