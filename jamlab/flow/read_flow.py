@@ -6,7 +6,7 @@ from jamlab.checks import checked
 from jamlab.flow.creep_and_relaxation import CreepRun, StoppedFlow, StressRelaxation
 from jamlab.flow.flow_curve import FlowCurve
 from jamlab.flow.oscillate import Oscillation
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.flow.run import read_result
 from jamlab.flow.shear import ShearRun
 from jamlab.storage.verified_file import FilePath

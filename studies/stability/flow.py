@@ -9,7 +9,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import SMALL_STRAIN_TOLERANCE
-from jamlab.flow.quasistatic_shear import QUASISTATIC
+from jamlab.flow.quasistatic_run import QUASISTATIC
 from jamlab.flow.shear import TOLERANCE, ShearRun, shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import droplets_from_disks

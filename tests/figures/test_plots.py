@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import jamlab
 from jamlab.flow.flow_run import SERIES
 from jamlab.flow.oscillate import fit_harmonics
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
 OMEGA = np.geomspace(1e-4, 1e2, 25)
