@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -154,6 +154,12 @@ class FlowRun(FlowResult):
     def packing(self) -> Packing:
         """The last state; no energy minimum: `converged` is False."""
         return self.frames[-1]
+
+    @property
+    def frame_rows(self) -> Indices:
+        """(f,) row of each of the `frames`, by its strain."""
+        strain = [packing.provenance["flow_strain"] for packing in self.frames]
+        return np.array([int(np.abs(self.strain - each).argmin()) for each in strain])
 
     @property
     def z_all(self) -> Array:

@@ -101,8 +101,7 @@ def _draw_curve(axes: Any, run: FlowRun | Sequence[Packing], packings: Sequence[
     """Draw the curve; (frames, 2) where each packing is on it."""
     unit = packings[0].unit_names.stress
     if isinstance(run, FlowRun):
-        strain = np.array([packing.provenance["flow_strain"] for packing in packings])
-        row = [int(np.abs(run.strain - each).argmin()) for each in strain]
+        row = run.frame_rows
         x, y = run.strain, run.stress
         at = np.column_stack([x[row], y[row]])
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", unit))

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arguments.choices import Direction
-from jamlab.arrays import Array, ArrayLike
+from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.flow.flow_run import SERIES, energy_gap
+from jamlab.flow.limit_cycle import LimitCycle, ShearCycles, moved_between, pair_events
 from jamlab.flow.plastic_events import PlasticEvents
 from jamlab.flow.report import describe_balance
 from jamlab.flow.shear import ShearRun, StressDrops
+from jamlab.flow.shear_jamming import ShearJamming
 from jamlab.packing.natural_units import natural_scales
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
-from jamlab.plotting.palette import BLACK, BLUE, RED
+from jamlab.plotting.palette import BLACK, BLUE, GREY, RED
 
 
 @dataclass(frozen=True)
@@ -45,10 +48,21 @@ class QuasistaticShear(ShearRun):
     is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0, `damping` and `tolerance` None. `work` is the
     integral of the stress, `dissipated` what of it is not stored in `enthalpy`: what events release, and the error of
     the trapezoidal rule. Energies and work are over the area at the start.
+
+    Attributes:
+        turning_points: (t,) strains that the shear visits one after the other; (0,) if it only grows.
+        kept_rows: (f,) row of each of the `frames`.
+        cycle_rows: (c + 1,) rows at which c cycles begin and end; (0,) without.
+        period: number of cycles after which the state at the end of the last one returned to that at the end of an
+            earlier one; 0 if it did not.
+        return_distance: largest distance between the two, see `LimitCycle`; nan without.
+        event_displacements: (k, n, 2) displacement of the particles by each event of a shear that turns back, between
+            two minima at one strain, without rattlers; (0, n, 2) of other shears.
     """
 
     series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force", "area", "event")
     columns: ClassVar[tuple[str, ...]] = (*series, "z_all", "energy_gap", "enthalpy", "dilation")
+    _apart = ("wall_stress", "event_displacements")
 
     converged: NDArray[np.bool_]  # (m,) whether the minimisation met `force_tolerance`
     max_force: Array  # (m,) largest force left
@@ -57,6 +71,19 @@ class QuasistaticShear(ShearRun):
     direction: Direction = "simple"  # see `quasistatic_shear`
     force_tolerance: float  # largest residual force asked for, in natural units
     held_pressure: float | None = None  # at which the area is free; None: the area stays
+    turning_points: Array = field(default_factory=lambda: np.zeros(0))
+    kept_rows: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cycle_rows: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    period: int = 0
+    return_distance: float = float("nan")
+    event_displacements: Array = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    until_jammed: bool = False  # whether the shear was to end at the first state that is jammed
+    jammed: bool = False  # whether it did
+
+    @property
+    def frame_rows(self) -> Indices:
+        """(f,) row of each of the `frames`."""
+        return self.kept_rows if len(self.kept_rows) else super().frame_rows  # of older files, in which strain grows
 
     @property
     def enthalpy(self) -> Array:
@@ -80,8 +107,78 @@ class QuasistaticShear(ShearRun):
     def drops(self) -> StressDrops:
         """Stress drops of the events in which stress fell, at the strain where each begins."""
         events = self.events
-        begin, fell = events.strain - np.sign(events.strain) * events.width, events.stress_drop > self.least_stress
+        begin, fell = self.strain[np.flatnonzero(self.event) - 1], events.stress_drop > self.least_stress
         return StressDrops(begin[fell], events.stress_drop[fell])
+
+    @property
+    def cycles(self) -> ShearCycles:
+        """Cycles of a shear that turns back, with the displacement of every particle in each."""
+        ends = [self.frames[int(np.flatnonzero(self.frame_rows == row)[0])] for row in self.cycle_rows]
+        moved = [moved_between(*pair) for pair in pairwise(ends)]
+        seen = np.cumsum(self.event)[self.cycle_rows]
+        return ShearCycles(
+            cycle=np.arange(1, len(moved) + 1),
+            displacement=np.array([each.lengths.mean() for each in moved]),
+            largest=np.array([each.lengths.max() for each in moved]),
+            displacements=np.array([each.particles for each in moved]).reshape(-1, self.packing.n, 2),
+            dissipated=np.diff(self.dissipated[self.cycle_rows]),
+            events=np.diff(seen),
+            unit=self.packing.unit_names.length,
+            period=self.period,
+        )
+
+    @property
+    def limit_cycle(self) -> LimitCycle | None:
+        """Part that repeats, with its hysterons; None if no state has returned."""
+        if not self.period:
+            return None
+        begin, end = self.cycle_rows[[-1 - self.period, -1]]
+        rows = np.flatnonzero(self.event)
+        within = (rows > begin) & (rows <= end)
+        k = rows[within]
+        hysterons = pair_events(self.strain[k], self.strain[k] - self.strain[k - 1], self.event_displacements[within])
+        return LimitCycle(
+            period=self.period,
+            transient=len(self.cycle_rows) - 1 - self.period,
+            distance=self.return_distance,
+            dissipated=float(self.dissipated[end] - self.dissipated[begin]),
+            events=len(k),
+            rows=np.array([begin, end]),
+            hysterons=hysterons,
+        )
+
+    @property
+    def _first_part(self) -> tuple[float, float]:
+        if not len(self.turning_points):
+            return super()._first_part
+        return float(self.turning_points[0]), abs(float(self.turning_points[0]))
+
+    @property
+    def _last_part(self) -> float:
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(self.strain)))) + 1
+        return float(self.path[turns[-1]]) if len(turns) else 0.0
+
+    @property
+    def jamming(self) -> ShearJamming | None:
+        """Where a shear until the packing jams ended; None if it did not jam."""
+        if not self.until_jammed or not self.jammed:
+            return None
+        before, after = self.strain[-2:]
+        return ShearJamming(float(before), float(after), float(self.path[-1]), float(self.pressure[-1]), self.packing)
+
+    @property
+    def state(self) -> Any:
+        """As of `ShearRun`; whether a shear until the packing jams did jam it, and one that turns back is periodic."""
+        if self.until_jammed and self.finished and not self.period:
+            return "jammed" if self.jammed else "never jammed"
+        if len(self.turning_points) and self.finished:
+            return "periodic" if self.period else "not periodic"
+        return super().state
+
+    @property
+    def finished(self) -> bool:
+        """Whether the strain asked for is reached, or the shear repeats, or it has jammed the packing."""
+        return bool(self.period) or self.jammed or super().finished
 
     @property
     def plastic_events(self) -> int:
@@ -94,7 +191,12 @@ class QuasistaticShear(ShearRun):
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
-        return {"direction": self.direction} | held | super().summary | events
+        whole = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) else {}
+        if (limit := self.limit_cycle) is not None:
+            whole |= {"period": limit.period, "transient": limit.transient, "hysterons": len(limit.hysterons)}
+        if (found := self.jamming) is not None:
+            whole |= {"jams above": found.strain_below}
+        return {"direction": self.direction} | held | super().summary | events | whole
 
     @property
     def energy_gap(self) -> Array:
@@ -128,11 +230,19 @@ class QuasistaticShear(ShearRun):
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up."""
+        """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up. Of a shear
+        that repeats the limit cycle is drawn, and what was before it in grey."""
         along = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}°"
         plain = {"color": BLUE, "linewidth": 1.2, "label": f"minima, {along} shear"}
-        axes.plot(self.strain, self.stress, **merged_line(plain, style))
+        first = 0
+        if (limit := self.limit_cycle) is not None:
+            first = int(limit.rows[0])
+            label = f"transient, {limit.transient} cycle{'s' * (limit.transient != 1)}"
+            axes.plot(self.strain[: first + 1], self.stress[: first + 1], color=GREY, linewidth=0.9, label=label)
+            plain["label"] = f"limit cycle of period {limit.period}, {along} shear"
+        axes.plot(self.strain[first:], self.stress[first:], **merged_line(plain, style))
         ends = np.flatnonzero(self.event)
+        ends = ends[ends > first]
         if len(ends):
             label = f"{len(ends)} plastic event{'s' * (len(ends) > 1)}"
             axes.plot(self.strain[ends], self.stress[ends], "v", color=RED, markersize=4, label=label)

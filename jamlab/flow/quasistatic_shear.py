@@ -6,22 +6,23 @@ into another one: stress drops and energy is released at once (Maloney & Lemaitr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from jamlab.arguments.choices import Direction, HeldPressure
-from jamlab.checks import check_number, checked, is_number
+from jamlab.checks import checked, is_number
 from jamlab.errors import InputError, named
 from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.flow.quasistatic_walk import Shearing, Walk
+from jamlab.flow.shear_jamming import BRACKET
+from jamlab.flow.strain_path import strain_path
+from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.walls import walled
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_direction
 from jamlab.processes.progress import Progress
-from jamlab.protocols.compression import MOST_STATES
 
 _HIGHEST_PRESSURE = 1.0  # that may be held, stiffness of a contact
 
@@ -29,12 +30,14 @@ _HIGHEST_PRESSURE = 1.0  # that may be held, stiffness of a contact
 @checked
 def quasistatic_shear(
     packing: Packing,
-    strain: float,
+    strain: float | Sequence[float],
     strain_step: float = 1e-3,
     *,
+    cycles: int | None = None,
     direction: Direction = "simple",
     walls: bool | None = None,
     pressure: HeldPressure | None = None,
+    until_jammed: bool = False,
     snapshot_every: float | None = None,
     force_tolerance: float | None = None,
     path: str | Path | None = None,
@@ -49,12 +52,20 @@ def quasistatic_shear(
     >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=0.01, strain_step=2e-3)
     >>> r.strain.round(6), bool(r.converged.all())
     (array([0.   , 0.002, 0.004, 0.006, 0.008, 0.01 ]), True)
+    >>> p = jamlab.pack(n=16, pressure=1e-2, seed=2)
+    >>> c = jamlab.quasistatic_shear(p, strain=[0.03, -0.03, 0.03], strain_step=6e-3, cycles=20)
+    >>> c.state, c.limit_cycle.period, bool(c.cycles.largest[-1] < 1e-9)
+    ('periodic', 1, True)
 
     Args:
         packing: SP or DP.
-        strain: total strain of either sign, up to 1000 for "simple", up to 1 for other directions.
+        strain: total strain of either sign, up to 1000 for "simple", up to 1 for other directions. Or turning points,
+            which are visited one after the other, such as [0.05, -0.05, 0.05].
         strain_step: largest strain step, at most 0.1. Events in which stress rises, and less than 2 % of the work of
             the step is lost, are not detected.
+        cycles: visit the turning points up to this many times. A cycle ends at the last one of them; the shear stops
+            as soon as the state there is that of an earlier cycle, since the cycles in between repeat for ever. Two
+            states are one if no particle, rattlers left out, is 1e-7 of the mean size off. Default: visit them once.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
             compression along y. `stress` is conjugate to the strain. Between walls only "simple".
         walls: see `shear`.
@@ -63,45 +74,36 @@ def quasistatic_shear(
             that of sticky disks, which may vanish, to 1e-9 of the mean contact force over the mean size. A packing of
             repulsive particles that unjams is compressed until it jams, and then decompressed. Between walls the
             pressure is the normal stress on them, at constant width. Default: constant area.
-        snapshot_every: strain between stored packings. Default: only the first and the last.
+        until_jammed: True: shear a packing that is unjammed until it jams, and stop there. The step that jams it is
+            halved until it is a thousandth of `strain_step`. Default: False.
+        snapshot_every: strain between stored packings, to and fro counted alike. Default: only the first, the last and
+            those at the ends of cycles.
         force_tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.
 
     Returns:
         All states. `converged` is False for states that missed the force tolerance; the shear continues from them.
+        `cycles` has the displacement a cycle, `limit_cycle` period, transient and hysterons, `jamming` the strain at
+        which the packing jams.
     """
     packing = walled(packing, walls)
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))
-    whole = abs(strain)
-    if whole == 0:
-        raise InputError(f"{named('strain', strain)}: must be other than 0")
-    if whole > 1 and not shearing.along_x:
-        raise InputError(f"{named('strain', strain)}: must be at most 1 in magnitude for direction {direction!r}")
-    check_number("strain_step", strain_step, whole, whole / MOST_STATES)
-    if snapshot_every is not None:
-        check_number("snapshot_every", snapshot_every, whole)
-        if snapshot_every < strain_step:
-            raise InputError(
-                f"{named('snapshot_every', snapshot_every, 'g')}: closer than strain_step = {strain_step:g}"
-            )
+    route = strain_path(strain, strain_step, cycles, snapshot_every)
+    largest = max(route.points, key=abs)
+    if abs(largest) > 1 and not shearing.along_x:
+        raise InputError(f"{named('strain', largest)}: must be at most 1 in magnitude for direction {direction!r}")
     _check_pressure(packing, pressure)
-    count = int(np.ceil(whole / strain_step - 1e-9))
-    task: dict[str, Any] = {"strain_step": strain / count}
+    if until_jammed:
+        _check_may_jam(packing, pressure)
+    task: dict[str, Any] = {"strain_step": route.step}
+    if route.turns:
+        task = {"strain_step": strain_step, "turning_points": route.points}
     task |= {} if shearing.along_x else {"direction": direction}
     task |= {} if pressure is None else {"pressure": pressure}
-
-    def kept(k: int) -> int:
-        return int(whole * k / count / snapshot_every + 1e-9) if snapshot_every is not None else 0
-
+    task |= {"until_jammed": True} if until_jammed else {}
     with Walk(packing, shearing, force_tolerance, pressure, task, path, progress) as walk:
-        walk.facts |= {"strain_asked": whole, "direction": direction}
-        walk.warn_beyond("strain", abs(walk.rows[-1].strain), whole)
-        for k in range(1, count + 1):
-            reached = strain * k / count
-            if abs(reached) < abs(walk.rows[-1].strain) + 0.5 * whole / count:
-                continue  # done by the run before
-            walk.go_to(reached, keep=kept(k) > kept(k - 1))
-            walk.report(k / count, f"strain {reached:.3g}")
+        walk.facts |= {"strain_asked": route.length, "direction": direction, "until_jammed": until_jammed}
+        walk.follow(route, BRACKET.width * strain_step if until_jammed else None)
         return walk.finish()
 
 
@@ -115,4 +117,23 @@ def _check_pressure(packing: Packing, pressure: HeldPressure | None) -> None:
         raise InputError(
             f'pressure = {pressure!r}: give "constant", or a number of at most {largest:g} '
             f"{packing.unit_names.stress}, positive for repulsive particles"
+        )
+
+
+def _check_may_jam(packing: Packing, pressure: HeldPressure | None) -> None:
+    """Refuse what is not unjammed at first, and jammed at last."""
+    if pressure is not None:
+        raise InputError(
+            f"until_jammed = True, pressure = {pressure!r}: a packing under pressure is jammed at every strain; leave "
+            "one of the two out"
+        )
+    if packing.law.range:
+        raise InputError(
+            f"until_jammed = True: particles that attract ({packing.law.name}) bear stress before they jam; use "
+            "repulsive particles, or leave until_jammed out"
+        )
+    if not contacts(packing).unjammed:
+        raise InputError(
+            f"until_jammed = True: the packing is jammed at phi = {packing.phi:.6g} before it is sheared; use one "
+            "below its jamming onset, or leave until_jammed out"
         )

@@ -13,8 +13,10 @@ from jamlab.arguments.choices import HeldPressure
 from jamlab.arrays import Array
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
+from jamlab.flow.limit_cycle import earlier_state, plastic_displacements
 from jamlab.flow.quasistatic_run import QUASISTATIC, QuasistaticShear, stress_noise
 from jamlab.flow.run import Run
+from jamlab.flow.strain_path import StrainPath
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.walls import wall_stress
 from jamlab.packing.deformation import deformed
@@ -28,7 +30,7 @@ from jamlab.protocols.saddles import record, relax_off_saddles
 
 
 class Minimum(SimpleNamespace):
-    """One state on the way, a row of `QuasistaticShear`: its `series` by name."""
+    """One state on the way, a row of `QuasistaticShear`: its `series` by name, and of an event its `displacements`."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,9 @@ class Walk(Run[QuasistaticShear]):
         super().__init__(QuasistaticShear, packing, None, task | {"force_tolerance": force_tolerance}, path, progress)
         self._scales, self._shearing, self._tolerance = natural_scales(packing), shearing, force_tolerance
         self._on_walls: list[Array] = []
+        self._kept: list[int] = []  # rows of the frames
+        self.turns = False  # whether the shear turns back
+        self.facts |= {"cycle_rows": np.zeros(0, dtype=np.int64), "period": 0, "jammed": False}
         largest = usual_force_tolerance(packing.model) if force_tolerance is None else force_tolerance
         self.facts |= {"background_drag": 0.0, "tolerance": None, "iterations": 0, "shear_rate": 0.0}
         self.facts["force_tolerance"] = largest
@@ -75,8 +80,7 @@ class Walk(Run[QuasistaticShear]):
         self._pressure: float | None = None if isinstance(pressure, str) else pressure
         if self.before:
             self._pressure = self.before.held_pressure
-            self.rows = [Minimum(**row) for row in self.rows_before()]
-            self._on_walls = list(self.before.wall_stress)
+            self._resume(self.before)
         else:
             if pressure == "constant":
                 found = relax_session(self.session, force_tolerance, near=True)
@@ -86,6 +90,16 @@ class Walk(Run[QuasistaticShear]):
             self.add(self._relax(0.0, None), keep=True)
         self.facts["held_pressure"] = self._pressure
 
+    def _resume(self, before: QuasistaticShear) -> None:
+        """Take over what the file holds."""
+        self.rows = [Minimum(**row) for row in self.rows_before()]
+        self._on_walls, self._kept = list(before.wall_stress), before.frame_rows.tolist()
+        events = [row for row in self.rows if row.event]
+        for row, moved in zip(events, before.event_displacements, strict=False):
+            row.displacements = moved
+        for name in ("cycle_rows", "period", "return_distance", "jammed"):
+            self.facts[name] = getattr(before, name)
+
     def packing(self) -> Packing:
         """The packing at the last minimum."""
         return self._scales.from_natural(self._now)
@@ -93,29 +107,88 @@ class Walk(Run[QuasistaticShear]):
     def result(self) -> QuasistaticShear:
         """All states so far."""
         self.facts["wall_stress"] = np.array(self._on_walls).reshape(-1, 2, 2)
+        if self.turns:
+            moved = [row.displacements for row in self.rows if row.event]
+            self.facts["event_displacements"] = np.array(moved).reshape(-1, self._now.n, 2)
+        self.facts["kept_rows"] = np.array([*self._kept, *([len(self.rows) - 1] * (not self._last_is_kept()))])
         return super().result()
+
+    def _last_is_kept(self) -> bool:
+        return self._kept[-1] == len(self.rows) - 1
 
     def add(self, row: Minimum, *, keep: bool = False) -> None:
         """Add a row, with the stress on walls."""
         super().add(row, keep=keep)
         self._on_walls.append(wall_stress(self._now) * self._scales.stress)
+        if keep:
+            self._kept.append(len(self.rows) - 1)
+
+    def end_cycle(self) -> None:
+        """Count a cycle that ends here, at a packing that is kept, and look whether it was there before."""
+        rows = [*self.facts["cycle_rows"], len(self.rows) - 1]
+        ends = [self.frames[self._kept.index(row)] for row in rows]
+        period, distance = earlier_state(ends, np.array([self.rows[row].energy for row in rows]))
+        self.facts |= {"cycle_rows": np.array(rows), "period": period, "return_distance": distance}
+
+    def follow(self, route: StrainPath, least: float | None) -> None:
+        """Go along a path, to its end, to where it repeats, or, if `least` is the shortest step on the way there, to
+        where the packing jams."""
+        self.turns = route.turns
+        self.facts["turning_points"] = np.array(route.points if route.turns else [])
+        if route.turns and route.points[-1] == 0 and not self.before:
+            self.end_cycle()  # the first one begins at once
+        done = float(np.abs(np.diff([row.strain for row in self.rows])).sum())
+        self.warn_beyond("strain", done, route.length)
+        for target in route.targets():
+            if self.facts["period"] or self.facts["jammed"]:
+                return
+            if target.path < done + 0.5 * target.step:
+                continue  # done by the run before
+            if least is None:
+                self.go_to(target.strain, keep=target.keep)
+            else:
+                self.go_until_jammed(target.strain, least, keep=target.keep)
+            if target.ends_cycle and not self.facts["jammed"]:
+                self.end_cycle()
+            self.report(target.path / route.length, f"strain {target.strain:.3g}")
 
     def go_to(self, strain: float, *, keep: bool = False) -> None:
         """Take one step, and judge whether it is a plastic event."""
-        before = self.rows[-1]
+        before, start = self.rows[-1], self._now
         after = self._step(strain, strain - before.strain, before)
-        after.event = self._is_event(before, after)
+        after.event = self._is_event(start, before, after)
         self.add(after, keep=keep)
 
-    def _is_event(self, before: Minimum, after: Minimum) -> bool:
-        """Whether a step is an event: stress falls or energy is lost, and the step back does not lead back. The packing
-        is at the state after, before and afterwards."""
+    def go_until_jammed(self, strain: float, least: float, *, keep: bool = False) -> None:
+        """Go to a strain, or to where the packing jams on the way. A step that jams is taken back and halved, until it
+        is as short as `least`; the shear goes on by such steps where smaller ones do not jam."""
+        step = strain - self.rows[-1].strain
+        while not self.facts["jammed"] and self.rows[-1].strain != strain:
+            before, start = self.rows[-1], self._now
+            last = abs(strain - before.strain) <= abs(step) * (1 + 1e-9)
+            after = self._step(strain if last else before.strain + step, step, before)
+            jammed = self.is_jammed(after)
+            if jammed and abs(step) > least:
+                self._now, step = start, 0.5 * step
+                continue
+            self.facts["jammed"] = jammed
+            self.add(after, keep=keep and last)
+
+    def is_jammed(self, state: Minimum) -> bool:
+        """Whether the packing, which is at a state, is jammed: its pressure is no residue of the minimisation."""
+        return state.pressure > self._noise(state) and not contacts(self._now).unjammed
+
+    def _is_event(self, start: Packing, before: Minimum, after: Minimum) -> bool:
+        """Whether a step from a packing is an event: stress falls or energy is lost, and the step back does not lead
+        back; how far it then ends up from there is what the event displaced. The packing stays at the state after."""
         noise, lost = self._noise(before, after), after.dissipated - before.dissipated
         seen = QUASISTATIC.limit * abs(after.work - before.work) + noise * abs(after.strain - before.strain)
         if _drop(before, after) <= noise and lost <= seen:
             return False
         reached = self._now
         back = self._leads_back(before, after)
+        if self.turns and not back:
+            after.displacements = plastic_displacements(start, self._now) * self._scales.length
         self._now = reached
         return not back
 
@@ -187,5 +260,5 @@ def _flipped(packing: Packing) -> Packing:
 
 
 def _drop(before: Minimum, after: Minimum) -> float:
-    """Fall of the stress along the shear, whichever way it goes."""
-    return float(np.sign(after.strain) * (before.stress - after.stress))
+    """Fall of the stress along the step, whichever way it goes."""
+    return float(np.sign(after.strain - before.strain) * (before.stress - after.stress))

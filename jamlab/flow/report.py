@@ -38,7 +38,15 @@ def describe(result: Any) -> str:
 
 def conclude(result: Any) -> str:
     """Name state and numbers of a result, and what to do if its energy is not balanced."""
-    settled = ("rests", "flows", "relaxed", "periodic", "steady", "start-up")  # any other state is written large
+    settled = (
+        "rests",
+        "flows",
+        "relaxed",
+        "periodic",
+        "steady",
+        "start-up",
+        "jammed",
+    )  # any other state is written large
     state = result.state if result.state in settled else result.state.upper()
     words = ", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])
     if worst_imbalance(result) <= result.energy_tolerance:

@@ -239,10 +239,14 @@ class Run(RunFile[R]):
     def result(self) -> R:
         """The run so far; the last packing is that of the last row."""
         columns = {name: np.array([getattr(row, name) for row in self.rows]) for name in self._kind.series}
-        kept = self.frames[-1].provenance.get("flow_time", 0.0), self.frames[-1].provenance["flow_strain"]
-        last = [] if kept == (self.rows[-1].time, self.rows[-1].strain) else [self.packing()]
+        last = [] if self._last_is_kept() else [self.packing()]
         effort = {"steps": self.steps, "seconds": time.perf_counter() - self._began}
         return self._kind(**columns | effort | self.facts, frames=(*self.frames, *last))
+
+    def _last_is_kept(self) -> bool:
+        """Whether the packing of the last row is the last of the frames."""
+        kept = self.frames[-1].provenance.get("flow_time", 0.0), self.frames[-1].provenance["flow_strain"]
+        return kept == (self.rows[-1].time, self.rows[-1].strain)
 
 
 def _differences(run: R, finer: R) -> Array:

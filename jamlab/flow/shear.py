@@ -100,6 +100,13 @@ class ShearRun(FlowRun):
         return EVENTS.rounding * natural_scales(self.packing).stress
 
     @property
+    def _first_part(self) -> tuple[float, float]:
+        """Rate or strain of the first part, and the path at which it ends."""
+        if self.parts is None:
+            return self.shear_rate or float(self.strain[-1]), np.inf
+        return float(self.parts[0, 0]), float(self.parts[0, 1])
+
+    @property
     def _last_part(self) -> float:
         """Path at which the last part begins."""
         return 0.0 if self.parts is None else float(self.parts[:-1, 1].sum())
@@ -110,9 +117,9 @@ class ShearRun(FlowRun):
 
         For shear in the negative direction the lowest stress; for several parts the peak of the first.
         """
-        first = (self.shear_rate or self.strain[-1]) if self.parts is None else self.parts[0, 0]
+        first, ends = self._first_part
         path = self.path
-        rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
+        rows = path <= ends * (1 + 1e-9)
         stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]
         k = int(np.argmax(stress[path[rows] <= EVENTS.transient]))
         if k == 0 or k == len(stress) - 1 or stress[k] < self.least_stress:
@@ -163,7 +170,7 @@ class ShearRun(FlowRun):
         else:
             mu = BlockAverage(float("nan"), float("nan"), float("nan"), float("nan"))
         drops = self.drops
-        kept = drops.size[np.abs(drops.strain) >= discard] if self.parts is None else np.zeros(0)
+        kept = drops.size[np.abs(drops.strain) >= discard] if self._last_part == 0 else np.zeros(0)
         strain = abs(float(self.strain[rows[-1]] - self.strain[rows[0]]))
         return SteadyState._of(means, mu, kept, discard, strain, self.unit)
 

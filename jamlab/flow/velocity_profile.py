@@ -69,12 +69,16 @@ def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
     parts: list[Array] = []
     for before, after in pairwise(frames):
         strain = after.provenance["flow_strain"] - before.provenance["flow_strain"]
+        if strain == 0:
+            continue  # the ends of a cycle, which tell no velocity
         start, end = before.centroids[free], after.centroids[free]
         middle = 0.5 * (start[:, 1] / before.box[1, 1] + end[:, 1] / after.box[1, 1])
         inside = middle % 1.0
         velocity = (end - start)[:, 0] / (strain * lattice) - (middle - inside)
         heights.append(_layer_means(inside, inside, edges))
         parts.append(_layer_means(inside, velocity, edges))
+    if not parts:
+        raise InputError(f"{len(frames)} stored packings at one strain: shear with snapshot_every=")
     kept = np.isfinite(parts).any(axis=0)
     found = np.array(parts)[:, kept]
     number = np.isfinite(found).sum(axis=0)
