@@ -4,7 +4,17 @@ import inspect
 from collections.abc import Callable, Mapping
 
 from jamlab.checks import check_choice
-from studies.beyond import couette, dilatancy, droplet_modes, droplet_voids, polydispersity, sticky, strain_correlations
+from studies.beyond import (
+    couette,
+    dilatancy,
+    droplet_modes,
+    droplet_voids,
+    limit_cycles,
+    polydispersity,
+    shear_jamming,
+    sticky,
+    strain_correlations,
+)
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.other_codes import page as packing_generation
@@ -65,7 +75,10 @@ PAPERS = _figures(
 )
 BEYOND = (
     *_figures(droplet_modes.FIGURES | droplet_voids.FIGURES),
-    *(each.STUDY for each in (polydispersity, dilatancy, couette, sticky, strain_correlations)),
+    *(
+        each.STUDY
+        for each in (polydispersity, dilatancy, couette, sticky, strain_correlations, limit_cycles, shear_jamming)
+    ),
 )
 _FILES = (packings, packing_fractions, moduli, droplet_vertices, flow, ensemble_means, other_codes)
 CHARTS: dict[str, Chart] = {each.name: each for file in _FILES for each in file.CHARTS}
