@@ -179,23 +179,26 @@ def shear(
 def quasistatic_shear(
     job: FromFile,
     *,
-    strain: float,
+    strain: list[float],
     strain_step: float,
+    cycles: int | None,
     direction: Direction,
     pressure: HeldPressure,
+    until_jammed: bool,
     walls: bool | None,
     snapshot_every: float | None,
     force_tolerance: float | None,
 ) -> None:
     """Shear a packing quasi-statically, minimum by minimum.
 
-    With --pressure the area of the box adjusts. The same command resumes an interrupted run.
+    Several --strain are turning points. With --pressure the area of the box adjusts. The same command resumes an
+    interrupted run.
     """
     from jamlab.flow.quasistatic_shear import quasistatic_shear as flow
 
-    how: dict[str, Any] = {"direction": direction, "pressure": pressure, "walls": walls}
-    how |= {"snapshot_every": snapshot_every, "force_tolerance": force_tolerance}
-    _give_shear(job, job.drive(flow, "shear", strain, strain_step, **how))
+    how: dict[str, Any] = {"cycles": cycles, "direction": direction, "pressure": pressure, "walls": walls}
+    how |= {"until_jammed": until_jammed, "snapshot_every": snapshot_every, "force_tolerance": force_tolerance}
+    _give_shear(job, job.drive(flow, "shear", strain if len(strain) > 1 else strain[0], strain_step, **how))
 
 
 def _give_shear(job: Job, found: Any) -> None:

@@ -18,8 +18,8 @@ from studies.papers.statements import caption
 from studies.study import Study
 from studies.tables import Task
 
-PARTICLES, SEEDS, STEP = 64, 20, 0.02
-FRACTIONS = (0.82, 0.83, 0.84, 0.85)
+PARTICLES, SEEDS, STEP = 32, 20, 0.02
+FRACTIONS = (0.81, 0.82, 0.83, 0.84, 0.85)
 STRAIN, STEADY = 0.6, 0.8  # at most until a packing jams, and beyond
 # Vagberg, Olsson & Teitel, Phys. Rev. E 83, 031307 (2011), N to infinity
 PUBLISHED = {"quenched": 0.84177, "steady shear": 0.84347}
