@@ -9,9 +9,53 @@ import numpy as np
 
 from jamlab.errors import InputError
 from jamlab.mechanics.stiffness import pressure
+from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.packing import Packing
+from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, choice_among, packings_of
 
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
+NAMED = 4  # kinds that a message names
+
+
+def packings_of_one_kind(
+    packings: Packing | Sequence[Packing] | Campaign, select: Select | None, *, frames: bool = False
+) -> list[Packing]:
+    """Packings of which a mean is taken, as a list.
+
+    Args:
+        packings: one or several, each once; or a campaign, whose converged states are taken.
+        select: of a campaign: column of its table "states" -> value.
+        frames: whether several packings may be frames of one flow, in boxes of one area, whose pressures differ.
+
+    Raises:
+        InputError: none, one that is given twice, or packings of several kinds.
+    """
+    if isinstance(packings, Campaign):
+        each, rows = packings_of(packings, select)
+    elif select is not None:
+        raise InputError("select: applies to a campaign; choose among packings by hand")
+    else:
+        each = [packings] if isinstance(packings, Packing) else [*packings]
+    if not each:
+        raise InputError("packings: give one or more")
+    if len(kinds := group_by_kind(each)) > 1 and not (frames and _are_frames(each)):
+        remedy = choice_among(rows) if isinstance(packings, Campaign) else "Give those of one"
+        raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
+    if isinstance(packings, Campaign):
+        check_packings_once(rows, "states")
+    check_distinct(dict(enumerate(each)))
+    return each
+
+
+def _are_frames(packings: Sequence[Packing]) -> bool:
+    """Whether packings are of the same particles in boxes of one area."""
+    areas = np.array([packing.area for packing in packings])
+    alike = bool(np.ptp(areas) <= ROUNDING * areas[0])
+    return alike and not any(packings[0].difference(packing) for packing in packings[1:])
+
+
+def _few(names: list[str]) -> str:
+    return "; ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
 
 
 def check_distinct(packings: Mapping[int, Packing], what: str = "packings") -> None:

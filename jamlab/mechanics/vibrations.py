@@ -16,13 +16,13 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.mechanics.density_of_states import HISTOGRAM, DensityOfStates, density_of
 from jamlab.mechanics.factors import SOFT, SymmetricFactors
-from jamlab.mechanics.like_packings import check_distinct, group_by_kind
+from jamlab.mechanics.like_packings import packings_of_one_kind
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
-from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, choice_among, packings_of
+from jamlab.statistics.rows_of_one_kind import Campaign, Select
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,6 @@ class Iteration:
 
 
 ITERATION = Iteration()
-NAMED = 4  # kinds that a message names
 
 
 @dataclass(frozen=True)
@@ -225,26 +224,9 @@ def density_of_states(
         >>> d.density.shape, d.packings, bool(d.zero_modes > 0)  # translations
         ((20,), 3, True)
     """
-    if isinstance(packings, Campaign):
-        each, rows = packings_of(packings, select)
-    elif select is not None:
-        raise InputError("select: applies to a campaign; choose among packings by hand")
-    else:
-        each = [packings] if isinstance(packings, Packing) else [*packings]
-    if not each:
-        raise InputError("packings: give one or more")
-    if len(kinds := group_by_kind(each)) > 1:
-        remedy = choice_among(rows) if isinstance(packings, Campaign) else "Give those of one"
-        raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
-    if isinstance(packings, Campaign):
-        check_packings_once(rows, "states")
-    check_distinct(dict(enumerate(each)))
+    each = packings_of_one_kind(packings, select)
     kept = each if rattlers else [remove_rattlers(packing) for packing in each]
     return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
-
-
-def _few(names: list[str]) -> str:
-    return "; ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
 
 
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:

@@ -62,7 +62,7 @@ def shortest_images(vectors: Array, box: Array) -> Indices:
 
     Exact for any tilt: the lattice is reduced, and of the nine images around the rounded one the shortest is taken. A
     vector that no image is shorter than, but for rounding, has zeros. `box`: (2, 2), rows are the lattice vectors."""
-    cell, whole = _reduced(box)
+    cell, whole = reduced_cell(box)
     found = np.zeros(vectors.shape, dtype=np.int64)
     long = np.flatnonzero(np.hypot(*vectors.T) >= 0.5 * np.hypot(*cell[0]) * (1 - ROUNDING))
     around = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
@@ -75,7 +75,7 @@ def shortest_images(vectors: Array, box: Array) -> Indices:
     return found
 
 
-def _reduced(box: Array) -> tuple[Array, Indices]:
+def reduced_cell(box: Array) -> tuple[Array, Indices]:
     """Shortest vectors of a lattice, and how many of each vector of the box they are: whole @ box."""
     cell, whole = np.array(box), np.eye(2, dtype=np.int64)
     while True:
@@ -130,7 +130,7 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
         (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
         rows are the points 0 .. n - 1 moved into one cell.
     """
-    cell, whole = _reduced(box)
+    cell, whole = reduced_cell(box)
     place = points @ np.linalg.inv(cell)
     wrap = np.floor(place)
     margin = reach * np.hypot(*cell[::-1].T) / abs(np.linalg.det(cell)) + 1e-9  # in fractions of the cell, and rounding

@@ -149,6 +149,24 @@ def _stretch(packings: int, level: float) -> float:
     return float(stdtrit(packings - 1, tail) / ndtri(tail) * (packings / (packings - 1)) ** 0.5)
 
 
+def ratio_of_sums(parts: Array, weights: Array) -> tuple[Array, Array]:
+    """Mean of several packings that weigh unlike, sum of parts over sum of weights, and its standard error over
+    packings (Cochran, Sampling Techniques, 1977, sec. 6.3). Of equal weights these are the mean and its usual error;
+    nan where no packing has a weight, the error nan of one packing.
+
+    Args:
+        parts: (packings, ...) what each adds to the sum.
+        weights: (packings, ...) what each adds to the weights.
+    """
+    count, total = len(parts), np.asarray(weights.sum(axis=0), dtype=np.float64)
+    total = np.where(total > 0, total, np.nan)
+    mean = parts.sum(axis=0) / total
+    if count < 2:
+        return mean, np.full_like(mean, np.nan)
+    scatter = np.sum((parts - mean * weights) ** 2, axis=0)
+    return mean, np.sqrt(count / (count - 1) * scatter) / total
+
+
 @dataclass(frozen=True)
 class Blocks:
     """How the error of the mean of a series is found."""
