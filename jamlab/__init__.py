@@ -5,7 +5,8 @@ States       jam, pack, compress, decompress, relax, scene, droplets_from_disks,
 All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
              particle_areas, relative_areas, contact_lengths, local_packing_fraction, remove_rattlers,
-             with_walls, slab: rough walls, the layer between them
+             with_walls, slab: rough walls, the layer between them; pair_correlation, structure_factor,
+             spectral_density: hyperuniformity
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, density_of_states,
              count_zero_modes, maxwell_count: constraint counting; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: over packings, kind by kind;

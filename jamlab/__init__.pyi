@@ -87,6 +87,9 @@ from .rheology.mean_spectrum import mean_spectra as mean_spectra
 from .rheology.mode_character import mode_character as mode_character
 from .rheology.nonlinear_drag import effective_relaxation_time as effective_relaxation_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
+from .structure.pair_correlation import pair_correlation as pair_correlation
+from .structure.spectral_density import spectral_density as spectral_density
+from .structure.structure_factor import structure_factor as structure_factor
 from .trajectories.contact_files import write_contacts as write_contacts
 from .trajectories.droplets_from_outlines import droplets_from_outlines as droplets_from_outlines
 from .trajectories.files import read as read

@@ -90,7 +90,6 @@ FIELD = (
     Concept("synthetic_image render_image", "", "`jamlab.synthetic_micrograph({p})`"),
     Concept("edge_droplets touching_edge exclude", "cut"),
     Concept("hb_model", "herschel_bulkley", "`jamlab.flow_curve({p}, rates).herschel_bulkley()`"),
-    Concept("s_of_k hyperuniform", "", "`jamlab.universe({p})` for MDAnalysis"),
     Concept("cage caging kramers_kronig neighbor_changes angular_correlation use_gpu", "", LIMITS),
     Concept("pe etotal set_box write_data input pylammps", "", "", {"Session": "`command`, `evaluate()` or "
             "`packing()`"}),
@@ -116,8 +115,7 @@ FIELD = (
     Concept("trace hydrostatic_pressure isotropic_stress stress_trace", "pressure"),
     Concept("excess z_minus_z_iso hyperstaticity contact_excess", "", "`jamlab.contacts({p})`: 2 (n_contacts - "
             "isostatic) / n_backbone", {"Contacts": "`2 * (n_contacts - isostatic) / n_backbone`"}),
-    Concept("sk s_k S_k ssf static_structure_factor sq g2 pcf paircorrelation compute_rdf chi_k hyperuniformity "
-            "spectral_density coordination_shell ase", "", "`jamlab.universe({p})` for MDAnalysis, or "
+    Concept("coordination_shell ase", "", "`jamlab.universe({p})` for MDAnalysis, or "
             "`jamlab.write(path, {p})` for freud and OVITO"),
     Concept("stress_anisotropy deviatoric deviatoric_stress principal_stresses stress_ratio von_mises shear_jammed "
             "principal_stress local_stress stress_per_particle per_particle_stress particle_stress virial_per_atom",

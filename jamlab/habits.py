@@ -240,9 +240,12 @@ CONCEPTS = (
     Concept("voronoi voronoi_cells cells delaunay tessellation triangulation delaunay_triangulation free_volume "
             "free_area", "cells",
             "`jamlab.tessellation({p})`"),
-    Concept("rdf g_r gr g_of_r s_of_q pair_correlation radial_distribution radial_distribution_function "
-            "pair_distribution_function structure_factor sq S_q to_ase pair_distribution "
-            "to_ovito to_freud ovito freud", "",
+    Concept("rdf g_r gr g_of_r radial_distribution radial_distribution_function pair_distribution_function "
+            "pair_distribution g2 pcf paircorrelation compute_rdf", "g", "`jamlab.pair_correlation({p}, 5.0)`"),
+    Concept("s_of_q s_of_k sq S_q sk s_k S_k ssf static_structure_factor", "values mean",
+            "`jamlab.structure_factor({p}, 20.0)`"),
+    Concept("hyperuniform hyperuniformity chi_k chi_v chi_V", "values mean", "`jamlab.spectral_density({p}, 20.0)`"),
+    Concept("to_ase to_ovito to_freud ovito freud", "",
             "`jamlab.universe({p})` for MDAnalysis, or `jamlab.write(path, {p})` for freud and OVITO"),
     Concept("psi6 psi_6 hexatic bond_order boo steinhardt bond_angles bond_orientational_order hexatic_order "
             "orientational_order", "local psi_6",

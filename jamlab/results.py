@@ -39,5 +39,9 @@ from jamlab.rheology.mode_character import ModeCharacter as ModeCharacter
 from jamlab.rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from jamlab.statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
+from jamlab.structure.pair_correlation import PairCorrelation as PairCorrelation
+from jamlab.structure.spectral_density import SpectralDensity as SpectralDensity
+from jamlab.structure.structure_factor import ShellMeans as ShellMeans
+from jamlab.structure.structure_factor import StructureFactor as StructureFactor
 
 __all__ = [name for name in dir() if name[0] != "_"]

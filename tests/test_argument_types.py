@@ -31,13 +31,14 @@ STATISTICS = ["power_laws.fit_power_law", "confidence.bootstrap"]
 STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]
 # good values, with which a function would run: a class may stand for a function
 GOOD = {"progress": [int, True], "statistic": [int], "quantities": [int], "path": ["text"], "law": [{}]}
-NUMBERS = "size_ratio background_drag direction discard duration error rate rates strain".split()
+NUMBERS = "size_ratio background_drag direction discard duration error rate rates strain r k_max".split()
 GOOD |= {name: [2.5] for name in NUMBERS}
 REQUIRED = {
     **dict.fromkeys(("omega", "rate", "duration", "force", "alpha", "stress", "stiffness"), 1.0),
     **dict.fromkeys(("strain", "amplitude", "error"), 0.1),
     **dict.fromkeys(("value", "quantity"), "z"),
     **{"to": 0.95, "rho": 0.9, "rates": [1.0], "n": 4, "pressure": 1e-2, "count": 1, "offsets": [0, 3]},
+    **{"k_max": 9.0, "r": 2.0},
     "outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
     "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
     **{"pressures": [1e-3], "spectra": [[]], "tolerance": {"z": 0.1}, "columns": ("x",), "values": ["z"]},

@@ -53,6 +53,8 @@ def names_at_hand(things):
     made |= {"displacement_correlation": things["DisplacementCorrelation"], "synthetic_micrograph": None}
     made |= {"stop_flow": things["StoppedFlow"], "relax": packing, "mean_flow_curve": things["MeanFlowCurve"]}
     made |= {"density_of_states": things["DensityOfStates"], "mean_spectra": things["MeanSpectra"]}
+    made |= {"pair_correlation": things["PairCorrelation"], "structure_factor": things["StructureFactor"]}
+    made |= {"spectral_density": things["SpectralDensity"]}
     own = {name: bound(getattr(jamlab, name), found) for name, found in made.items()}
     spared = types.SimpleNamespace(**{name: getattr(jamlab, name) for name in PUBLIC} | own)
     names = {"jamlab": spared, "np": np, "packing": packing, "omega": np.ones(1), "rates": [0.1], "strain": 0.1}
@@ -191,7 +193,7 @@ def test_what_stands_in_place_of_an_object_are_classes(things):
     ("name", "use"),
     [("loss_modulus", "complex_modulus"), ("storage_modulus", "complex_modulus"), ("stress_relaxation", "relax_stress"),
      ("relaxation_modulus", "relax_stress"), ("yield_stress", "flow_curve"), ("poisson_ratio", "elastic_tensor"),
-     ("stress_tensor", "evaluate"), ("pair_correlation", "universe"), ("vdos", "lowest_modes"),
+     ("stress_tensor", "evaluate"), ("rdf", "pair_correlation"), ("vdos", "lowest_modes"),
      ("get_forces", "evaluate"), ("minimise_energy", "jamlab.relax"), ("energy_minimization", "jamlab.relax"),
      ("read_dump", "jamlab.read(path)"), ("load_mask", "jamlab.micrograph"), ("AnyError", "jamlab.JamlabError"),
      ("hydrostatic_compression", "use `jamlab.compress"), ("hessian_matrix", "jamlab.hessian"),

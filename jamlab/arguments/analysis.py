@@ -63,7 +63,10 @@ ANALYSIS = (
         choices_otherwise={"jamlab gstar": get_args(SpectrumMethod)},
         default="auto",
         habits="solver algorithm",
-        otherwise={"bulk_modulus": "linear-response", "shear_modulus": "linear-response", "packing_fraction": "exact"},
+        otherwise={
+            **dict.fromkeys(("bulk_modulus", "shear_modulus"), "linear-response"),
+            **dict.fromkeys(("packing_fraction", "spectral_density"), "exact"),
+        },
     ),
     Argument(
         "direction",
@@ -122,6 +125,30 @@ ANALYSIS = (
         above=True,
         default=None,
         unset="0.3 mean sizes",
+    ),
+    Argument(
+        "k_max",
+        "Longest wavevector.",
+        "number",
+        unit="1/length",
+        least=0,
+        above=True,
+        habits="kmax q_max qmax k_cut cutoff max_k k_maximum q k",
+    ),
+    Argument(
+        "r",
+        "Edges of bins of distance, or the largest distance.",
+        "array",
+        unit="length",
+        habits="r_max rmax bins edges cutoff distance r_cut",
+    ),
+    Argument(
+        "size_classes",
+        "Number of classes of sizes with equal numbers of particles, or the sizes between classes.",
+        "array",
+        default=None,
+        unset="a class for each size, or 3 where there are more than four sizes",
+        habits="classes types species n_classes sizes",
     ),
     Argument("spacing", "Distance between points of outlines, in mean diameters.", "number", default=0.05),
     Argument("rim", "Include the rims of droplets.", "flag", default=False),
@@ -199,6 +226,9 @@ ANALYSIS = (
         metavar="EDGE,EDGE,...",
         default=None,
         unset="each value on its own",
+        unset_otherwise=dict.fromkeys(
+            ("SpectralDensity.shells", "StructureFactor.shells"), "as wide as 2 pi over the root of the area of the box"
+        ),
         otherwise={"Modes.density": 40, "density_of_states": 40},
         text_otherwise={"Campaign.aggregate": "Edges of bins of the column of `along`, ascending."},
     ),

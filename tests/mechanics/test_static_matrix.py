@@ -24,6 +24,7 @@ ELSEWHERE = {
     ),
     **dict.fromkeys(("packing_fraction", "particle_areas", "relative_areas", "remove_rattlers", "slab"), "geometry"),
     **dict.fromkeys(("shape_factors", "tessellation", "voids", "with_walls"), "geometry: tests/geometry"),
+    **dict.fromkeys(("pair_correlation", "spectral_density", "structure_factor"), "structure: tests/structure"),
     "density_of_states": "all modes, binned: tests/mechanics/test_density_of_states.py",
     **dict.fromkeys(("maxwell_count", "rigid_clusters"), "counts: tests/mechanics/test_maxwell_count.py"),
     **dict.fromkeys(("creep", "flow_curve", "oscillate", "relax_stress", "shear", "stop_flow"), "in time: tests/flow"),

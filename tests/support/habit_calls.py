@@ -20,7 +20,7 @@ NAMES = {
     ("P1", "jamlab"): "track:track_droplets link:track_droplets locate:micrograph batch:track_droplets|micrograph "
     "segment:micrograph analyze_image:micrograph image:micrograph load_image:micrograph imread:micrograph "
     "segmentation:micrograph detect:micrograph Micrograph:results|micrograph msd:- voronoi:tessellation "
-    "watershed:micrograph find_contacts:contacts render:synthetic_micrograph|plot pair_correlation:universe "
+    "watershed:micrograph find_contacts:contacts render:synthetic_micrograph|plot pair_correlation:ok "
     "gr:universe bond_order:hexatic_order nearest_neighbors:contacts|tessellation velocity_field:- "
     "packing_fraction:ok voids:ok deformation:shape_factors anisotropy:shape_factors|elastic_tensor "
     "shape_factor:shape_factors circularity:shape_factors stress_from_image:micrograph|evaluate "
@@ -32,7 +32,7 @@ NAMES = {
     ("P3", "jamlab"): "storage_modulus:complex_modulus loss_modulus:complex_modulus dynamic_modulus:complex_modulus "
     "relaxation_modulus:relax_stress stress_relaxation:relax_stress yield_stress:flow_curve "
     "yield_strain:quasistatic_shear "
-    "poisson_ratio:elastic_tensor stress_tensor:evaluate pair_correlation:universe vdos:density_of_states "
+    "poisson_ratio:elastic_tensor stress_tensor:evaluate pair_correlation:ok vdos:density_of_states "
     "density_of_states:ok normal_modes:lowest_modes eigenmodes:lowest_modes sweep:compress|pack "
     "frequency_sweep:complex_modulus amplitude_sweep:oscillate startup:shear startup_shear:shear aqs:quasistatic_shear "
     "AQS:quasistatic_shear laos:oscillate LAOS:oscillate saos:complex_modulus herschel_bulkley:flow_curve "
@@ -102,7 +102,7 @@ NAMES = {
     "parallel:measure|open_campaign "
     "batch:open_campaign|measure test:doctor show_versions:doctor exceptions:JamlabError errors:JamlabError "
     "Error:JamlabError types:results random_packing:pack|jam generate:pack|jam create:pack|jam make_packing:pack|jam "
-    "neighbor_list:contacts|tessellation hexatic:hexatic_order structure_factor:universe rdf:universe",
+    "neighbor_list:contacts|tessellation hexatic:hexatic_order structure_factor:ok rdf:pair_correlation",
     ("P4", "p"): "to_dict:Packing|write|params to_json:write copy:with_state to_numpy:positions to_dataframe:measure "
     "save:write to_hdf5:write to_lammps:write N:n size:n num:n coords:positions pos:positions x:positions xy:positions "
     "radius:diameters types:diameters lattice:box cell:box L:box volume:area density:phi packing_fraction:phi "

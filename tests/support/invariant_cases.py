@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
 from tiled_packings import tiled
 
 import jamlab
@@ -24,8 +25,6 @@ MINIMUM = 1e-6  # minima stop at forces of 1e-12, of droplets 1e-10, over the so
 FLOW = 1e-2  # the tolerance of steps, over the largest stress
 STATES = Path(__file__).parents[1] / "states"
 
-NUMBER, LENGTH, AREA, ENERGY, FORCE, STRESS = (0, 0), (0, 1), (0, 2), (1, 0), (1, -1), (1, -2)  # of energy and length
-EACH, SET, ALL = "a row a particle", "in no order", "grows with the cell"
 COLUMNS = {"pressure": STRESS, "max_force": FORCE, "void_area": AREA, "contact_energy": ENERGY} | {
     **{"energy": (ENERGY, ALL), "rattlers": (NUMBER, ALL), "voids": (NUMBER, ALL)},
     **dict.fromkeys(("g", "g_x", "b"), STRESS),
@@ -135,10 +134,7 @@ def together(model):
 def scaled(packing, s, k):
     """The same packing with lengths times s and stresses times k."""
     powers = {"eps": ENERGY, "k": STRESS, "gamma": (1, -1), "ka": (1, -4), "delta": LENGTH, "eta": LENGTH, "a0": AREA}
-    powers |= {
-        "exponent": NUMBER,
-        "stickiness": NUMBER,
-    }  # a law with another parameter says here what it is measured in
+    powers |= dict.fromkeys(("exponent", "stickiness"), NUMBER)  # other laws say here what theirs are measured in
     numbers = {name: value for name, value in packing.params.items() if not isinstance(value, str)}
     params = {name: value * _unit(powers[name], s, k) for name, value in numbers.items()}
     changes = {} if packing.diameters is None else {"diameters": s * packing.diameters}
@@ -326,6 +322,7 @@ ORIGIN = dict.fromkeys(("translated", "180 deg"), "lanes and bins are cut from t
 FARTHER = {"supercell": "half the box is twice as far"}
 DRAWN = dict.fromkeys(("translated", "180 deg", "mirror", "supercell"), "pixels lie where the picture begins")
 RANDOM = dict.fromkeys(("permuted", "180 deg", "mirror", "supercell"), "outlines are turned at random, by their number")
+WAVES = {"supercell": "a cell of four has four times as many wavevectors, and a spectrum four times as high"}
 PER_CELL = {"supercell": "a cell of four has motions of its own"}
 IMAGES = {"supercell": "a particle that meets two images of another has one element for both"}
 ONE_WAY = {"mirror": "it goes one way, along x"}
@@ -399,6 +396,7 @@ CASES = {
         _one(lambda p: np.abs(jamlab.displacement_response(p, 1e-2)[1]).ravel(), ((-1, 3), SET))
     ),
     "packing_fraction": Case(_fractions),
+    "pair_correlation": Case(pairs),
     "particle_areas": Case(_one(jamlab.particle_areas, (AREA, EACH))),
     "quasistatic_shear": Case(
         _along(
@@ -423,6 +421,8 @@ CASES = {
     ),
     "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky")),
     "nonaffine_response": Case(_slow, models=DISKS),
+    "spectral_density": Case(waves(jamlab.spectral_density, AREA), but=WAVES),
+    "structure_factor": Case(waves(jamlab.structure_factor, NUMBER), but=WAVES),
     "stop_flow": Case(
         _along(
             lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background_drag=1e-2), stress=STRESS, pressure=STRESS

@@ -1,0 +1,1 @@
+"""How particles are arranged: pair correlations, structure factors and spectra of the area that they cover."""

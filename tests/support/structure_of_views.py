@@ -1,0 +1,25 @@
+"""What views of a packing do to numbers, and those of its structure in a form that views can be compared by."""
+
+import numpy as np
+
+import jamlab
+from jamlab.packing.natural_units import mean_size
+
+NUMBER, LENGTH, AREA, ENERGY, FORCE, STRESS = (0, 0), (0, 1), (0, 2), (1, 0), (1, -1), (1, -2)  # of energy and length
+EACH, SET, ALL = "a row a particle", "in no order", "grows with the cell"
+
+
+def waves(function, unit):
+    """A mirror gives the wavevectors in another order."""
+
+    def call(view):
+        found = function(view.packing, 9.0 / mean_size(view.packing))
+        return {"k": (found.k, ((0, -1), SET)), "values": (found.values, (unit, SET))}
+
+    return call
+
+
+def pairs(view):
+    size = mean_size(view.packing)
+    found = jamlab.pair_correlation(view.packing, size * np.linspace(0.0, 4.0, 30))
+    return {"g": (found.g, NUMBER), "partial": (found.partial, NUMBER), "sizes": (found.sizes, LENGTH)}
