@@ -1,20 +1,13 @@
 """All studies by name, in the groups that are drawn on one page."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
 
 from jamlab.checks import check_choice
-from studies.beyond import (
-    couette,
-    dilatancy,
-    droplet_modes,
-    droplet_voids,
-    limit_cycles,
-    polydispersity,
-    shear_jamming,
-    sticky,
-    strain_correlations,
-)
+from studies import beyond
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.other_codes import page as packing_generation
@@ -73,13 +66,18 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (
-    *_figures(droplet_modes.FIGURES | droplet_voids.FIGURES),
-    *(
-        each.STUDY
-        for each in (polydispersity, dilatancy, couette, sticky, strain_correlations, limit_cycles, shear_jamming)
-    ),
-)
+
+
+def _of_folder(folder: ModuleType) -> Iterator[Study]:
+    """Studies of all files of a folder: `STUDY`, `STUDIES` or `FIGURES` of each."""
+    for file in sorted(each.name for each in iter_modules(folder.__path__)):
+        module = import_module(f"{folder.__name__}.{file}")
+        yield from getattr(module, "STUDIES", ())
+        yield from [module.STUDY] if hasattr(module, "STUDY") else []
+        yield from _figures(getattr(module, "FIGURES", {}))
+
+
+BEYOND = tuple(_of_folder(beyond))
 _FILES = (packings, packing_fractions, moduli, droplet_vertices, flow, ensemble_means, other_codes)
 CHARTS: dict[str, Chart] = {each.name: each for file in _FILES for each in file.CHARTS}
 MAPS: dict[str, Map] = {

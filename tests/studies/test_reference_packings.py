@@ -68,7 +68,7 @@ def test_a_damaged_or_absent_file_is_named(tmp_path):
 
 
 def test_an_unknown_set_is_refused(tmp_path):
-    with pytest.raises(jamlab.InputError, match=r"set = 'disks-65-onset'.*disks-64-onset"):
+    with pytest.raises(jamlab.InputError, match=r"unknown set 'disks-65-onset'.*disks-64-onset"):
         make_sets(tmp_path, ["disks-65-onset"])
 
 
