@@ -8,9 +8,9 @@ Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, 
              with_walls, slab: rough walls, the layer between them; pair_correlation, structure_factor,
              spectral_density: hyperuniformity
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, density_of_states,
-             count_zero_modes, maxwell_count: constraint counting; rigid_clusters
+             density_by_size, quasilocalized_modes, count_zero_modes, maxwell_count: constraint counting; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: over packings, kind by kind;
-             scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices,
+             scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices, damped_vibrations,
              displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
              mean_flow_curve: over packings; read_flow; quasistatic_shear: without time

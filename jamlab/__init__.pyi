@@ -46,9 +46,11 @@ from .geometry.voids.voids import voids as voids
 from .geometry.walls import slab as slab
 from .geometry.walls import with_walls as with_walls
 from .measure import measure as measure
+from .mechanics.density_by_size import density_by_size as density_by_size
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
 from .mechanics.maxwell_count import maxwell_count as maxwell_count
 from .mechanics.nonaffine_response import nonaffine_response as nonaffine_response
+from .mechanics.quasilocalized_modes import quasilocalized_modes as quasilocalized_modes
 from .mechanics.rigid_clusters import RigidClusters as RigidClusters
 from .mechanics.rigid_clusters import rigid_clusters as rigid_clusters
 from .mechanics.stiffness import hessian as hessian
@@ -77,6 +79,7 @@ from .protocols.relax import relax as relax
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import complex_modulus as complex_modulus
 from .rheology.critical_scaling import scaling_collapse as scaling_collapse
+from .rheology.damped_vibrations import damped_vibrations as damped_vibrations
 from .rheology.damping import ContactDamping as ContactDamping
 from .rheology.damping import StokesDrag as StokesDrag
 from .rheology.displacement_correlation import displacement_correlation as displacement_correlation

@@ -191,16 +191,22 @@ CONCEPTS = (
     Concept("born born_modulus affine_modulus", "affine", "`jamlab.shear_modulus({p}, 'affine')`"),
     Concept("modes dos vdos density_of_states normal_modes eigenmodes eigenvalues phonons spectrum_of_modes "
             "vibrational_modes density D D_omega boson_peak omega_star w_star diagonalize eigh eig eigsh soft_modes "
-            "soft_spots quasilocalized quasilocalised low_frequency_modes",
+            "low_frequency_modes",
             "frequencies eigenvalues", "`jamlab.density_of_states({p})`, or `jamlab.lowest_modes({p}, None)`",
             {"Modes": "`density()`, or `frequencies`", "Campaign": "`jamlab.density_of_states(campaign)`"}),
+    Concept("soft_spots quasilocalized quasilocalised quasilocalised_modes qlm qlms phm pseudo_harmonic_modes "
+            "nonphononic_modes cubic_modes glassy_modes", "", "`jamlab.quasilocalized_modes({p})`",
+            {"Modes": "`jamlab.quasilocalized_modes(packing)`"}),
+    Concept("damped_modes damped_eigenmodes complex_eigenvalues attenuation quality_factor damping_ratio underdamped "
+            "quadratic_eigenvalue_problem", "attenuation damping_ratio", "`jamlab.damped_vibrations({p}, masses=1.0)`"),
+    Concept("finite_size_scaling n_scaling dos_by_size density_collapse", "", "`jamlab.density_by_size(packings)`"),
     Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
     Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
             "mode_shapes",
             "vectors displacements",
             "`jamlab.lowest_modes({p}).vectors`, or `jamlab.track_droplets(source)` of pictures"),
     Concept("participation mode_participation localization localisation participation_ratio participation_ratios "
-            "ipr pr", "participation_ratio", "`jamlab.lowest_modes({p}).participation_ratio`"),
+            "ipr pr", "participation", "`jamlab.lowest_modes({p}).participation`"),
     Concept("hessian dynamic_matrix dynamical_matrix dynmat stiffness_of_sites force_constants", "",
             "`jamlab.hessian({p})`, or `jamlab.dynamical_matrices({p})`"),
     Concept("self_stress self_stresses states_of_self_stress floppy_modes isostatic isostaticity constraint_counting "
@@ -317,7 +323,8 @@ CONCEPTS = (
             dict.fromkeys(("pack", "jam"), "`jamlab.with_walls` afterwards: the box is periodic")),
     Concept("n_vertices num_vertices vertices_per_particle", "offsets"),
     Concept("types type species", "", "", {"Packing": "`diameters`: a particle has a size, no type"}),
-    Concept("masses mass inertia", "", "`jamlab.shear({p}, rate)`: motion is overdamped, without masses"),
+    Concept("masses mass inertia", "", "`masses=` of `jamlab.complex_modulus` and `jamlab.lowest_modes`, or "
+            "`jamlab.damped_vibrations({p})`; flow is overdamped, without masses"),
     Concept("images image_flags", "image", "`jamlab.contacts({p}).shift`, of every contact"),
     Concept("copy replace modify update with_positions add translate scale rotate shift", "with_state", "",
             {"Packing": "`with_state`: packings never "

@@ -19,10 +19,12 @@ from jamlab.geometry.particle_shape import ContactLengths as ContactLengths
 from jamlab.geometry.tessellation import Tessellation as Tessellation
 from jamlab.geometry.voids.voids import Voids as Voids
 from jamlab.geometry.voids.voids import VoidStatistics as VoidStatistics
+from jamlab.mechanics.density_by_size import DensityBySize as DensityBySize
 from jamlab.mechanics.density_of_states import DensityOfStates as DensityOfStates
 from jamlab.mechanics.elasticity import ElasticTensor as ElasticTensor
 from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
 from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse
+from jamlab.mechanics.quasilocalized_modes import QuasilocalizedModes as QuasilocalizedModes
 from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.motion.local_strain import LocalStrain as LocalStrain
@@ -32,6 +34,7 @@ from jamlab.motion.overlap import Overlap as Overlap
 from jamlab.motion.t1_events import T1Events as T1Events
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
+from jamlab.rheology.damped_vibrations import DampedVibrations as DampedVibrations
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation
 from jamlab.rheology.mean_spectrum import MeanSpectra as MeanSpectra
 from jamlab.rheology.mean_spectrum import MeanSpectrum as MeanSpectrum

@@ -14,6 +14,7 @@ from jamlab.packing.packing import Packing
 from jamlab.statistics.rows_of_one_kind import Campaign, Select, check_packings_once, choice_among, packings_of
 
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
+_FEW_SIZES = 4  # that are compared one by one between packings of several n
 NAMED = 4  # kinds that a message names
 
 
@@ -92,6 +93,31 @@ def group_by_kind(packings: Sequence[Packing]) -> dict[str, list[int]]:
         force = f"p = {pressures[k]:.4g} {packings[k].unit_names.stress}"
         names.append(", ".join([own["model"][1], force, *(own[name][1] for name in differing if name in own)]))
     return {name: group for name, group in zip(_distinct(names), groups, strict=True)}
+
+
+def group_by_number(packings: Sequence[Packing]) -> dict[int, list[int]]:
+    """Numbers of the packings of each number n of particles; refuses packings that differ in more than n and their
+    random start. Sizes are the same if they are few and the same, or many."""
+    facts = []
+    for packing in packings:
+        own = {name: value[0] for name, value in _facts(packing).items() if name not in ("n", "fixed")}
+        sizes = [size for size, _ in own["sizes"]]
+        facts.append(own | {"sizes": sizes if len(sizes) <= _FEW_SIZES else "many", "walls": packing.walls})
+    pressures = [pressure(packing) for packing in packings]
+    groups: dict[int, list[int]] = {}
+    for k, packing in enumerate(packings):
+        groups.setdefault(packing.n, []).append(k)
+        differing = [name for name in facts[0] | facts[k] if facts[0].get(name) != facts[k].get(name)]
+        if not abs(pressures[k] - pressures[0]) <= _SAME_PRESSURE * abs(pressures[0]):
+            differing.append("pressure")
+        if differing:
+            name = differing[0]
+            values = pressures if name == "pressure" else [each.get(name) for each in facts]
+            raise InputError(
+                f"packings[0] and packings[{k}] differ in {name}, {values[0]} and {values[k]}: give packings that "
+                "differ in n and their random start alone"
+            )
+    return groups
 
 
 def _distinct(names: list[str]) -> list[str]:

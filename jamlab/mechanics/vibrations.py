@@ -13,10 +13,11 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.geometry.contact_network import remove_rattlers
+from jamlab.geometry.contact_network import contacts, remove_rattlers
 from jamlab.mechanics.density_of_states import HISTOGRAM, DensityOfStates, density_of
 from jamlab.mechanics.factors import SOFT, SymmetricFactors
 from jamlab.mechanics.like_packings import packings_of_one_kind
+from jamlab.mechanics.masses import Masses, particle_masses, site_masses
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -44,17 +45,27 @@ class Iteration:
 ITERATION = Iteration()
 
 
+def participation_ratio(energies: Array, particle: Indices) -> Array:
+    """(m,) (sum_i e_i)^2/(N sum_i e_i^2) over the N particles, e_i the sum over the sites of a particle of energies
+    (m, n_sites); nan where all are 0. `particle`: (n_sites,) of each site."""
+    first = np.flatnonzero(np.diff(particle, prepend=-1))  # sites of a particle are neighbours
+    each = np.add.reduceat(energies, first, axis=1)
+    total = len(first) * (each**2).sum(axis=1)
+    return np.divide(each.sum(axis=1) ** 2, total, out=np.full(len(total), np.nan), where=total > 0)
+
+
 @dataclass(frozen=True)
 class Modes(Result):
-    """Eigenmodes of a Hessian, masses 1: the lowest, or all.
+    """Eigenmodes H u = omega^2 M u of a Hessian, the lowest, or all; M = 1 without masses.
 
     Attributes:
-        eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
-        vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
+        eigenvalues: (m,) ascending, omega^2: energy per length squared, over a mass. Negative ones are instabilities.
+        vectors: (m, n_sites, 2) displacements u of disks or vertices, of which the sum of M u^2 is 1.
         particle: (n_sites,) particle of each of them.
         degrees_of_freedom: number of all modes: coordinates that may move.
         rounding: up to which an eigenvalue, of either sign, counts as zero: 1e-9 of the largest stiffness.
-        unit: unit of the eigenvalues, for labels.
+        unit: unit of the Hessian, for labels.
+        masses: (n_sites,) masses of disks or vertices; None: all 1.
 
     Example:
         >>> modes = jamlab.lowest_modes(jamlab.pack(n=32, pressure=1e-2, seed=1), 6)
@@ -62,8 +73,8 @@ class Modes(Result):
         True
     """
 
-    _rows = ("eigenvalues", "frequencies", "participation_ratio")
-    _apart = ("vectors", "particle")
+    _rows = ("eigenvalues", "frequencies", "participation")
+    _apart = ("vectors", "particle", "masses")
 
     eigenvalues: Array
     vectors: Array
@@ -71,6 +82,7 @@ class Modes(Result):
     degrees_of_freedom: int
     rounding: float
     unit: str = field(default="", repr=False)
+    masses: Array | None = field(default=None, repr=False)
 
     @property
     def frequencies(self) -> Array:
@@ -79,16 +91,16 @@ class Modes(Result):
         return np.asarray(np.sign(self.eigenvalues) * np.sqrt(np.abs(self.eigenvalues)))
 
     @property
-    def participation_ratio(self) -> Array:
-        """(m,) (sum_i u_i^2)^2/(N sum_i u_i^4) over the N particles, u_i^2 the sum over all vertices of a droplet.
+    def participation(self) -> Array:
+        """(m,) participation ratio (sum_i e_i^2)^2/(N sum_i e_i^4) over the N particles, e_i^2 the sum of m u^2 over
+        all vertices of a droplet.
 
         The share of particles that take part in a mode: 1 for a translation of all, 2/3 for a transverse wave, 1/N for
         one particle (Bell & Dean, Discuss. Faraday Soc. 50, 55 (1970); Mizuno, Shiba & Ikeda, PNAS 114, E9767 (2017)).
         Modes of equal eigenvalue, such as zero modes, mix at will: their ratios mean nothing one by one.
         """
-        first = np.flatnonzero(np.diff(self.particle, prepend=-1))  # sites of a particle are neighbours
-        squares = np.add.reduceat((self.vectors**2).sum(axis=2), first, axis=1)
-        return np.asarray(squares.sum(axis=1) ** 2 / (len(first) * (squares**2).sum(axis=1)))
+        energies = (self.vectors**2).sum(axis=2)
+        return participation_ratio(energies if self.masses is None else energies * self.masses, self.particle)
 
     @property
     def zero(self) -> Mask:
@@ -134,12 +146,16 @@ class Modes(Result):
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         axes.plot(np.arange(1, len(self.eigenvalues) + 1), self.eigenvalues, **merged_line(plain, style))
         axes.locator_params(axis="x", integer=True)
-        label_axes(axes, "number of the mode", in_unit("eigenvalue of the Hessian", self.unit))
+        inertial = self.masses is not None
+        name, unit = (r"$\omega^2$", f"{self.unit}/m") if inertial else ("eigenvalue of the Hessian", self.unit)
+        label_axes(axes, "number of the mode", in_unit(name, self.unit and unit))
         axes.legend(fontsize=LEGEND)
 
 
 @checked
-def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = True) -> Modes:
+def lowest_modes(
+    packing: Packing, count: int | None = 10, *, prestress: bool = True, masses: Masses | None = None
+) -> Modes:
     """Find the modes with the smallest eigenvalues at fixed box, translations and rattlers included. Fixed particles do
     not move.
 
@@ -148,9 +164,11 @@ def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = 
         count: how many; None: all. More than a quarter of all modes are found by a dense matrix, of at most 8192
             coordinates.
         prestress: False replaces contacts by unstressed springs.
+        masses: mass of each particle, (n,), or one number for all, or {"density": mass per area}; vertices share that
+            of their droplet. Default: 1 for each disk or vertex.
 
     Raises:
-        InputError: count out of range, or too many coordinates for a dense matrix.
+        InputError: count out of range, too many coordinates for a dense matrix, or a mass that is not positive.
         ConvergenceError: the eigenvalue iteration did not end, or missed one of several equal eigenvalues.
 
     Example:
@@ -166,7 +184,12 @@ def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = 
     count = size if count is None else count
     if isinstance(count, bool) or not 0 < count <= size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size}, or None for all")
-    matrix = _free_hessian(packing, prestress)
+    weight = None if masses is None else site_masses(packing, particle_masses(packing, masses))
+    matrix, root = _free_hessian(packing, prestress), np.ones(size)
+    if weight is not None:
+        root = np.sqrt(np.repeat(weight, 2)[moving])
+        over = sparse.diags_array(1 / root, format="csc")
+        matrix = (over @ matrix @ over).tocsc()
     if size <= SOFT.dense or count > ITERATION.part * size:
         if size > ITERATION.most:
             raise InputError(
@@ -176,16 +199,17 @@ def lowest_modes(packing: Packing, count: int | None = 10, *, prestress: bool = 
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
-        values, vectors = _find_lowest(matrix, count, packing.frame.all_free)
+        values, vectors = _find_lowest(matrix, count, packing.frame.all_free, root)
     everywhere = np.zeros((count, 2 * len(packing.positions)))
-    everywhere[:, moving] = vectors.T
+    everywhere[:, moving] = vectors.T if weight is None else vectors.T / root
     return Modes(
         eigenvalues=values,
         vectors=everywhere.reshape(count, -1, 2),
         particle=packing.particle,
         degrees_of_freedom=size,
-        rounding=_rounding(packing, matrix, prestress),
+        rounding=_rounding(packing, matrix, prestress, weight),
         unit=packing.unit_names.stress,
+        masses=weight,
     )
 
 
@@ -197,6 +221,7 @@ def density_of_states(
     select: Select | None = None,
     rattlers: bool = True,
     prestress: bool = True,
+    masses: Masses | None = None,
 ) -> DensityOfStates:
     """Return D(omega), the number of modes per frequency over the degrees of freedom, as a mean over packings.
 
@@ -213,6 +238,7 @@ def density_of_states(
         rattlers: False leaves out particles without load-bearing contacts, and their degrees of freedom. Rattlers of
             disks have zero modes only, but droplets also change their shape.
         prestress: False replaces contacts by unstressed springs; of disks only.
+        masses: as in `lowest_modes`; (n,) masses belong to the particles of every packing.
 
     Raises:
         InputError: packings of several kinds, or one that is given twice, edges that are not ascending, or too many
@@ -225,8 +251,16 @@ def density_of_states(
         ((20,), 3, True)
     """
     each = packings_of_one_kind(packings, select)
-    kept = each if rattlers else [remove_rattlers(packing) for packing in each]
-    return density_of([lowest_modes(packing, None, prestress=prestress) for packing in kept], bins)
+    return density_of([modes_of(packing, None, rattlers, prestress, masses) for packing in each], bins)
+
+
+def modes_of(packing: Packing, count: int | None, rattlers: bool, prestress: bool, masses: Masses | None) -> Modes:
+    """`lowest_modes` of a packing with or without its rattlers; masses are those of the packing with them."""
+    kept = packing if rattlers else remove_rattlers(packing)
+    if masses is not None:
+        masses = particle_masses(packing, masses)
+        masses = masses if rattlers else masses[~contacts(packing).rattlers]
+    return lowest_modes(kept, count, prestress=prestress, masses=masses)
 
 
 def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
@@ -259,17 +293,27 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     return SymmetricFactors(matrix, -shift).negative - SymmetricFactors(matrix, shift).negative
 
 
-def _rounding(packing: Packing, matrix: sparse.csc_array, prestress: bool) -> float:
-    """Up to which an eigenvalue of the Hessian counts as zero."""
+def _rounding(packing: Packing, matrix: sparse.csc_array, prestress: bool, weight: Array | None = None) -> float:
+    """Up to which an eigenvalue of the Hessian over masses (n_sites,) counts as zero."""
     terms = energy_terms(packing, prestress=prestress)  # what cancels in their sum, as images of one disk, is rounding
-    largest = max((float(np.abs(term.hessian).max()) for term in terms if len(term.hessian)), default=0.0)
+    lightest = [1.0 if weight is None else _lightest(packing, weight)[term.sites].min(axis=1) for term in terms]
+    sizes = [np.abs(term.hessian).max(axis=(1, 2, 3, 4), initial=0.0) for term in terms]
+    largest = max((float((size / m).max(initial=0.0)) for size, m in zip(sizes, lightest, strict=True)), default=0.0)
     return ITERATION.zero * max(largest, float(sparse.linalg.norm(matrix, np.inf)))
 
 
-def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> tuple[Array, Array]:
+def _lightest(packing: Packing, weight: Array) -> Array:
+    """(n_sites,) masses, infinite of fixed particles, which do not move."""
+    return np.where(packing.frame.free_sites, weight, np.inf)
+
+
+def _find_lowest(
+    matrix: sparse.csc_array, count: int, drifts: bool = True, root: Array | None = None
+) -> tuple[Array, Array]:
     """Take the zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below.
-    Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times."""
-    null = _span_known_zero_modes(matrix)
+    Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times. `root`:
+    (size,) roots of the masses by which the matrix is divided."""
+    null = _span_known_zero_modes(matrix, np.ones(matrix.shape[0]) if root is None else root)
     if not drifts:
         null = null[:, :-2]
     scale = float(sparse.linalg.norm(matrix, np.inf))
@@ -297,14 +341,14 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
     return values[order], np.hstack([null.toarray(), vectors])[:, order]
 
 
-def _span_known_zero_modes(matrix: sparse.csc_array) -> sparse.csc_array:
+def _span_known_zero_modes(matrix: sparse.csc_array, root: Array) -> sparse.csc_array:
     """Span the modes that certainly cost nothing, orthonormal: free coordinates, and two translations of the others."""
     free = np.diff(matrix.indptr) == 0
     free |= np.bincount(matrix.indices, np.abs(matrix.data), matrix.shape[0]) == 0
     alone = np.flatnonzero(free)
     held = np.flatnonzero(~free)
     columns = np.concatenate([np.arange(len(alone)), len(alone) + held % 2])
-    held_per_axis = np.bincount(held % 2, minlength=2)
-    values = np.concatenate([np.ones(len(alone)), 1 / np.sqrt(held_per_axis[held % 2])])
+    mass_per_axis = np.bincount(held % 2, root[held] ** 2, minlength=2)
+    values = np.concatenate([np.ones(len(alone)), root[held] / np.sqrt(mass_per_axis[held % 2])])
     shape = (matrix.shape[0], len(alone) + 2)
     return sparse.csc_array((values, (np.concatenate([alone, held]), columns)), shape=shape)

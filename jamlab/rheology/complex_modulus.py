@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from jamlab.arguments.choices import Direction, SpectrumMethod
 from jamlab.arrays import Array, ArrayLike, Complex
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError, warn
-from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.force_network import ForceNetwork, force_network
+from jamlab.mechanics.masses import Masses, particle_masses
 from jamlab.mechanics.negative_moduli import warn_of_negative
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -19,7 +20,7 @@ from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
-from jamlab.rheology.free_droplets import free_droplets
+from jamlab.rheology.free_droplets import free_droplets, free_droplets_with_inertia
 from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import (
     DENSE,
@@ -30,6 +31,7 @@ from jamlab.rheology.relaxation_spectrum import (
 )
 from jamlab.rheology.rounding_error import (
     OF_ROUNDING,
+    dissipated_loss,
     relative_parts,
     rounding_error,
     solve_frequency,
@@ -78,7 +80,7 @@ class ComplexModulus(Result):
         g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p, direction=...)` of the same direction;
             negative if the packing is unstable to shear at its box shape.
         eta0: lim G''/omega at low frequency. Floppy modes of a network follow the motion of least dissipation.
-        eta_inf: lim G''/omega at high frequency.
+        eta_inf: lim G''/omega at high frequency; with masses that of the affine motion.
         method: solver used.
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
         unit: unit of stress, for labels.
@@ -147,11 +149,13 @@ def complex_modulus(
     direction: Direction = "simple",
     prestress: bool = True,
     method: SpectrumMethod = "auto",
+    masses: Masses | None = None,
 ) -> ComplexModulus:
     """Compute the complex shear modulus G*(omega) in linear response, without rattlers.
 
     Solves (K + i omega B) Q = A sigma e_gamma, Baumgarten & Tighe eq 11. Under `StokesDrag` rattling droplets are
-    included, because the fluid deforms them.
+    included, because the fluid deforms them. With masses, (K + i omega B - omega^2 M) Q: see `dynamical_matrices`. G*
+    is then that of a homogeneous shear, waves of the cell left out, and G' may be negative above a resonance.
 
     Args:
         packing: SP or DP at an energy minimum.
@@ -162,7 +166,10 @@ def complex_modulus(
         prestress: False replaces contacts by unstressed springs; SP only.
         method: "reduced": rational Krylov model, five to nine real factorisations for all frequencies. "direct": one
             complex factorisation per frequency, as in the paper. "dense": full relaxation spectrum, up to 1024 sites.
-            "auto": "dense" for small packings and for networks with floppy modes, else "reduced".
+            "auto": "dense" for small packings and for networks with floppy modes, else "reduced"; with masses "direct".
+        masses: mass of each particle, (n,), or one number for all, or {"density": mass per area}, in the unit of
+            stiffness of the packing times tau_1^2; vertices share that of their droplet, and disks have the moment of
+            inertia m R^2/2. Default: motion is overdamped.
 
     Warns:
         JamlabWarning: g0, the static modulus in this direction, is negative: the packing is unstable to shear at its
@@ -170,7 +177,7 @@ def complex_modulus(
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
-            without pre-stress.
+            without pre-stress; masses that are not positive, with another method than "direct", or between walls.
         ConvergenceError: the packing is unjammed, not at a minimum or unstable; or "direct" loses all digits of G*.
 
     Example:
@@ -180,7 +187,8 @@ def complex_modulus(
         >>> bool(np.isclose(s.storage[0], g)), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
         (True, True)
     """
-    found = linear_modulus(packing, omega, damping, direction=direction, prestress=prestress, method=method)
+    how: Any = {"direction": direction, "prestress": prestress, "method": method, "masses": masses}
+    found = linear_modulus(packing, omega, damping, **how)
     warn_of_negative(packing, {"g0": found.g0})
     return found
 
@@ -193,10 +201,12 @@ def linear_modulus(
     direction: Direction = "simple",
     prestress: bool = True,
     method: SpectrumMethod = "auto",
+    masses: Masses | None = None,
 ) -> ComplexModulus:
     """`complex_modulus` without its warning, for those who look at g0 themselves."""
     frequencies = check_frequencies(omega)
     law = damping or ContactDamping()
+    inertia = None if masses is None else _checked_masses(packing, masses, method)
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, law, prestress=prestress, direction=direction)
@@ -204,11 +214,19 @@ def linear_modulus(
     limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= (DENSE.size if limits.floppy.size else SOLVING.small) else "reduced"
+    method = method if inertia is None else "direct"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     if limits.nothing_resists and method == "direct":
         raise ConvergenceError(f"{_NOTHING}; use StokesDrag, or a denser packing")
-    modulus, error, elements = solve(motion, limits, frequencies)
-    modulus, error = modulus + free.modulus(frequencies), error + SOLVING.sums * (1 + 1j)
+    if inertia is None:
+        modulus, error, elements = solve(motion, limits, frequencies)
+        modulus = modulus + free.modulus(frequencies)
+    else:  # inertia, of omega^2, is less than drag at low frequency and more at high: g0 and eta0 stay
+        heavy = _motion_with_masses(network, law, inertia, prestress=prestress, direction=direction)
+        limits = replace(limits, **_affine_limit(heavy))
+        modulus, error, elements = _solve_direct(heavy, limits, frequencies)
+        modulus = modulus + free_droplets_with_inertia(network, law, direction, inertia, frequencies)
+    error = error + SOLVING.sums * (1 + 1j)
     if limits.nothing_resists:
         warn(_NOTHING)
     else:
@@ -228,6 +246,30 @@ def linear_modulus(
         eta_inf_bound=limits.eta_inf_bound,
         direction=direction,
     )
+
+
+def _checked_masses(packing: Packing, masses: Masses, method: SpectrumMethod) -> Array:
+    """(n,) masses, refused where G* with inertia is not defined or not solved for."""
+    if method not in ("auto", "direct"):
+        raise InputError(f"method = {method!r} with masses: Maxwell elements have no inertia; use method='direct'")
+    if packing.frame.has_walls:
+        raise InputError(
+            "masses between walls: oscillating walls send waves into the slab, so that G* depends on its height; leave "
+            "out masses, or remove the walls with packing.with_state(walls=False, fixed=None)"
+        )
+    return particle_masses(packing, masses)
+
+
+def _motion_with_masses(network: ForceNetwork, law: DragLaw, masses: Array, **how: Any) -> EquationOfMotion:
+    """The equation of motion with masses (n,) of all particles, rattlers among them."""
+    bearing = np.unique(network.whole.particle[network.held])
+    return equation_of_motion(network, law, masses=masses[bearing], **how)
+
+
+def _affine_limit(motion: EquationOfMotion) -> dict[str, float]:
+    """`Limits.eta_inf` and its bound where inertia keeps all motion affine at high frequency."""
+    eta_inf = motion.b_gg / motion.area
+    return {"eta_inf": eta_inf, "eta_inf_bound": OF_ROUNDING.entries * eta_inf}
 
 
 def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:
@@ -275,6 +317,8 @@ def _solve_each(motion: EquationOfMotion, limits: Limits, omega: Array) -> tuple
     modulus, error = np.empty((2, len(omega)), dtype=np.complex128)
     for index, w in enumerate(omega):
         q, modulus[index], left = solve_frequency(motion, limits.floppy, w)
+        if motion.mass is not None:  # a resonance may leave little of a sum of large parts
+            modulus[index] = modulus[index].real + 1j * dissipated_loss(motion, q[:, None], omega[[index]])[0]
         rounding = rounding_error(motion, q[:, None], omega[[index]])[0]
         error[index] = rounding + abs(left.real) + 1j * abs(left.imag)
     return modulus, error

@@ -3,11 +3,15 @@
 (K + i omega B) Q = dS A e_gamma with the Hessian K of the energy and the Hessian B of the Rayleigh function (their
 eq 10 prints a dot on the first Q). At unit strain Q = (q, 1), and q follows from (K_qq + s B_qq) q = -(k + s b),
 s = i omega, with the columns k, b of gamma.
+
+With masses, K + i omega B - omega^2 M. The coordinates q are displacements relative to the affine flow, and their
+momenta are peculiar, so gamma has no mass: A. Lemaitre and C. Maloney, J. Stat. Phys. 123, 415 (2006).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from scipy import sparse
@@ -18,31 +22,63 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.laws.pair_law import PairLaw
 from jamlab.mechanics.force_network import ForceNetwork
+from jamlab.mechanics.masses import Masses, mass_matrix_diagonal, particle_masses
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.shear_direction import shear_direction
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw, nothing_along_walls
 
+Matrices = tuple[sparse.csc_array, sparse.csc_array]
+InertialMatrices = tuple[sparse.csc_array, sparse.csc_array, sparse.csc_array]
 
+
+@overload
+def dynamical_matrices(
+    packing: Packing,
+    damping: DragLaw | None = None,
+    *,
+    prestress: bool = True,
+    direction: Direction = "simple",
+    masses: None = None,
+) -> Matrices: ...
+@overload
+def dynamical_matrices(
+    packing: Packing,
+    damping: DragLaw | None = None,
+    *,
+    prestress: bool = True,
+    direction: Direction = "simple",
+    masses: Masses,
+) -> InertialMatrices: ...
 @checked
 def dynamical_matrices(
-    packing: Packing, damping: DragLaw | None = None, *, prestress: bool = True, direction: Direction = "simple"
-) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
+    packing: Packing,
+    damping: DragLaw | None = None,
+    *,
+    prestress: bool = True,
+    direction: Direction = "simple",
+    masses: Masses | None = None,
+) -> Matrices | InertialMatrices:
+    """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric; with masses M too.
 
     Coordinates. SP, (3n + 1, 3n + 1): 2i, 2i + 1 = non-affine u_x, u_y of particle i; 2n + i = its rotation theta,
     counter-clockwise; last = shear strain gamma, by default x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices
-    + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms.
+    + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms. M is diagonal: masses,
+    moments of inertia m R^2/2 of uniform disks, and 0 of gamma, since momenta are relative to the affine flow.
 
     Args:
         packing: SP or DP. Rattlers are included. Fixed particles have zero rows in K and their drag in B.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
         prestress: False sets the contact forces in K to zero (eq 4). SP only.
         direction: shear direction, see `complex_modulus`.
+        masses: as in `complex_modulus`; None: no M.
+
+    Returns:
+        K and B, or K, B and M.
 
     Raises:
-        InputError: droplets with prestress=False, because line tension is a pre-stress.
+        InputError: droplets with prestress=False, because line tension is a pre-stress; a mass that is not positive.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -50,7 +86,11 @@ def dynamical_matrices(
         >>> k.shape == b.shape == (3 * p.n + 1, 3 * p.n + 1)
         True
     """
-    return _assemble(packing, damping or ContactDamping(), prestress, packing, direction)
+    k, b = _assemble(packing, damping or ContactDamping(), prestress, packing, direction)
+    if masses is None:
+        return k, b
+    diagonal = mass_matrix_diagonal(packing, particle_masses(packing, masses))
+    return k, b, sparse.diags_array(diagonal, format="csc")
 
 
 def _assemble(
@@ -110,7 +150,8 @@ TRACES = Traces()
 class EquationOfMotion:
     """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
     displacements, the others rotations, which no energy depends on; of particles that turn without
-    drag, `DragLaw.gears`, one is held. Fixed particles are not among them; walls move with gamma."""
+    drag, `DragLaw.gears`, one is held, unless they have masses. Fixed particles are not among them; walls move with
+    gamma."""
 
     # k_qq, b_qq: (m, m) sparse
     k_qq: sparse.csc_array
@@ -122,8 +163,8 @@ class EquationOfMotion:
     k_gg: float
     b_gg: float
     moving: int  # number of displacements among the coordinates
-    # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
-    # which would be a force; otherwise site 0 is held, unless some are fixed.
+    # True if drag or inertia acts on rigid translation. Then translations are zero modes of K alone and no particle may
+    # be held, which would be a force; otherwise site 0 is held, unless some are fixed.
     drifting: bool
     displaced: Indices  # (moving,) coordinates 2 i, 2 i + 1 of the packing that the first ones are
     area: float  # A of the cell
@@ -131,6 +172,7 @@ class EquationOfMotion:
     contrast: float = 1.0
     floppy: float = PairLaw.floppy
     loose: bool = False  # whether chains of disks may roll past each other without elastic force or drag
+    mass: Array | None = None  # (m,) masses and moments of inertia; None: motion is overdamped
 
     @property
     def k_solved(self) -> sparse.csc_array:
@@ -180,9 +222,15 @@ class EquationOfMotion:
 
 
 def equation_of_motion(
-    network: ForceNetwork, damping: DragLaw, *, prestress: bool = True, direction: Direction = "simple"
+    network: ForceNetwork,
+    damping: DragLaw,
+    *,
+    prestress: bool = True,
+    direction: Direction = "simple",
+    masses: Array | None = None,
 ) -> EquationOfMotion:
-    """Set up the equation of motion of a packing at an energy minimum, without rattlers; see `dynamical_matrices`."""
+    """Set up the equation of motion of a packing at an energy minimum, without rattlers; see `dynamical_matrices`.
+    `masses`: (n,) of the packing without them; None: motion is overdamped."""
     packing = network.packing
     if len(packing.positions) == 1:
         raise InputError(
@@ -191,7 +239,7 @@ def equation_of_motion(
         )
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
-    drifting = packing.frame.all_free and _drags_along(b, np.arange(2 * sites))
+    drifting = packing.frame.all_free and (masses is not None or _drags_along(b, np.arange(2 * sites)))
     if packing.frame.slips and not _drags_along(b, 2 * np.flatnonzero(packing.frame.free_sites)):
         raise InputError(nothing_along_walls(packing, damping))
     displaced = np.arange(2 * sites) if drifting else solved_coordinates(packing)
@@ -199,7 +247,8 @@ def equation_of_motion(
     turning = turning[b.diagonal()[2 * sites + turning] > 0]  # else rotations enter nowhere
     solved = displaced
     if len(turning):
-        solved = np.concatenate([displaced, 2 * sites + np.setdiff1d(turning, damping.gears(packing, b))])
+        held = damping.gears(packing, b) if masses is None else []
+        solved = np.concatenate([displaced, 2 * sites + np.setdiff1d(turning, held)])
     carried = np.zeros(k.shape[0])  # by the strain: nothing but itself, and walls
     carried[: 2 * sites] = (packing.frame.wall_offsets @ shear_direction(packing, direction).generator.T).ravel()
     carried[-1] = 1.0
@@ -207,7 +256,8 @@ def equation_of_motion(
     law, contrast = packing.law, damping.contrast
     matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
     moving = len(displaced), drifting, displaced
-    return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy, law.range > 0)
+    mass = None if masses is None else mass_matrix_diagonal(packing, masses)[solved]
+    return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy, law.range > 0, mass)
 
 
 def _drags_along(matrix: sparse.csc_array, together: Indices) -> bool:

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from jamlab.arrays import Array, Complex
 from jamlab.mechanics.factors import ComplexFactors
 from jamlab.mechanics.floppy_modes import least_along
-from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
+from jamlab.rheology.equation_of_motion import TRACES, BorderedMatrix, EquationOfMotion
 
 
 @dataclass(frozen=True)
@@ -42,14 +43,17 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
     """Solve for the response to unit strain at one frequency: (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B,
     eq 12 after elimination of all but gamma (their eq 13 is printed upside down); and the error of G* that the
     equation's remaining residual r amounts to, q^T r / A. `floppy`: (m, k) floppy modes, see `Limits`; only drag
-    resists motion along them, so at low frequencies rounding of K would decide on it."""
-    matrix = (motion.k_qq + 1j * omega * motion.b_qq).tocsc()
+    resists motion along them, so at low frequencies rounding of K would decide on it. With masses M = K + i omega B -
+    omega^2 m, and inertia resists as well."""
+    matrix = _dynamic_stiffness(motion, motion.b_qq, omega)
     column = motion.k_qg + 1j * omega * motion.b_qg
-    solved = (motion.k_qq + 1j * omega * motion.b_solved).tocsc()
-    solver = _Driftless(motion, omega) if motion.drifting else ComplexFactors(solved)
+    solved = _dynamic_stiffness(motion, motion.b_solved, omega)
+    solver = _Driftless(motion, solved, omega) if motion.drifting else ComplexFactors(solved)
 
     def balanced(q: Complex) -> Complex:
-        return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg) if floppy.size else q
+        if motion.mass is not None or not floppy.size:
+            return q
+        return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg)
 
     q = balanced(-solver.solve(column))
     for _ in range(OF_ROUNDING.refinements):
@@ -59,16 +63,27 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
     return q, complex(corner + column @ q) / motion.area, complex(q @ residual) / motion.area
 
 
-class _Driftless:
-    """Solver of M q = f under drag on translations t, for forces f without resultant. M t = i omega B t vanishes with
-    omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel at rest; no net drag, t^T B q =
-    0, gives c, and q_rel obeys M less a matrix of rank two."""
+def _dynamic_stiffness(motion: EquationOfMotion, drag: sparse.csc_array, omega: float) -> sparse.csc_array:
+    """(m, m) K + i omega B - omega^2 m."""
+    matrix = motion.k_qq + 1j * omega * drag
+    if motion.mass is not None:
+        matrix = matrix + sparse.diags_array(-(omega**2) * motion.mass, format="csc")
+    return matrix.tocsc()
 
-    def __init__(self, motion: EquationOfMotion, omega: float) -> None:
+
+class _Driftless:
+    """Solver of M q = f under drag or inertia on translations t, for forces f without resultant. M t = (i omega B -
+    omega^2 m) t vanishes with omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel at
+    rest; no net force, t^T (M - K) q = 0, gives c, and q_rel obeys M less a matrix of rank two."""
+
+    def __init__(self, motion: EquationOfMotion, matrix: sparse.csc_array, omega: float) -> None:
         self._axes = motion.translations
         drag = motion.b_qq @ self._axes
+        if motion.mass is not None:  # over i omega; drag at contacts resists no translation but for rounding
+            drag[np.abs(drag) <= TRACES.rounding * (abs(motion.b_qq) @ self._axes)] = 0.0
+            drag = drag + 1j * omega * motion.mass[:, None] * self._axes
         self._drag, self._total = drag[2:], self._axes.T @ drag
-        self._factors = ComplexFactors((motion.k_qq + 1j * omega * motion.b_solved)[2:, 2:].tocsc())
+        self._factors = ComplexFactors(matrix[2:, 2:].tocsc())
         self._dragged = self._factors.solve(1j * omega * self._drag)
         self._small = self._total - self._drag.T @ self._dragged
 
@@ -88,6 +103,13 @@ def least_drag(motion: EquationOfMotion, floppy: Array, drag: NDArray[Any]) -> N
     return least_along(floppy, dragged, floppy.T @ drag, OF_ROUNDING.dragless * float(motion.b_qq.diagonal().max()))
 
 
+def dissipated_loss(motion: EquationOfMotion, q: Complex, omega: Array) -> Array:
+    """(f,) G'' = omega Q^H B Q / A from responses q (m, f): the power that drag dissipates, a sum of squares."""
+    strained = np.vstack([q, np.ones_like(omega)])
+    power = [np.einsum("if,if->f", part, motion.b @ part) for part in (strained.real, strained.imag)]
+    return np.asarray(omega * (power[0] + power[1]) / motion.area)
+
+
 def variational_modulus(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
     """(f,) G* = Q^T (K + i omega B) Q / A from responses q (m, f); errors of q enter squared."""
     strained = np.vstack([q, np.ones_like(omega)])
@@ -98,7 +120,11 @@ def rounding_error(motion: EquationOfMotion, q: Complex, omega: Array) -> Comple
     """(f,) bounds of rounding in G' and, as imaginary part, in G'', for responses q (m, f)."""
     strained = np.vstack([q, np.ones_like(omega)])
     slow, fast = np.abs(strained.real), np.abs(strained.imag)
-    return OF_ROUNDING.entries * _quadratic_form(abs(motion.k), abs(motion.b), slow, fast, omega, 1.0) / motion.area
+    force = _quadratic_form(abs(motion.k), abs(motion.b), slow, fast, omega, 1.0)
+    if motion.mass is not None:
+        squares = motion.mass @ slow[:-1] ** 2 + motion.mass @ fast[:-1] ** 2
+        force = force + omega**2 * (squares + 2j * (motion.mass @ (slow[:-1] * fast[:-1])))
+    return np.asarray(OF_ROUNDING.entries * force / motion.area)
 
 
 def _quadratic_form(

@@ -65,9 +65,9 @@ def test_participation_of_known_motions():
     one, all_of_them, wave = np.zeros((n, 2)), np.full((n, 2), [0.6, 0.8]), np.column_stack([0 * where, np.sin(where)])
     one[5] = [0.3, -0.4]
     found = by_hand([one, all_of_them, wave], np.arange(n))
-    assert found.participation_ratio == pytest.approx([1 / n, 1.0, 2 / 3], rel=1e-12)
+    assert found.participation == pytest.approx([1 / n, 1.0, 2 / 3], rel=1e-12)
     half = np.array([[1.0, 0], [0, 1.0], [0, 0], [0, 0]])
-    assert by_hand([half], np.arange(4)).participation_ratio == pytest.approx([0.5], rel=1e-12)
+    assert by_hand([half], np.arange(4)).participation == pytest.approx([0.5], rel=1e-12)
 
 
 def test_a_droplet_takes_part_as_one_particle():
@@ -76,7 +76,7 @@ def test_a_droplet_takes_part_as_one_particle():
     vertex = np.zeros((8, 2))
     vertex[6] = [1.0, 2.0]
     both = np.column_stack([np.where(particle == 0, np.sqrt(1 / 3), np.sqrt(1 / 5)), np.zeros(8)])
-    assert by_hand([vertex, both], particle).participation_ratio == pytest.approx([0.5, 1.0], rel=1e-12)
+    assert by_hand([vertex, both], particle).participation == pytest.approx([0.5, 1.0], rel=1e-12)
 
 
 def test_the_integral_counts_modes(packings):
