@@ -1,0 +1,182 @@
+"""A study of vibrations: omega* against pressure, and quasi-localised modes of several N."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.density_by_size import density_by_size
+from jamlab.mechanics.quasilocalized_modes import quasilocalized_modes
+from jamlab.mechanics.vibrations import lowest_modes
+from jamlab.protocols.target_pressure import pack
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import bootstrap, mean_over_packings
+from studies.panels import Drawing, TextTable, drawing, label, scale, style, write_interval
+from studies.papers.statements import caption
+from studies.study import Study
+from studies.tables import Task
+
+NAME = "soft-modes"
+PARTICLES, PRESSURES, SEEDS = 512, (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4), 24
+EDGES = np.geomspace(1e-2, 4.0, 27)
+PLATEAU = (0.3, 1.0)  # frequencies over which the height of the plateau is a mean
+DENSE = 0.1  # pressure of the packings whose quasi-localised modes are found
+SIZES = {64: 240, 256: 120, 1024: 40}  # N -> packings
+BLOCK, STARTS = 20, 16  # packings of a task; harmonic modes that minimisation starts from
+
+
+def measure_density(pressure: float, seed: int) -> list[dict[str, Any]]:
+    """Density of states of unstressed contacts, without rattlers, bin by bin."""
+    packing = pack(PARTICLES, pressure, seed)
+    found = density_by_size([packing], EDGES, rattlers=False, prestress=False)
+    row = {"n": PARTICLES, "pressure": pressure, "seed": seed, "z": contacts(packing).z}
+    (density,) = found.densities
+    return [{**row, "omega": w, "density": d} for w, d in zip(density.omega, density.density, strict=True)]
+
+
+def measure_localised(n: int, first: int) -> list[dict[str, Any]]:
+    """The softest quasi-localised mode and the lowest harmonic mode of every packing of a block."""
+    rows = []
+    for seed in range(first, first + BLOCK):
+        packing = pack(n, DENSE, seed)
+        modes = lowest_modes(packing, 2 * STARTS)
+        found = quasilocalized_modes(packing, STARTS)
+        lowest = np.flatnonzero(~modes.zero)[0]
+        row = {"omega": found.frequencies[0], "participation": found.participation[0], "minima": len(found.cost)}
+        row |= {"harmonic": modes.frequencies[lowest], "harmonic_participation": modes.participation[lowest]}
+        rows.append({"n": n, "pressure": DENSE, "seed": seed, "residual": found.residual.max(), **row})
+    return rows
+
+
+def _tasks() -> dict[str, Task]:
+    density = {f"density {p:g} {s}": partial(measure_density, p, s) for p in PRESSURES for s in range(1, SEEDS + 1)}
+    blocks = [(n, first) for n, made in SIZES.items() for first in range(1, made + 1, BLOCK)]
+    return density | {f"localised {n} {first}": partial(measure_localised, n, first) for n, first in blocks}
+
+
+def onset_frequency(omega: Array, densities: Array) -> float:
+    """omega*: where the mean of D (packings, m) falls, from its plateau down, to a quarter of its height."""
+    mean = densities.mean(axis=0)
+    height = mean[(omega > PLATEAU[0]) & (omega < PLATEAU[1])].mean()
+    below = np.flatnonzero(mean[omega < PLATEAU[1]] < 0.25 * height)
+    if not len(below):
+        return float("nan")
+    k = below[-1]
+    share = (0.25 * height - mean[k]) / (mean[k + 1] - mean[k])
+    return float(np.exp(np.log(omega[k]) + share * np.log(omega[k + 1] / omega[k])))
+
+
+def weibull_shape(values: Array) -> float:
+    """Shape of a Weibull law of values (m,), by maximum likelihood. The lowest of many frequencies of density
+    omega^beta has the shape beta + 1."""
+    from scipy.optimize import brentq
+
+    logs = np.log(values / values.max())
+
+    def slope(shape: float) -> float:
+        weight = np.exp(shape * logs)
+        return float((weight @ logs) / weight.sum() - 1 / shape - logs.mean())
+
+    return float(brentq(slope, 0.05, 200.0))
+
+
+def _slope(x: Array, y: Array) -> float:
+    known = np.isfinite(y) & (y > 0)
+    return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])
+
+
+def draw_soft_modes(tables: EnsembleTables) -> Drawing:
+    """Draw D(omega) and omega* over pressure; the lowest frequencies and participation of quasi-localised modes."""
+    rows = tables.read(NAME)
+    out, axes = drawing(NAME, 2, 2, 5.0, 4.0)
+    scale(*axes)
+    _draw_density(out, axes[:2], rows[rows["density"].notna()])
+    lows = rows[rows["harmonic"].notna()]
+    _draw_localised(out, axes[2:], lows)
+    out.text = [TextTable(("quantity", "here", "published", "source"), _published(out), words=True)]
+    counts = lows.groupby("n").size()
+    out.caption = caption(NAME, n=PARTICLES, made=SEEDS, p=DENSE, few=counts.min(), most=counts.max(), starts=STARTS)
+    return out
+
+
+def _draw_density(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
+    groups, excess = [], []
+    for k, pressure in enumerate(PRESSURES):
+        table = rows[rows["pressure"] == pressure]
+        wide = table.pivot_table(index="seed", columns="omega", values="density")
+        groups.append(wide.to_numpy())
+        excess.append(table.groupby("seed")["z"].mean().to_numpy())
+        omega = wide.columns.to_numpy(dtype=float)
+        out.curve(axes[0], f"p = {pressure:g}", omega, mean_over_packings(list(groups[-1].T)), **style(k))
+    pressures = np.array(PRESSURES)
+    stars = bootstrap(groups, lambda drawn: np.array([onset_frequency(omega, each) for each in drawn]))
+    out.curve(axes[1], r"$\omega^*$", pressures, stars, band=False, **style(0))
+    near = (pressures < 0.05) & (pressures * PARTICLES**2 > 50)  # a plateau down to omega*, and N large enough
+    chosen = [g for g, kept in zip(groups, near, strict=True) if kept]
+    out.values["exponent of omega* over p"] = bootstrap(
+        chosen, lambda drawn: _slope(pressures[near], np.array([onset_frequency(omega, each) for each in drawn]))
+    )
+    isostatic = 4 * (1 - 1 / PARTICLES)
+    gaps = np.array([each.mean() - isostatic for each in excess])
+    out.values["exponent of omega* over z - z_iso"] = bootstrap(
+        chosen, lambda drawn: _slope(gaps[near], np.array([onset_frequency(omega, each) for each in drawn]))
+    )
+    out.slope(axes[1], 0.5, (1e-3, 1e-2), 0.5 * float(stars.value[3]))
+    label(axes[0], r"$\omega$  [$\sqrt{k/m}$]", r"$D(\omega)$", loc="best")
+    label(axes[1], "pressure $p$  [k]", r"$\omega^*$  [$\sqrt{k/m}$]", loc="best")
+
+
+def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
+    share, sizes = 1 / 5, np.array([*SIZES])
+    for k, n in enumerate(SIZES):
+        table = rows[rows["n"] == n]
+        ordered = np.sort(table["omega"].to_numpy())
+        rank = (np.arange(len(ordered)) + 0.5) / len(ordered)
+        out.curve(axes[0], f"N = {n}", ordered * n**share, rank, **style(k))
+        for column, name in (("omega", "quasi-localised"), ("harmonic", "harmonic")):
+            values = table[column].to_numpy()
+            shape = bootstrap([values], lambda drawn: weibull_shape(drawn[0]) - 1)
+            out.values[f"beta, {name}, N = {n}"] = shape
+    for k, (column, name) in enumerate((("participation", "quasi-localised"), ("harmonic_participation", "harmonic"))):
+        groups = [rows.loc[rows["n"] == n, column].to_numpy() for n in SIZES]
+        out.curve(axes[1], name, sizes, mean_over_packings(groups), band=False, **style(k))
+        found = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
+        out.values[f"exponent of P over N, {name}"] = found
+    groups = [rows.loc[rows["n"] == n, "omega"].to_numpy() for n in SIZES]
+    fall = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
+    out.values["exponent of the lowest frequency over N"] = fall
+    for exponent, height in ((5.0, 0.02), (4.5, 0.006)):
+        start = float(np.quantile(rows.loc[rows["n"] == 256, "omega"], 0.02)) * 256**share
+        out.slope(axes[0], exponent, (start, 1.6 * start), height)
+    label(axes[0], r"$\omega_{\min} N^{1/5}$  [$\sqrt{k/m}$]", "share of packings below", loc="best")
+    label(axes[1], "$N$", "participation ratio", loc="best")
+
+
+def _published(out: Drawing) -> list[tuple[str, ...]]:
+    def here(name: str) -> str:
+        return write_interval(out.values[name])
+
+    beta = "; ".join(f"N = {n}: {here(f'beta, quasi-localised, N = {n}')}" for n in SIZES)
+    return [
+        (
+            "ω* ~ p^a, unstressed",
+            here("exponent of omega* over p"),
+            "1/2",
+            "Wyart, Nagel & Witten 2005; Silbert et al. 2005",
+        ),
+        ("ω* ~ (z - z_iso)^a", here("exponent of omega* over z - z_iso"), "1", "Wyart, Nagel & Witten 2005"),
+        ("D ~ ω^β of the softest", beta, "4; 3.5", "Kapteijns et al. 2018; Wang, Szamel & Flenner 2023"),
+        (
+            "P ~ N^a, quasi-localised",
+            here("exponent of P over N, quasi-localised"),
+            "-1",
+            "Lerner, Düring & Bouchbinder 2016",
+        ),
+        ("lowest ω ~ N^a", here("exponent of the lowest frequency over N"), "-1/5 for β = 4", "Lerner et al. 2016"),
+    ]
+
+
+STUDY = Study(NAME, "Soft modes: ω* over pressure, quasi-localised modes over N", _tasks(), draw_soft_modes)
