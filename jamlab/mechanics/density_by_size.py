@@ -134,8 +134,8 @@ def density_by_size(
     densities, lowest, spread, numbers = [], [], [], []
     for n, members in sorted(group_by_number(packings).items()):
         modes = [modes_of(packings[k], _at_most(packings[k], count), rattlers, prestress, masses) for k in members]
-        densities.append(density_of(modes, bins))
         found = np.array([_lowest(each, k) for each, k in zip(modes, members, strict=True)])
+        densities.append(density_of(modes, bins))
         numbers.append(n)
         lowest.append(found.mean())
         spread.append(found.std(ddof=1) / np.sqrt(len(found)) if len(found) > 1 else np.nan)

@@ -40,7 +40,7 @@ def test_modes_are_those_of_the_dense_problem_of_plain_numpy(state):
     fixed = np.zeros(p.n, bool) if p.fixed is None else p.fixed
     free = np.flatnonzero(np.repeat(~fixed[p.particle], 2))
     hessian = jamlab.hessian(p).toarray()[np.ix_(free, free)]
-    values, vectors = linalg.eigh(hessian, np.diag(weight[free]))
+    values = linalg.eigvalsh(hessian, np.diag(weight[free]))
     found = jamlab.lowest_modes(p, None, masses=masses)
     assert found.eigenvalues == pytest.approx(values, abs=1e-10 * max(np.abs(values).max(), 1))
     u = found.vectors.reshape(len(values), -1)

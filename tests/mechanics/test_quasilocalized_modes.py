@@ -1,4 +1,4 @@
-"""Quasi-localised modes against plain numpy: cost and its slope pair by pair, another minimiser, waves, what is refused."""
+"""Quasi-localised modes against plain numpy: cost and slope pair by pair, another minimiser, waves, bad input."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Inertia in the equation of motion: M, G* and damped vibrations, against dense plain numpy, closed forms and limits."""
+"""Inertia: M, G* and damped vibrations, against dense plain numpy, closed forms and limits."""
 
 import warnings
 from pathlib import Path
@@ -71,7 +71,7 @@ def test_the_modulus_is_that_of_the_dense_equation(name):
             assert (s.loss > 0).all() and s.method == "direct"
             slow = jamlab.complex_modulus(p, OMEGA, law)
             assert (s.g0, s.eta0) == (slow.g0, slow.eta0)
-            k, b, m = jamlab.dynamical_matrices(p, law, masses=masses)
+            _, b, m = jamlab.dynamical_matrices(p, law, masses=masses)
             assert s.eta_inf == pytest.approx(b[-1, -1] / p.area, rel=1e-12)
             assert m.toarray() == pytest.approx(np.diag(np.append(mass_matrix(p, masses), 0.0)), rel=1e-14)
 
@@ -155,7 +155,7 @@ def _compare(found, wanted, tolerance):
 
 @pytest.mark.parametrize("name", STATES)
 def test_damped_vibrations_are_those_of_the_dense_pencil(name):
-    """Every pair solves (s^2 M + s B + K) u = 0, and none is missing: as many as coordinates, and their sum is -tr B/M."""
+    """Every pair solves (s^2 M + s B + K) u = 0, and none is missing: they are as many, and their sum is -tr B/M."""
     p, masses = state(name)
     for law in LAWS[: 1 if p.model == "dp" else 3]:
         k, b = (each.toarray()[:-1, :-1] for each in jamlab.dynamical_matrices(p, law))

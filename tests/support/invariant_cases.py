@@ -212,14 +212,17 @@ def _moduli(function, **more):
 def _spectrum(view):
     found = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8))
     fluid = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8), jamlab.StokesDrag())
+    heavy = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8), masses=view.k)
     losses = {"loss": (found.loss, STRESS), "loss in a fluid": (fluid.loss, STRESS)}
+    losses |= {"storage with masses": (heavy.storage, STRESS), "loss with masses": (heavy.loss, STRESS)}
     return dict(storage=(found.storage, STRESS), g0=(found.g0, STRESS)) | losses
 
 
 def _matrices(view):
     """By the lengths of their rows, in no order."""
     n = 2 * len(view.packing.positions)
-    parts = dict(zip(("stiffness", "drag"), jamlab.dynamical_matrices(view.packing), strict=True))
+    found = jamlab.dynamical_matrices(view.packing, masses=view.k)
+    parts = dict(zip(("stiffness", "drag", "mass"), found, strict=True))
     return {name: (_norms(m.toarray()[:n, :n]), (STRESS, SET)) for name, m in parts.items()}
 
 
@@ -308,6 +311,20 @@ def _modes(view):
     return {"value": (found[found > 1e-6 * found.max()][:3], STRESS)}
 
 
+def _damped(view):
+    """By frequency and attenuation, of those that a fluid damps more than rounding; masses in the unit of stiffness."""
+    found = jamlab.damped_vibrations(view.packing, jamlab.StokesDrag(), masses=3 * view.k)
+    own = {name: np.sort(getattr(found, name)[found.oscillating]) for name in ("frequencies", "attenuation")}
+    return {name: (value, NUMBER) for name, value in own.items()} | {"free": (found.free, NUMBER)}
+
+
+def _localised(view):
+    """The mode that the softest wave ends in."""
+    found = jamlab.quasilocalized_modes(view.packing, 1, masses=view.k)
+    numbers = {name: (getattr(found, name)[0], NUMBER) for name in ("frequencies", "participation")}
+    return numbers | {"cost": (np.sqrt(found.cost[0]), STRESS)}
+
+
 def _along(drive, **powers):
     """Fields of a flow of a view; both shear and its answer change their sign in a mirror."""
 
@@ -342,6 +359,7 @@ CASES = {
         LONG,
         but=ONE_WAY,
     ),
+    "damped_vibrations": Case(_damped, but=PER_CELL),
     "decompress": Case(_decompress, MINIMUM, ("sp", *LONG)),
     "displacement_correlation": Case(
         _fields(lambda p: jamlab.displacement_correlation(p, 1e-2), delta=LENGTH, correlation=NUMBER),
@@ -370,6 +388,7 @@ CASES = {
     "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
+    "quasilocalized_modes": Case(_localised, but=PER_CELL),
     "mean_spectra": Case(
         _fields(lambda p: jamlab.mean_spectra([p], [1e-2, 1.0])[0], storage=STRESS, loss=STRESS), models=("eps",)
     ),
@@ -447,7 +466,7 @@ CASES = {
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it, or those of another function
     **dict.fromkeys(("write", "write_page", "write_contacts", "write_movie"), "files hold what the packing holds"),
-    "density_of_states": "counts of the modes that lowest_modes gives",
+    **dict.fromkeys(("density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
     "universe": "coordinates as they are",
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
