@@ -68,6 +68,7 @@ from .packing.box_strains import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing
 from .packing.recipe import Recipe as Recipe
 from .packing.write import write as write
+from .protocols.anneal import anneal as anneal
 from .protocols.compression import compress as compress
 from .protocols.decompression import decompress as decompress
 from .protocols.droplets_from_disks import droplets_from_disks as droplets_from_disks
@@ -76,6 +77,8 @@ from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam
 from .protocols.relax import relax as relax
+from .protocols.relax_radii import relax_radii as relax_radii
+from .protocols.swap_sizes import swap_sizes as swap_sizes
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import complex_modulus as complex_modulus
 from .rheology.critical_scaling import scaling_collapse as scaling_collapse

@@ -32,6 +32,8 @@ from jamlab.motion.local_strain import LocalStrains as LocalStrains
 from jamlab.motion.mean_square_displacement import MeanSquareDisplacement as MeanSquareDisplacement
 from jamlab.motion.overlap import Overlap as Overlap
 from jamlab.motion.t1_events import T1Events as T1Events
+from jamlab.protocols.anneal import AnnealHistory as AnnealHistory
+from jamlab.protocols.swap_sizes import SwapHistory as SwapHistory
 from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.damped_vibrations import DampedVibrations as DampedVibrations

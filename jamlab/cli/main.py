@@ -6,6 +6,7 @@ import typer
 
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
+from jamlab.cli.anneal import anneal, relax_radii, swap_sizes
 from jamlab.cli.commands import Commands, Hinting, OwnCommand
 from jamlab.cli.console import warnings_as_lines
 from jamlab.cli.decks import deck, decks, doctor
@@ -64,6 +65,9 @@ COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an e
         decompress: "packing.h5 --pressure 1e-5 --out loose.h5",
         droplets: "outlines.csv --box 40,30 --vertices 16 --out droplets.h5",
         relax: "disks.csv --box 12.5,12.5 --units k --out relaxed.h5",
+        swap_sizes: "packing.h5 --sweeps 10000 --pressure 1e-3 --out stable.h5",
+        relax_radii: "packing.h5 --out stable.h5",
+        anneal: "packing.h5 --temperature 1e-2 --temperature 1e-6 --out annealed.h5",
     },
     "Measure and look": {
         analyze: "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",

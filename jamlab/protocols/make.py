@@ -14,11 +14,14 @@ from jamlab.geometry.walls import with_walls
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import Recipe
 from jamlab.processes.progress import Progress
+from jamlab.protocols.anneal import anneal
 from jamlab.protocols.compression import compress, go_on
 from jamlab.protocols.decompression import decompress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import check_onset, onset_of
 from jamlab.protocols.relax import relax
+from jamlab.protocols.relax_radii import relax_radii
+from jamlab.protocols.swap_sizes import swap_sizes
 from jamlab.protocols.target_pressure import check_packed, packed_by
 
 
@@ -52,7 +55,8 @@ def make(recipe: Recipe, *, progress: Progress | None = None) -> Packing:
     packing = onset_of(first, progress) if recipe.protocol == "onset" else packed_by(first, progress)
     for name, arguments in recipe.changes:
         change = _state_of_sweep if name == "compress" else CHANGES[name]
-        packing = change(packing, **arguments)
+        found = change(packing, **arguments)
+        packing = found if isinstance(found, Packing) else found.packing
     return packing
 
 
@@ -101,6 +105,9 @@ CHANGES: Mapping[str, Callable[..., Any]] = {
     "compress": compress,
     "decompress": decompress,
     "relax": relax,
+    "relax_radii": relax_radii,
+    "swap_sizes": swap_sizes,
+    "anneal": anneal,
     "droplets_from_disks": droplets_from_disks,
     "with_walls": with_walls,
     "remove_rattlers": remove_rattlers,

@@ -8,6 +8,7 @@
 // other minima.
 
 #include "../wide_vectors.h"
+#include "disk_law.h"
 #include "disk_neighbors.h"
 #include "kernel.h"
 #include "thread_team.h"
@@ -20,14 +21,6 @@ using std::int64_t;
 namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
-
-// An overlap x = 1 - r/s has the energy (strength/exponent) x^exponent, times s^2 unless
-// `relative`: the strength is an energy, or else a stiffness; see jamlab/laws/power.py.
-struct Law {
-  double strength;
-  bool relative;
-  double exponent;
-};
 
 // A share has so many disks. Pairs across shares, 5 % of all, are computed twice.
 constexpr int64_t SHARE = 4096, MOST_SHARES = 64;
