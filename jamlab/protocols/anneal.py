@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.natural_units import mean_size, natural_scales
 from jamlab.packing.packing import Packing
@@ -29,6 +29,7 @@ from jamlab.protocols.thermal_history import (
 )
 
 ANNEAL_PROTOCOL = 1  # version, see jamlab.campaign.tasks
+_COOLER = "use a lower temperature"
 
 
 @dataclass(frozen=True)
@@ -80,14 +81,15 @@ def anneal(
     """Anneal a packing thermally, by Langevin dynamics in LAMMPS at a constant box, and quench it.
 
     Every disk, or vertex of a droplet, has the same mass m and degrees of freedom along x and y, of which each holds
-    k_B T/2 on average. `fix langevin` is their bath; its friction stops a motion in the unit of time.
+    k_B T/2 on average. `fix langevin` is their bath; its friction stops a motion in the unit of time. They start at
+    rest.
 
     Args:
         packing: SP or DP, of any law; jammed or not.
         temperature: k_B T over the energy of contacts, eps or k d^2; several: from each to the next by equal factors.
             Droplets fold where it is high.
         duration: of the dynamics, in units of (m d^2/e)^(1/2), e being the energy of contacts.
-        seed: of velocities and of the bath.
+        seed: of the bath.
         pressure: at which the packing is quenched, with a box that is free; default: the box keeps its area.
         force_tolerance: largest residual force, as in `jamlab.relax`.
         progress: called after each stretch with (fraction done, text); True: print it.
@@ -166,7 +168,6 @@ class LangevinBath:
             "thermo 0",
         ):
             self._session.command(line)
-        self._warm = False
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -178,14 +179,14 @@ class LangevinBath:
         twice the mean kinetic energy a degree of freedom, in the same unit."""
         assert self._session is not None  # entered
         session, heat = self._session, temperature * self._energy
-        seeds = self._random.integers(1, BATH.seeds, 2)
-        if not self._warm:
-            session.command(f"velocity free create {heat:.17g} {seeds[0]} mom no rot no dist gaussian")
-            self._warm = True
-        session.command(f"fix bath free langevin {heat:.17g} {heat:.17g} {BATH.damp * self._time:.17g} {seeds[1]}")
+        friction, seed = BATH.damp * self._time, self._random.integers(1, BATH.seeds)
+        session.command(f"fix bath free langevin {heat:.17g} {heat:.17g} {friction:.17g} {seed}")
         session.command("fix plane free enforce2d")  # behind what pushes along z: langevin does
         session.command(f"fix means all ave/time {BATH.each} {steps // BATH.each} {steps} c_kinetic c_thermo_pe")
-        session.command(f"run {steps} post no")
+        try:
+            session.command(f"run {steps} post no")
+        except EngineError as error:
+            raise ConvergenceError(f"anneal at the temperature {temperature:g}: {error}; {_COOLER}") from None
         kinetic, potential = session.fix_vector("means", 2)
         for name in ("means", "plane", "bath"):
             session.command(f"unfix {name}")
@@ -199,14 +200,13 @@ class LangevinBath:
             ConvergenceError: it is none of a packing.
         """
         assert self._session is not None  # entered
-        cooler = "use a lower temperature"
         if not self._session.is_whole():
-            raise ConvergenceError(f"anneal: particles flew apart; {cooler}")
+            raise ConvergenceError(f"anneal: particles flew apart; {_COOLER}")
         try:
             state = self._session.packing()
             state.kind.check_apart(state)
         except InputError as error:
-            raise ConvergenceError(f"anneal: {error}; {cooler}") from None
+            raise ConvergenceError(f"anneal: {error}; {_COOLER}") from None
         return state
 
 

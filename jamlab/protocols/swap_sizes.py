@@ -63,7 +63,9 @@ class SwapHistory(ThermalHistory):
     swapped: Array
 
     def _said(self) -> str:
-        return f"accepted: {np.nanmean(self.moved):.0%} of moves, {np.nanmean(self.swapped):.1%} of swaps"
+        tried = {"moves": self.moved, "swaps": self.swapped}
+        means = {name: shares[np.isfinite(shares)] for name, shares in tried.items()}
+        return "accepted: " + ", ".join(f"{each.mean():.1%} of {name}" for name, each in means.items() if len(each))
 
 
 @checked
