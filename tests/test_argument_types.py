@@ -160,7 +160,7 @@ def test_types_of_choices_hold_the_names_that_there_are():
     ):
         assert typing.get_args(choice) == tuple(names)
     names = [name for part in typing.get_args(choices.LawName) for name in typing.get_args(part)]
-    assert names == sorted([*NAMED, *UNNAMED])
+    assert names == sorted([*NAMED, *(law for laws in UNNAMED.values() for law in laws.values())])
 
 
 def test_a_wrong_name_is_answered_with_those_that_there_are():

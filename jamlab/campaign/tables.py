@@ -219,13 +219,14 @@ def _kind(file: TaskRows) -> dict[str, Any]:
 
 
 def _of_named_law(file: TaskRows) -> dict[str, Any]:
-    """The force law that a sweep names, and those of its parameters that are no columns of every table."""
+    """The force law that a sweep names, and those of its parameters that are no columns of every table; without a name
+    those that the sweep gives beside what every packing of the model says."""
     law = file.parameters.law
-    if "law" not in law:
-        return {}
     own = MODELS.get(file.parameters.model).parameters(None, law)
-    values = {name: law.get(name, each.default) for name, each in own.items() if name not in {*UNITS, "law"}}
-    return {"law": law["law"], **{name: value for name, value in values.items() if name not in _OF_LAWS}}
+    others = [name for name, each in own.items() if name not in {*UNITS, "law", *_OF_LAWS} and not each.each]
+    if "law" not in law:
+        return {name: law[name] for name in others if name in law and own[name].default is not None}
+    return {"law": law["law"], **{name: law.get(name, own[name].default) for name in others}}
 
 
 def _own(file: TaskRows, known: dict[str, str]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Contacts between droplets: vertices and edges of different polygons that meet.
 
-Every contact form comes down to a list of (vertex, edge) meetings, each with the energy (eps/2)(1 - d/delta)^2 of the
-distance d from the vertex to the closest point of the edge:
+Every contact form comes down to a list of (vertex, edge) meetings, each with the energy of the law of rims, such as
+(eps/2)(1 - d/delta)^2, at the distance d from the vertex to the closest point of the edge:
 
 * "outline": every vertex meets every other polygon once, at the closest point of its outline.
 * "segment" (Boromand et al. eq 8): every pair of edges of two polygons meets once, at their smallest distance, which is
@@ -77,7 +77,8 @@ _named_pairs = kernel("named_pairs", INTEGER, INTEGERS, INTEGERS, INTEGERS, INTE
 
 @dataclass(frozen=True)
 class VertexContacts:
-    """Meetings of a vertex with an edge of another polygon, or of an image of its own, closer than delta."""
+    """Meetings of a vertex with an edge of another polygon, or of an image of its own, closer than delta and the range
+    of the law."""
 
     vertex: Indices  # (m,) index of the vertex
     tail: Indices  # (m,) index of the first vertex of the edge; the edge runs to `successor[tail]`
@@ -107,7 +108,7 @@ class VertexContacts:
 def vertex_contacts(packing: Packing) -> VertexContacts:
     """Find the contacts of a DP packing in its own contact form."""
     _check_apart(packing)
-    delta, form = packing.params["delta"], packing.params["contact"]
+    reach, form = packing.params["delta"] + packing.law.range, packing.params["contact"]
     offsets = np.asarray(packing.offsets)
     crossing = np.zeros(2, dtype=np.int64)
 
@@ -115,7 +116,7 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
         vertex, tail, place = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
         separation, shift = np.empty((room, 2)), np.empty((room, 2))
         count = _meetings(
-            packing.n, offsets, packing.positions, packing.box, delta, form == "outline", MOST_IMAGES, room,
+            packing.n, offsets, packing.positions, packing.box, reach, form == "outline", MOST_IMAGES, room,
             vertex, tail, place, separation, shift, crossing, search,
         )  # fmt: skip
         if count == _OUTLINES_CROSS:
@@ -125,7 +126,7 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
     found = VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
     if packing.frame.is_flat:
         flat = packing.frame.flat_sites
-        near = _near_walls(packing, np.full(len(flat), 0.5 * delta))
+        near = _near_walls(packing, np.full(len(flat), 0.5 * reach))
         met = VertexContacts(near.i, near.j, np.zeros(len(near.i)), -near.r, near.shift @ packing.box)
         found = _joined(found.select(~flat[found.vertex] & ~flat[found.tail]), met)
     return found.select(_closest_of_edges(packing, found)) if form == "segment" else found

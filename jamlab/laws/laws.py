@@ -1,7 +1,8 @@
-"""Registry of the force laws of disks, by the name that `params["law"]` of a packing has.
+"""Registry of the force laws of contacts, by the name that `params["law"]` of a packing has.
 
-Laws are entry points of the group `jamlab.laws`, of jamlab or of another package. Without a name the law is "sticky"
-where `stickiness` is above 0, else "power", and the packing may have the parameters of both.
+Laws are entry points of the group `jamlab.laws`, of jamlab or of another package, between disks or between the rims of
+droplets. Without a name the law of disks is "sticky" where `stickiness` is above 0, else "power", and the packing may
+have the parameters of both; the law of rims is "rim".
 """
 
 from __future__ import annotations
@@ -13,11 +14,15 @@ from typing import Any
 
 from jamlab.arguments.choices import Law
 from jamlab.errors import InputError, typed
-from jamlab.laws.pair_law import PairLaw
+from jamlab.laws.pair_law import PairLaw, Surfaces
 from jamlab.laws.parameter import UNITS, Parameter
 from jamlab.registry import Registry
 
-UNNAMED = ("power", "sticky")  # laws of a packing that names none: the second where it has its own parameter
+# laws of a packing that names none, by what is in contact: the first, or that whose parameter is above 0
+UNNAMED: Mapping[Surfaces, Mapping[str, str]] = {
+    "disks": {"": "power", "stickiness": "sticky"},
+    "rims": {"": "rim"},
+}
 # names of laws that differ from another one in parameters alone
 NAMED: Mapping[str, Mapping[str, Any]] = {"harmonic": {"exponent": 2.0}, "hertz": {"exponent": 2.5}}
 
@@ -71,29 +76,43 @@ def parameters_of(law: Law | None) -> dict[str, Any]:
     return given
 
 
-def law_class(params: Mapping[str, Any]) -> type[PairLaw]:
-    """The law that the parameters of a packing of disks name.
+def law_class(params: Mapping[str, Any], between: Surfaces = "disks") -> type[PairLaw]:
+    """The law that the parameters of a packing name.
+
+    Args:
+        params: `Packing.params`.
+        between: what is in contact.
 
     Raises:
-        InputError: no such law is known, or stickiness goes with an exponent.
+        InputError: no such law is known, it acts between other surfaces, or stickiness goes with an exponent.
     """
     if (name := _named(params)) is not None:
-        return LAWS.get(name)
-    if not params.get("stickiness"):
-        return LAWS.get(UNNAMED[0])
-    if (exponent := params.get("exponent", 2.0)) != 2:
+        law = LAWS.get(name)
+        if law.between != between:
+            raise InputError(f"law {name!r} acts between {law.between}, not {between}: {_known(between)}")
+        return law
+    usual, *others = UNNAMED[between].items()
+    name = next((law for own, law in others if params.get(own)), usual[1])
+    if name == "sticky" and (exponent := params.get("exponent", 2.0)) != 2:
         raise InputError(f"stickiness = {params['stickiness']!r} with exponent = {exponent!r}: sticky disks need 2")
-    return LAWS.get(UNNAMED[1])
+    return LAWS.get(name)
 
 
-def declared(params: Mapping[str, Any], units: str | None = None) -> Mapping[str, Parameter]:
-    """Parameters of the law that the parameters of a packing of disks name, by name: the strength that the units name,
-    or those of all units, `law` where it is named, and the law's own.
+def declared(
+    params: Mapping[str, Any], units: str | None = None, between: Surfaces = "disks"
+) -> Mapping[str, Parameter]:
+    """Parameters of the law that the parameters of a packing name, by name: the strength that the units name, or those
+    of all units, `law` where it is named, and the law's own. A law between other surfaces counts as none.
 
     Raises:
         InputError: no such law is known.
     """
-    return _declared(_named(params), units)
+    name = _named(params)
+    return _declared(name if name is None or LAWS.get(name).between == between else None, units, between)
+
+
+def _known(between: Surfaces) -> str:
+    return f"use {', '.join(name for name, law in LAWS.each().items() if law.between == between)}"
 
 
 def _named(params: Mapping[str, Any]) -> str | None:
@@ -106,8 +125,8 @@ def _named(params: Mapping[str, Any]) -> str | None:
 
 
 @cache
-def _declared(name: str | None, units: str | None) -> Mapping[str, Parameter]:
-    laws = [LAWS.get(each) for each in ([name] if name is not None else UNNAMED)]
+def _declared(name: str | None, units: str | None, between: Surfaces) -> Mapping[str, Parameter]:
+    laws = [LAWS.get(each) for each in ([name] if name is not None else UNNAMED[between].values())]
     if units is not None and units not in laws[0].strengths:
         raise InputError(f"law {laws[0].name!r} has no units {units!r}: use {' or '.join(laws[0].strengths)}")
     found = {strength: each for strength, each in laws[0].strengths.items() if units in (None, strength)}

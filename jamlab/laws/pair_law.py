@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from jamlab.arrays import Array
 from jamlab.errors import EngineError, InputError
 from jamlab.laws.parameter import STRENGTHS, Parameter
 from jamlab.registry import EXTENDING
+
+Surfaces: TypeAlias = Literal["disks", "rims"]  # that are in contact
 
 # A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
 # say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, since
@@ -83,10 +85,11 @@ class PairLaw(ABC):
     """A force law of contacts: energy, parameters, and the programs that evaluate it.
 
     A law of disks derives from it as a frozen dataclass, with a field for each of its `parameters`, and is known by its
-    `name` in `jamlab.laws.laws.LAWS`.
+    `name` in `jamlab.laws.laws.LAWS`; a law of the rims of droplets derives from `jamlab.laws.rim.RimLaw`.
     """
 
     name: ClassVar[str]  # in `params["law"]`
+    between: ClassVar[Surfaces] = "disks"
     strengths: ClassVar[Mapping[str, Parameter]] = STRENGTHS  # by the units that the law may have
     parameters: ClassVar[Mapping[str, Parameter]] = {}  # beside the strength; declared here alone
     least_contacts: ClassVar[int] = LEAST_CONTACTS  # that hold a particle

@@ -23,9 +23,10 @@ from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.vertex_contacts import name_pairs, refuse_crossings, vertex_contacts
 from jamlab.geometry.voids.boundary_loops import Boundary, trace_polygons
 from jamlab.installed_files import installed_file
-from jamlab.laws.pair_law import check_derivatives
+from jamlab.laws.laws import declared, law_class
+from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import WIDEST, Parameter
-from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM, RimLaw
+from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM
 from jamlab.packing.derived import per_packing
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
@@ -54,11 +55,11 @@ class DropletRounding:
 
 ROUNDING = DropletRounding()
 
-_PARAMETERS = {
+_BODY = {
     "gamma": Parameter(energy=1, length=-1, may_vanish=True, made=(1 / WIDEST, WIDEST), meaning="line tension"),
     "ka": Parameter(energy=1, length=-4, made=(1 / WIDEST, WIDEST), meaning="stiffness of areas"),
-    "eps": Parameter(energy=1, made=(1 / WIDEST, WIDEST), meaning="energy of contacts"),
-    **RimLaw.parameters,
+}
+_SHAPE = {
     "eta": Parameter(
         length=1,
         may_vanish=True,
@@ -99,7 +100,7 @@ class Droplets(Model[Packing]):
     # state ------------------------------------------------------------------------------------------------------------
 
     def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
-        return _PARAMETERS
+        return {**_BODY, **declared(params, between="rims"), **_SHAPE}
 
     def checked(self, packing: Packing) -> dict[str, Any]:
         if packing.diameters is not None:
@@ -132,10 +133,8 @@ class Droplets(Model[Packing]):
         moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygons.offsets[:-1])
         return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygons.areas)[:, None])
 
-    def law(self, packing: Packing) -> RimLaw:
-        law = RimLaw("eps", float(packing.params["eps"]), float(packing.params["delta"]))
-        check_derivatives(law, law.delta)
-        return law
+    def law(self, packing: Packing) -> PairLaw:
+        return law_class(packing.params, "rims").of(packing.params, packing.units)
 
     def sizes(self, packing: Packing) -> Array:
         return np.asarray(np.sqrt(packing.params["a0"]))
@@ -292,7 +291,9 @@ class Droplets(Model[Packing]):
             )
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        found = {"units": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
+        packing.law.require("deck", "LAMMPS")
+        values = self.values(packing)
+        found = {"units": "eps"} | {name: values[name] for name, each in packing.parameters.items() if not each.each}
         if packing.frame.is_flat:  # the smallest size is the first type; these words end the line of pair_style
             found["contact"] += " flat 1"
         return found

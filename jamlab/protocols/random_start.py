@@ -140,15 +140,16 @@ def droplet_params(
         sizes: instead, (n,) in any unit: droplets have the rest areas (size over mean size)^2.
         vertices: of all droplets, or (n,) of each; by default in proportion to the size, so that edges are alike, and
             (nv_small + nv_large)/2 for the mean size, but at least three.
-        changes: values that replace defaults of `lammps_inputs/parts/dp`.
+        changes: values that replace defaults of `lammps_inputs/parts/dp`, and `law` and its parameters, see
+            `jamlab.laws.laws`.
 
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
     """
     values = {name: value for name, value in defaults(DROPLETS.name).items() if name != "longest_edge"}
-    unknown = set(changes) - set(values)
-    if unknown:
-        raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
+    known = [*values, *(name for name in DROPLETS.parameters("eps", changes) if name not in (*values, "a0"))]
+    if unknown := set(changes) - set(known):
+        raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(known)}")
     values |= changes
     two = _whole_counts("nv_small and nv_large", [values.pop("nv_small"), values.pop("nv_large")])
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
@@ -163,8 +164,8 @@ def droplet_params(
     params: dict[str, Any] = {**values, "a0": own**2}
     declared = DROPLETS.parameters("eps", params)
     check_params(DROPLETS.name, "eps", declared, params)
-    for name, parameter in declared.items():
-        parameter.check(name, params[name], made=True)
+    for name, value in params.items():
+        declared[name].check(name, value, made=True)
     free_polygon_area(nv, params)  # refuses a line tension that leaves no droplet
     return nv, params
 
