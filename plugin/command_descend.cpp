@@ -154,6 +154,7 @@ bool CommandDescend::assemble(double beyond)
   for (int i = 0; i < atom->nlocal; i++) rows[atom->tag[i] - 1] = i;
   if (rows != row) factors.forget_order();
   row = rows;
+  for (DropletMeeting &m : meetings) m.stiffness = std::max(m.stiffness, 0.0);
   stiff.take(meetings);
   matrix = BlockAssembly<2>(atom);
   stiff.assemble(1.0, matrix);

@@ -24,8 +24,8 @@ void ContactCandidates::List::clear()
   edges.clear();
 }
 
-/* Finds what can come within the width of a contact before the next build. Ends move by less than
-   half the skin, so whatever is farther than width + skin now cannot touch until then. */
+/* Finds what can come within reach of a contact before the next build. Ends move by less than half
+   the skin, so whatever is farther than reach + skin now cannot touch until then. */
 void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list,
                               const ContactLaws &contact_laws, ContactForm form)
 {
@@ -80,10 +80,10 @@ void ContactCandidates::find_near_point(int i, const NeighList *list, ContactFor
   const tagint *const molecule = atom->molecule;
   const bool idisk = laws->disk(type[i]);
   const tagint own = idisk ? 0 : molecule[i];
-  const double *const widths = laws->initial_width[type[i]];    // negative: another style's pair
+  const double *const reaches = laws->initial_reach[type[i]];    // negative: another style's pair
   auto try_edge = [&](int tail, int special = 0) {
-    const double width = widths[type[tail]], reach = width + neighbor->skin;
-    if (width < 0.0 || foot_on_edge(atom->x[i], all_frames[tail]).rsq >= reach * reach) return;
+    const double own_reach = reaches[type[tail]], reach = own_reach + neighbor->skin;
+    if (own_reach < 0.0 || foot_on_edge(atom->x[i], all_frames[tail]).rsq >= reach * reach) return;
     const Edge edge = {tail, laws->disk(type[tail]) ? tail : outline->next(tail)};
     const int law = PairLaws::number(atom->ntypes, type[i], type[tail], special);
     of_point.push_back({molecule[tail], atom->tag[tail], outline->image_of(tail), edge, law});
@@ -198,7 +198,7 @@ bool ContactCandidates::moved() const
   return false;
 }
 
-/* Keeps what can come within the width of a contact before an atom has moved by half the margin. */
+/* Keeps what can come within reach of a contact before an atom has moved by half the margin. */
 void ContactCandidates::find_close()
 {
   const int *const type = atom->type;
@@ -209,7 +209,7 @@ void ContactCandidates::find_close()
     for (int k = block.begin; k < block.end; k++) {
       const CandidateRow &row = all.rows[k];
       const int tail = of_block[near()[row.begin].edge].tail;    // all have one law
-      const double reach = laws->initial_width[type[row.i]][type[tail]] + part * neighbor->skin;
+      const double reach = laws->initial_reach[type[row.i]][type[tail]] + part * neighbor->skin;
       bool begun = false;
       for (int n = row.begin; n < row.end; n++) {
         if (squares()[n] >= reach * reach) continue;

@@ -5,7 +5,7 @@
 
 namespace LAMMPS_NS {
 
-/* A contact is a vertex or disk that is closer to an edge than the width of their law. */
+/* A contact is a vertex or disk within the reach of the law that it has with an edge. */
 struct Contact {
   int vertex, tail, head;
   int law;      // number in PairLaws
@@ -30,7 +30,7 @@ inline std::size_t outline_touches(const ContactCandidates &candidates,
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
-    double least = laws[row.law].widthsq;
+    double least = laws[row.law].reachsq;
     int nearest = -1;
     for (int n = row.begin; n < row.end; n++) {
       nearest = squares[n] < least ? near[n].edge : nearest;
@@ -56,7 +56,7 @@ inline std::size_t smooth_segment_touches(const ContactCandidates &candidates,
     const ContactCandidates::CandidateRow &row = candidates.rows()[k];
     for (int n = row.begin; n < row.end; n++) {
       touches[count] = {k, near[n].edge};
-      count += squares[n] < laws[row.law].widthsq;
+      count += squares[n] < laws[row.law].reachsq;
     }
   }
   return count;

@@ -31,11 +31,12 @@ enum Role {
   FLAT       // a line along x through one atom, which vertices alone meet
 };
 
-/* The contact of types i and j has the energy E = (eps/2)(1 - d/width)^2 at a distance d. These are
-   arrays by type, so that fix adapt can change them. Widths may shrink during a run, but not grow
-   beyond `initial_width`, those at its start, for which the neighbor lists are made. */
+/* The contact of types i and j has the energy of PairLaw. These are arrays by type, so that fix
+   adapt can change them. Widths and reaches may shrink during a run, but not grow beyond those at
+   its start, for which the neighbor lists are made. */
 struct ContactLaws {
-  double **eps = nullptr, **width = nullptr, **initial_width = nullptr;
+  double **eps = nullptr, **width = nullptr;
+  double **initial_width = nullptr, **initial_reach = nullptr;
   int **form = nullptr;
   double longest_edge = 0.0;    // limit, so that neighbor lists hold an end of each edge
   double near = 0.0;    // range of a polygon's contacts with itself, for each edge between; 0: none
@@ -44,17 +45,26 @@ struct ContactLaws {
   bool disk(int type) const { return role[type] >= DISK; }    // or a line, without another end
   bool flat(int type) const { return role[type] == FLAT; }
 
-  /* Two atoms may be this far apart if their contact has its initial width: an edge within reach of
+  // distance up to which the law acts
+  double reach(int i, int j) const { return width[i][j]; }
+
+  // whether types a and b have the same law with type k
+  bool same(int a, int b, int k) const
+  {
+    return eps[a][k] == eps[b][k] && width[a][k] == width[b][k] && form[a][k] == form[b][k];
+  }
+
+  /* Two atoms may be this far apart if their contact has its initial reach: an edge within reach of
      a point has one end no farther than half its length beyond the foot. */
   double cutoff(int i, int j) const
   {
     const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
-    return std::hypot(initial_width[i][j], 0.5 * edge);
+    return std::hypot(initial_reach[i][j], 0.5 * edge);
   }
 
-  /* A vertex and an edge of its own outline with m edges between have a contact of the range
+  /* A vertex and an edge of its own outline with m edges between repel each other up to the distance
      min(width, m near): an outline that bends little has no contacts with itself, however many
-     vertices it has. From m = steps on, the range is the width, of all types. */
+     vertices it has. From m = steps on, that is the width, of all types. */
   int steps = 1;
   int steps_of_range() const
   {
@@ -65,9 +75,23 @@ struct ContactLaws {
   }
 };
 
-/* Loops over contacts take the laws from one table, which is made anew for every evaluation. */
+/* The energy is E = (eps/2)(1 - d/width)^2 at a distance d. Loops over contacts take the laws from
+   one table, which is made anew for every evaluation. */
 struct PairLaw {
-  double eps, width, per_width, widthsq;
+  double eps, width, per_width, reachsq;    // square of the distance up to which contacts are found
+
+  struct Push {
+    double energy, force;    // minus the derivative of the energy by d
+  };
+  Push push(double d) const
+  {
+    const double overlap = 1.0 - d * per_width;
+    return {0.5 * eps * overlap * overlap, eps * overlap * per_width};
+  }
+  bool acts(double d) const { return 1.0 - d * per_width > 0.0; }
+  // second derivative of the energy, also beyond contact
+  double stiffness(double) const { return spring(); }
+  double spring() const { return eps * per_width * per_width; }    // of overlapping rims
 };
 
 class PairLaws {
@@ -78,13 +102,13 @@ class PairLaws {
     return (special * (ntypes + 1) + i) * (ntypes + 1) + j;
   }
 
-  // of a vertex and an edge of its own outline with this many edges between, if these say the range
+  // of a vertex and an edge of its own outline with this many edges between, at most laws.steps
   static int special_of(int between) { return SPECIAL - 1 + between; }
 
   // contacts are found up to a gap of `beyond`
   void set(const ContactLaws &laws, int ntypes, const double *special_factors, double beyond = 0.0)
   {
-    const int rows = SPECIAL - 1 + laws.steps;
+    const int rows = SPECIAL + (laws.near > 0.0 ? laws.steps : 0);
     table.resize(number(ntypes, 0, 0, rows));
     for (int special = 0; special < rows; special++)
       for (int i = 1; i <= ntypes; i++)
@@ -92,7 +116,8 @@ class PairLaws {
           const int between = special - SPECIAL + 1;
           const double eps = laws.eps[i][j] * (between > 0 ? 1.0 : special_factors[special]);
           const double range = between > 0 ? between * laws.near : HUGE_VAL;
-          const double width = std::min(laws.width[i][j], range), reach = width + beyond;
+          const double width = std::min(laws.width[i][j], range);
+          const double reach = (between > 0 ? width : laws.reach(i, j)) + beyond;
           table[number(ntypes, i, j, special)] = {eps, width, 1.0 / width, reach * reach};
         }
   }

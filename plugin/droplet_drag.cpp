@@ -95,7 +95,7 @@ void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
   contacts.clear();
   for (const DropletMeeting &m : meetings) {
     rows.push_back({m.vertex, m.tail, m.head, m.t, m.normal.x, m.normal.y, 0.5 * m.distance});
-    contacts.push_back({m.distance, m.stiffness, m.stiffness});    // the virial knows the force
+    contacts.push_back({m.distance, m.stiffness, m.drag});    // the virial knows the force
   }
   read_outlines();
   stiffness.take(meetings);

@@ -37,10 +37,11 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x,
     const bool flat = c.tail == c.head;    // a flat wall does not turn
     const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
     const double length = flat ? ENDLESS : corner ? 0.0 : size(edge);
-    const double force = std::max(0.0, pair.contact_force(c).magnitude);
+    const PairLaw &law = pair.law_of(c);
+    const double force = law.acts(d) ? pair.contact_force(c).magnitude : 0.0;
     const Vector along = edge * (length > 0.0 ? 1.0 / length : 0.0);
     meetings.push_back({c.vertex, c.tail, c.head, flat ? 0.0 : foot.t, {r.x / d, r.y / d}, d,
-                        pair.stiffness(c), force, along, length});
+                        law.stiffness(d), force, law.spring(), along, length});
     if (d == 0.0) return false;
   }
   return true;

@@ -16,11 +16,12 @@ struct DropletMeeting {
   jamlab::Vector normal;    // unit vector from the edge to the vertex
   double distance;
   double stiffness, force;    // second and minus the first derivative of the energy by the distance
+  double drag;                // stiffness in the coefficient of its drag
   jamlab::Vector along;       // direction of the edge
   double length;              // of the edge; 0: the vertex meets a corner of it
 };
 
-// Finds contacts of this rank at its positions, and gaps up to `beyond`, which bear no force.
+// Finds contacts of this rank at its positions, and gaps up to `beyond` more, which bear no force.
 // Returns false if outlines cross, where a contact has no direction.
 bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &,
                    double beyond = 0.0);

@@ -39,9 +39,9 @@ void FlatWalls::build(const NeighList *list, const ContactLaws &laws)
     const int i = list->ilist[ii], type = atom->type[i];
     if (laws.disk(type)) continue;
     for (std::size_t w = 0; w < walls.size(); w++) {
-      const double width = laws.initial_width[type][walls[w].type];    // negative: another style's
-      if (width < 0.0) continue;
-      const double reach = width + neighbor->skin, above = atom->x[i][1] - walls[w].y;
+      const double own = laws.initial_reach[type][walls[w].type];    // negative: another style's
+      if (own < 0.0) continue;
+      const double reach = own + neighbor->skin, above = atom->x[i][1] - walls[w].y;
       const int law = PairLaws::number(atom->ntypes, type, walls[w].type, 0);
       const int lowest = image_above(above - reach), highest = image_above(above + reach) - 1;
       if (!domain->yperiodic && std::fabs(above) < reach)
@@ -68,7 +68,7 @@ const std::vector<Contact> &FlatWalls::find(const Position *x, const PairLaws &l
   found.clear();
   for (const Row &row : rows) {
     const double r = x[row.i][1] - walls[row.wall].y - row.image * domain->yprd;
-    if (r * r >= laws[row.law].widthsq) continue;
+    if (r * r >= laws[row.law].reachsq) continue;
     const int end = shared() ? nall + row.wall : walls[row.wall].index;
     found.push_back({row.i, end, end, row.law, {{0.0, r}, r * r, 0.0}});
   }

@@ -50,9 +50,7 @@ bool same_law(const ContactLaws &laws, int ntypes, int a, int b)
 {
   if (a == b) return true;
   for (int k = 1; k <= ntypes; k++)
-    if (laws.eps[a][k] != laws.eps[b][k] || laws.width[a][k] != laws.width[b][k] ||
-        laws.form[a][k] != laws.form[b][k])
-      return false;
+    if (!laws.same(a, b, k)) return false;
   return laws.role[a] == laws.role[b];
 }
 

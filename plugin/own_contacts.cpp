@@ -77,7 +77,7 @@ void OwnContacts::try_edge(const FixPolygonOutline &outline, const ContactLaws &
   const auto law_of = [&](int special) {
     return PairLaws::number(atom->ntypes, type[i], type[tail], special);
   };
-  const int whole = law_of(0);
+  const int whole = law_of(PairLaws::special_of(laws.steps));    // which only repels
   of_vertex.push_back(
       {atom->tag[tail], tail, head, near ? law_of(PairLaws::special_of(between)) : whole, whole});
 }
@@ -91,7 +91,7 @@ const std::vector<Contact> &OwnContacts::find(const Position *x, const PairLaws 
     for (int n = row.begin; n < row.end; n++) {
       const Edge &edge = edges[n];
       const jamlab::Foot foot = foot_on_edge(x[row.i], edge_frame(x[edge.tail], x[edge.head]));
-      if (foot.rsq >= laws[edge.law].widthsq) continue;
+      if (foot.rsq >= laws[edge.law].reachsq) continue;
       const Contact contact = {row.i, edge.tail, edge.head, edge.law, foot};
       const bool near = laws[edge.law].width < laws[edge.whole].width;
       if (near || !row.outline)

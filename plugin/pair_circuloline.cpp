@@ -63,6 +63,7 @@ PairCirculoline::~PairCirculoline()
     memory->destroy(laws.eps);
     memory->destroy(laws.width);
     memory->destroy(laws.initial_width);
+    memory->destroy(laws.initial_reach);
     memory->destroy(laws.form);
   }
 }
@@ -76,12 +77,14 @@ void PairCirculoline::allocate()
   memory->create(laws.eps, np1, np1, "pair:eps");
   memory->create(laws.width, np1, np1, "pair:delta");
   memory->create(laws.initial_width, np1, np1, "pair:initial_width");
+  memory->create(laws.initial_reach, np1, np1, "pair:initial_reach");
   memory->create(laws.form, np1, np1, "pair:form");
   given_coeffs.assign(np1 * np1, Given());
   std::fill_n(setflag[0], np1 * np1, 0);
   std::fill_n(laws.eps[0], np1 * np1, 0.0);
   std::fill_n(laws.width[0], np1 * np1, -1.0);
   std::fill_n(laws.initial_width[0], np1 * np1, -1.0);
+  std::fill_n(laws.initial_reach[0], np1 * np1, -1.0);
   std::fill_n(laws.form[0], np1 * np1, form);
   read_roles();
 }
@@ -193,7 +196,8 @@ void PairCirculoline::init_style()
       error->warning(FLERR, "{}: neigh_modify exclude molecule/intra hides the contacts of a "
                      "polygon with its own periodic images", WHO);
   std::fill_n(in_use, NUMBER_OF_CONTACT_FORMS, false);
-  std::fill_n(laws.initial_width[0], (atom->ntypes + 1) * (atom->ntypes + 1), -1.0);
+  for (double **const initial : {laws.initial_width, laws.initial_reach})
+    std::fill_n(initial[0], (atom->ntypes + 1) * (atom->ntypes + 1), -1.0);
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
@@ -218,21 +222,26 @@ double PairCirculoline::init_one(int i, int j)
   laws.form[j][i] = laws.form[i][j];
   in_use[laws.form[i][j]] = true;
 
-  const double width = laws.width[i][j];
-  double &initial = laws.initial_width[i][j];
-  if (initial < 0.0)
-    initial = laws.initial_width[j][i] = width;
-  else if (width > initial)
-    error->all(FLERR, "{}: delta of types {} and {} grew to {} from {} at the start of the run, "
-               "for which the neighbor lists are made: start with the largest value", WHO, i, j,
-               width, initial);
+  hold_initial("delta", laws.initial_width, i, j, laws.width[i][j]);
+  hold_initial("reach", laws.initial_reach, i, j, laws.reach(i, j));
 
   const double cutoff = laws.cutoff(i, j);
   const bool disks = laws.disk(i) && laws.disk(j);
-  const double ghosts = disks ? cutoff : std::max(cutoff, initial + laws.longest_edge);
+  const double reach = laws.initial_reach[i][j];
+  const double ghosts = disks ? cutoff : std::max(cutoff, reach + laws.longest_edge);
   if (comm->mode != Comm::SINGLE) return ghosts;    // each type has the ghosts of its own cutoff
   comm->cutghostuser = raised_cutoff = std::max(comm->cutghostuser, ghosts + neighbor->skin);
   return cutoff;
+}
+
+void PairCirculoline::hold_initial(const char *name, double **initial, int i, int j, double value)
+{
+  if (initial[i][j] < 0.0)
+    initial[i][j] = initial[j][i] = value;
+  else if (value > initial[i][j])
+    error->all(FLERR, "{}: {} of types {} and {} grew to {} from {} at the start of the run, "
+               "for which the neighbor lists are made: start with the largest value", WHO, name, i,
+               j, value, initial[i][j]);
 }
 
 /* Two types that no pair_coeff names have a mixed contact. */

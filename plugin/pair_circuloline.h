@@ -46,11 +46,7 @@ class PairCirculoline : public Pair {
     jamlab::Vector f;
   };
   ContactForce contact_force(const Contact &) const;
-  double stiffness(const Contact &contact) const    // second derivative of the energy
-  {
-    const PairLaw &law = pair_laws[contact.law];
-    return law.eps * law.per_width * law.per_width;
-  }
+  const PairLaw &law_of(const Contact &contact) const { return pair_laws[contact.law]; }
 
   bool flat(int i) const { return laws.flat(atom->type[i]); }    // whether an atom is a flat wall
   // of a contact: the flat walls of several ranks have the numbers after atoms and ghosts
@@ -99,6 +95,7 @@ class PairCirculoline : public Pair {
   void allocate();
   void read_roles();
   void set(int, int, double eps, double width, int form);
+  void hold_initial(const char *name, double **initial, int i, int j, double value);
   void mix(int, int);
   void mix_widths(int, int);
   void find_candidates();

@@ -36,26 +36,26 @@ void PairCirculoline::compute(int eflag, int vflag)
   if (own) return_from_ghosts();
 }
 
-/* Each contact repels its vertex from its edge. */
+/* Each contact pushes its vertex from its edge, or pulls it there. */
 template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
 {
   const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
   Returned *const returned = ghosts.data();
   const bool parts = vflag_either || eflag_atom || !eflag_global;    // more than the energy
   visit_contacts([=](const Contact &contact) {
-    const ContactForce repulsion = contact_force(contact);
-    const jamlab::Vector of_head = repulsion.f * contact.foot.t;
+    const ContactForce push = contact_force(contact);
+    const jamlab::Vector of_head = push.f * contact.foot.t;
     const int atoms[3] = {contact.vertex, contact.tail, contact.head};
-    const jamlab::Vector forces[3] = {repulsion.f, of_head - repulsion.f, of_head * -1.0};
+    const jamlab::Vector forces[3] = {push.f, of_head - push.f, of_head * -1.0};
     for (int k = 0; k < 3; k++) {
       double *const sum = OWN ? &returned[atoms[k]][FORCE] : f[atoms[k]];
       sum[0] += forces[k].x;
       sum[1] += forces[k].y;
     }
     if (TALLY && !parts)
-      eng_vdwl += repulsion.energy;
+      eng_vdwl += push.energy;
     else if (TALLY)
-      tally(contact, repulsion, OWN);
+      tally(contact, push, OWN);
   });
 }
 
@@ -91,11 +91,11 @@ const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
 
 /* Half of the energy and virial belongs to the vertex, half to the edge, whose ends share it as
    they share the force. */
-void PairCirculoline::tally(const Contact &contact, const ContactForce &repulsion, bool own)
+void PairCirculoline::tally(const Contact &contact, const ContactForce &push, bool own)
 {
-  const jamlab::Vector &r = contact.foot.r, &f = repulsion.f;
+  const jamlab::Vector &r = contact.foot.r, &f = push.f;
   const double t = contact.foot.t, v[3] = {r.x * f.x, r.y * f.y, r.x * f.y};
-  if (eflag_global) eng_vdwl += repulsion.energy;
+  if (eflag_global) eng_vdwl += push.energy;
   if (vflag_global) add_virial(virial, 1.0, v);
   if (!eflag_atom && !vflag_atom) return;
 
@@ -104,11 +104,11 @@ void PairCirculoline::tally(const Contact &contact, const ContactForce &repulsio
   for (int k = 0; k < 3; k++) {
     const int i = atoms[k];
     if (own) {
-      ghosts[i][ENERGY] += share[k] * repulsion.energy;
+      ghosts[i][ENERGY] += share[k] * push.energy;
       for (int d = 0; d < 3; d++) ghosts[i][VIRIAL + d] += share[k] * v[d];
       continue;
     }
-    if (eflag_atom) eatom[i] += share[k] * repulsion.energy;
+    if (eflag_atom) eatom[i] += share[k] * push.energy;
     if (vflag_atom) add_virial(vatom[i], share[k], v);
   }
 }
@@ -157,16 +157,16 @@ void PairCirculoline::refuse_shared_walls() const
                "need one rank", WHO);
 }
 
-/* The energy is E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no
-   force. */
+/* Crossing edges (d = 0) have no direction and no force. */
 PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &contact) const
 {
   const PairLaw &law = pair_laws[contact.law];
   const jamlab::Foot &foot = contact.foot;
-  const double d = sqrt(foot.rsq), overlap = 1.0 - d * law.per_width;
-  const double magnitude = d > 0.0 ? law.eps * overlap * law.per_width : 0.0;
+  const double d = sqrt(foot.rsq);
+  const PairLaw::Push push = law.push(d);
+  const double magnitude = d > 0.0 ? push.force : 0.0;
   const double per_d = d > 0.0 ? magnitude / d : 0.0;
-  return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, foot.r * per_d};
+  return {d - law.width, push.energy, magnitude, foot.r * per_d};
 }
 
 /* Computes may ask for contacts at any point of a step. Ghosts lag behind where fix deform or a
