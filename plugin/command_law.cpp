@@ -92,7 +92,8 @@ Words law_of_disks(const DataFile &data)
 Words law_of_droplets(const DataFile &data)
 {
   Words law;
-  for (const char *name : {"units", "gamma", "ka", "eps", "delta", "eta", "contact"})
+  for (const char *name : {"units", "gamma", "ka", "eps", "delta", "eta", "contact",
+                           "adhesion", "adhesion_range"})
     if (const auto value = data.fact(name); !value.empty()) law[name] = value;
   return law;
 }
@@ -117,7 +118,8 @@ std::string ratio_of(const Words &law)
 bool of_law(const std::string &name)
 {
   for (const char *each : {"units", "eps", "k", "exponent", "stickiness", "size_ratio",
-                           "pair_style", "gamma", "ka", "delta", "eta", "contact"})
+                           "pair_style", "gamma", "ka", "delta", "eta", "contact", "adhesion",
+                           "adhesion_range"})
     if (name == each) return true;
   return size_of_type(name);
 }
@@ -144,10 +146,15 @@ std::string misfit(const DataFile &data, const std::string &model, const std::st
         "data = {}: each disk has its own diameter, but decks take it from the atom type: "
         "use jamlab in Python",
         name);
-  if (!data.fact("law").empty() && !given.count("pair_style"))
+  const std::string law = data.fact("law");
+  const bool of_droplets = law.empty() || law == "rim" || law == "adhesive";
+  if (model == "dp" && !of_droplets)
+    return fmt::format("data = {}: decks of droplets have no law={}: use jamlab in Python", name,
+                       law);
+  if (model == "sp" && !law.empty() && !given.count("pair_style"))
     return fmt::format(
         "data = {}: give the pair_style of law={}, see parts/sp, or use `jamlab deck`", name,
-        data.fact("law"));
+        law);
   return "";
 }
 

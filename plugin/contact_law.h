@@ -36,6 +36,7 @@ enum Role {
    its start, for which the neighbor lists are made. */
 struct ContactLaws {
   double **eps = nullptr, **width = nullptr;
+  double **adhesion = nullptr, **range = nullptr;    // over the width
   double **initial_width = nullptr, **initial_reach = nullptr;
   int **form = nullptr;
   double longest_edge = 0.0;    // limit, so that neighbor lists hold an end of each edge
@@ -46,12 +47,13 @@ struct ContactLaws {
   bool flat(int type) const { return role[type] == FLAT; }
 
   // distance up to which the law acts
-  double reach(int i, int j) const { return width[i][j]; }
+  double reach(int i, int j) const { return width[i][j] * (1.0 + range[i][j]); }
 
   // whether types a and b have the same law with type k
   bool same(int a, int b, int k) const
   {
-    return eps[a][k] == eps[b][k] && width[a][k] == width[b][k] && form[a][k] == form[b][k];
+    return eps[a][k] == eps[b][k] && width[a][k] == width[b][k] && form[a][k] == form[b][k] &&
+        adhesion[a][k] == adhesion[b][k] && range[a][k] == range[b][k];
   }
 
   /* Two atoms may be this far apart if their contact has its initial reach: an edge within reach of
@@ -62,9 +64,9 @@ struct ContactLaws {
     return std::hypot(initial_reach[i][j], 0.5 * edge);
   }
 
-  /* A vertex and an edge of its own outline with m edges between repel each other up to the distance
+  /* A vertex and an edge of its own outline with m edges between repel up to the distance
      min(width, m near): an outline that bends little has no contacts with itself, however many
-     vertices it has. From m = steps on, that is the width, of all types. */
+     vertices it has. From m = steps on, that is the width, of all types. Nothing adheres to itself. */
   int steps = 1;
   int steps_of_range() const
   {
@@ -75,10 +77,13 @@ struct ContactLaws {
   }
 };
 
-/* The energy is E = (eps/2)(1 - d/width)^2 at a distance d. Loops over contacts take the laws from
-   one table, which is made anew for every evaluation. */
+/* With the overlap x = 1 - d/width at a distance d, the energy is E = (eps/2)(x^2 - adhesion range)
+   down to x = -adhesion, and E = -(eps/2) falls (x + range)^2 from there to x = -range, where falls =
+   adhesion/(range - adhesion). Without adhesion it ends at contact. Loops over contacts take the
+   laws from one table, which is made anew for every evaluation. */
 struct PairLaw {
   double eps, width, per_width, reachsq;    // square of the distance up to which contacts are found
+  double adhesion = 0.0, range = 0.0, falls = 0.0;
 
   struct Push {
     double energy, force;    // minus the derivative of the energy by d
@@ -86,11 +91,19 @@ struct PairLaw {
   Push push(double d) const
   {
     const double overlap = 1.0 - d * per_width;
-    return {0.5 * eps * overlap * overlap, eps * overlap * per_width};
+    if (overlap >= -adhesion || range == 0.0)
+      return {0.5 * eps * (overlap * overlap - adhesion * range), eps * overlap * per_width};
+    const double depth = overlap + range;
+    return {-0.5 * eps * falls * depth * depth, -eps * falls * depth * per_width};
   }
-  bool acts(double d) const { return 1.0 - d * per_width > 0.0; }
-  // second derivative of the energy, also beyond contact
-  double stiffness(double) const { return spring(); }
+  bool acts(double d) const { return 1.0 - d * per_width > -range; }
+  // second derivative of the energy; beyond contact that of rims which a step brings there
+  double stiffness(double d) const
+  {
+    const double overlap = 1.0 - d * per_width;
+    if (overlap >= -adhesion || range == 0.0) return spring();
+    return overlap > -range ? -falls * spring() : 0.0;
+  }
   double spring() const { return eps * per_width * per_width; }    // of overlapping rims
 };
 
@@ -118,7 +131,12 @@ class PairLaws {
           const double range = between > 0 ? between * laws.near : HUGE_VAL;
           const double width = std::min(laws.width[i][j], range);
           const double reach = (between > 0 ? width : laws.reach(i, j)) + beyond;
-          table[number(ntypes, i, j, special)] = {eps, width, 1.0 / width, reach * reach};
+          PairLaw &law = table[number(ntypes, i, j, special)];
+          law = {eps, width, 1.0 / width, reach * reach};
+          if (between > 0 || laws.range[i][j] == 0.0) continue;
+          law.adhesion = laws.adhesion[i][j];
+          law.range = laws.range[i][j];
+          law.falls = law.adhesion / (law.range - law.adhesion);
         }
   }
   const PairLaw &operator[](int number) const { return table[number]; }

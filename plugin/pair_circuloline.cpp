@@ -15,12 +15,14 @@
 #include "restart_values.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -7.0;    // of restart files; the first layout has delta here
+// of restart files; the first layout has delta here, and -7 has no adhesion
+static constexpr double LAYOUT = -8.0, WITHOUT_ADHESION = -7.0;
 
 // These are the keywords of pair_style, by Role; `contact` is that of vertices.
 static const std::string ROLES[] = {"contact", "walls", "disks", "flat"};
@@ -62,6 +64,8 @@ PairCirculoline::~PairCirculoline()
     memory->destroy(cutsq);
     memory->destroy(laws.eps);
     memory->destroy(laws.width);
+    memory->destroy(laws.adhesion);
+    memory->destroy(laws.range);
     memory->destroy(laws.initial_width);
     memory->destroy(laws.initial_reach);
     memory->destroy(laws.form);
@@ -76,6 +80,8 @@ void PairCirculoline::allocate()
   memory->create(cutsq, np1, np1, "pair:cutsq");
   memory->create(laws.eps, np1, np1, "pair:eps");
   memory->create(laws.width, np1, np1, "pair:delta");
+  memory->create(laws.adhesion, np1, np1, "pair:adhesion");
+  memory->create(laws.range, np1, np1, "pair:range");
   memory->create(laws.initial_width, np1, np1, "pair:initial_width");
   memory->create(laws.initial_reach, np1, np1, "pair:initial_reach");
   memory->create(laws.form, np1, np1, "pair:form");
@@ -83,6 +89,8 @@ void PairCirculoline::allocate()
   std::fill_n(setflag[0], np1 * np1, 0);
   std::fill_n(laws.eps[0], np1 * np1, 0.0);
   std::fill_n(laws.width[0], np1 * np1, -1.0);
+  std::fill_n(laws.adhesion[0], np1 * np1, 0.0);
+  std::fill_n(laws.range[0], np1 * np1, 0.0);
   std::fill_n(laws.initial_width[0], np1 * np1, -1.0);
   std::fill_n(laws.initial_reach[0], np1 * np1, -1.0);
   std::fill_n(laws.form[0], np1 * np1, form);
@@ -125,7 +133,9 @@ void PairCirculoline::settings(int narg, char **arg)
   read_roles();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form);
+      if (setflag[i][j])
+        set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form,
+            {laws.adhesion[i][j], laws.range[i][j]});
 }
 
 /* Types are read as LAMMPS writes them, several of them with commas: 2 or 2*4 or 2,5* or wall. They
@@ -149,12 +159,16 @@ void PairCirculoline::read_roles()
   }
 }
 
-/* The command is: pair_coeff i j eps [delta [contact form]]. For disks delta is the diameter.
-   Without delta a type has that of pair_style, and two types the mean of both. */
+/* The command is: pair_coeff i j eps [delta [contact form]] [adhesion pull range]. For disks delta
+   is the diameter. Without delta a type has that of pair_style, and two types the mean of both. */
 void PairCirculoline::coeff(int narg, char **arg)
 {
+  const bool adheres = narg > 5 && strcmp(arg[narg - 3], "adhesion") == 0;
+  const Adhesion adhesion = adheres ? read_adhesion(arg + narg - 2) : Adhesion();
+  if (adheres) narg -= 3;
   if (narg < 3 || narg > 5)
-    error->all(FLERR, "{} needs: pair_coeff i j eps [delta [contact form]]", WHO);
+    error->all(FLERR, "{} needs: pair_coeff i j eps [delta [contact form]] [adhesion pull range]",
+               WHO);
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
@@ -169,14 +183,27 @@ void PairCirculoline::coeff(int narg, char **arg)
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
     for (int j = std::max(jlo, i); j <= jhi; j++) {
-      set(i, j, eps, width, of_pair);
+      set(i, j, eps, width, of_pair, adhesion);
       count++;
     }
   if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
 }
 
-void PairCirculoline::set(int i, int j, double eps, double width, int of_pair)
+PairCirculoline::Adhesion PairCirculoline::read_adhesion(char **arg) const
 {
+  const double pull = utils::numeric(FLERR, arg[0], false, lmp);
+  const double range = utils::numeric(FLERR, arg[1], false, lmp);
+  if (pull < 0.0) error->all(FLERR, "{}: adhesion {} must not be negative", WHO, pull);
+  if (range < pull || (pull > 0.0 && range == pull))
+    error->all(FLERR, "{}: adhesion {} needs a range beyond it, not {}", WHO, pull, range);
+  return {pull, range};
+}
+
+void PairCirculoline::set(int i, int j, double eps, double width, int of_pair,
+                          const Adhesion &adhesion)
+{
+  laws.adhesion[i][j] = laws.adhesion[j][i] = adhesion.pull;
+  laws.range[i][j] = laws.range[j][i] = adhesion.range;
   setflag[i][j] = 1;
   laws.eps[i][j] = laws.eps[j][i] = eps;
   given(i, j) = given(j, i) = {width, -1.0, of_pair};
@@ -220,6 +247,9 @@ double PairCirculoline::init_one(int i, int j)
   laws.eps[j][i] = laws.eps[i][j];
   laws.width[j][i] = laws.width[i][j];
   laws.form[j][i] = laws.form[i][j];
+  laws.adhesion[j][i] = laws.adhesion[i][j];
+  laws.range[j][i] = laws.range[i][j];
+  check_adhesion(i, j);
   in_use[laws.form[i][j]] = true;
 
   hold_initial("delta", laws.initial_width, i, j, laws.width[i][j]);
@@ -232,6 +262,15 @@ double PairCirculoline::init_one(int i, int j)
   if (comm->mode != Comm::SINGLE) return ghosts;    // each type has the ghosts of its own cutoff
   comm->cutghostuser = raised_cutoff = std::max(comm->cutghostuser, ghosts + neighbor->skin);
   return cutoff;
+}
+
+/* Fix adapt may have changed them. */
+void PairCirculoline::check_adhesion(int i, int j) const
+{
+  const double pull = laws.adhesion[i][j], range = laws.range[i][j];
+  if (pull < 0.0 || range < pull || (pull > 0.0 && range == pull))
+    error->all(FLERR, "{}: adhesion {} of types {} and {} must be from 0 to less than the range {}",
+               WHO, pull, i, j, range);
 }
 
 void PairCirculoline::hold_initial(const char *name, double **initial, int i, int j, double value)
@@ -256,6 +295,10 @@ void PairCirculoline::mix(int i, int j)
                CONTACT_FORMS[laws.form[j][j]], i, j);
   laws.eps[i][j] = mix_energy(laws.eps[i][i], laws.eps[j][j], laws.width[i][i], laws.width[j][j]);
   laws.form[i][j] = laws.form[i][i];
+  // the pull is the geometric mean, whatever pair_modify says; a range beyond both is beyond it
+  laws.adhesion[i][j] = std::sqrt(laws.adhesion[i][i] * laws.adhesion[j][j]);
+  laws.range[i][j] =
+      laws.adhesion[i][j] > 0.0 ? 0.5 * (laws.range[i][i] + laws.range[j][j]) : 0.0;
 }
 
 /* Outlines touch where their rims do: the width is the arithmetic mean, whatever pair_modify says,
@@ -277,6 +320,8 @@ void *PairCirculoline::extract(const char *str, int &dim)
   dim = 2;
   if (strcmp(str, "delta") == 0) return laws.width;
   if (strcmp(str, "eps") == 0) return laws.eps;
+  if (strcmp(str, "adhesion") == 0) return laws.adhesion;
+  if (strcmp(str, "range") == 0) return laws.range;
   return nullptr;
 }
 
@@ -297,6 +342,7 @@ void PairCirculoline::write_restart(FILE *fp)
       if (!setflag[i][j]) continue;
       write_value(fp, laws.eps[i][j]);
       write_value(fp, given(i, j));
+      write_value(fp, Adhesion{laws.adhesion[i][j], laws.range[i][j]});
     }
 }
 
@@ -310,9 +356,11 @@ void PairCirculoline::read_restart(FILE *fp)
       if (!setflag[i][j]) continue;
       double eps;
       Given own;
+      Adhesion adhesion;
       read_everywhere(lmp, fp, &eps);
       read_everywhere(lmp, fp, &own);
-      set(i, j, eps, own.width, own.form);
+      if (layout == LAYOUT) read_everywhere(lmp, fp, &adhesion);
+      set(i, j, eps, own.width, own.form, adhesion);
     }
 }
 
@@ -332,9 +380,8 @@ void PairCirculoline::write_restart_settings(FILE *fp)
 
 void PairCirculoline::read_restart_settings(FILE *fp)
 {
-  double layout;
   read_everywhere(lmp, fp, &layout);
-  if (layout != LAYOUT)
+  if (layout != LAYOUT && layout != WITHOUT_ADHESION)
     error->all(FLERR, "{}: the restart file was written by another version of this plugin: start "
                "from a data file", WHO);
   read_everywhere(lmp, fp, &delta);
@@ -347,17 +394,22 @@ void PairCirculoline::read_restart_settings(FILE *fp)
   for (auto &types : role_types) read_everywhere(lmp, fp, &types);
 }
 
+std::string PairCirculoline::coefficients(int i, int j) const
+{
+  const double pull = laws.adhesion[i][j], range = laws.range[i][j];
+  std::string words = fmt::format("{:.17g} {:.17g} {}", laws.eps[i][j], laws.width[i][j],
+                                  CONTACT_FORMS[laws.form[i][j]]);
+  return range > 0.0 ? words + fmt::format(" adhesion {:.17g} {:.17g}", pull, range) : words;
+}
+
 void PairCirculoline::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++)
-    fprintf(fp, "%d %.17g %.17g %s\n", i, laws.eps[i][i], laws.width[i][i],
-            CONTACT_FORMS[laws.form[i][i]]);
+  for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %s\n", i, coefficients(i, i).c_str());
 }
 
 void PairCirculoline::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      fprintf(fp, "%d %d %.17g %.17g %s\n", i, j, laws.eps[i][j], laws.width[i][j],
-              CONTACT_FORMS[laws.form[i][j]]);
+      fprintf(fp, "%d %d %s\n", i, j, coefficients(i, j).c_str());
 }

@@ -13,7 +13,7 @@
 
 namespace LAMMPS_NS {
 
-/* PairCirculoline is the repulsion between outlines of a width: polygons (closed rings of bonds),
+/* PairCirculoline is the repulsion and adhesion of outlines of a width: polygons (closed rings of bonds),
    walls (open chains) and disks, in the forms of contact_forms.h.
 
    A periodic image of a polygon is another polygon, also to itself. The rank that owns the vertex
@@ -73,6 +73,9 @@ class PairCirculoline : public Pair {
     double mixed = -1.0;   // that mean, if it is in use
     int form = -1;         // ContactForm; -1: that of pair_style
   };
+  struct Adhesion {
+    double pull = 0.0, range = 0.0;
+  };
   std::vector<Given> given_coeffs;
   Given &given(int i, int j) { return given_coeffs[i * (atom->ntypes + 1) + j]; }
   std::string role_types[FLAT + 1];    // as pair_style names them, before types are known
@@ -90,11 +93,15 @@ class PairCirculoline : public Pair {
 
   std::vector<tagint> tags;                    // of atoms and ghosts when candidates were found
   std::pair<bigint, bigint> candidates_for;    // the neighbor lists of the candidates
+  double layout = 0.0;                         // of the restart file that is read
   double user_cutoff, raised_cutoff;           // of ghosts, by comm_modify and by these contacts
 
   void allocate();
   void read_roles();
-  void set(int, int, double eps, double width, int form);
+  void set(int, int, double eps, double width, int form, const Adhesion &);
+  Adhesion read_adhesion(char **arg) const;
+  void check_adhesion(int, int) const;
+  std::string coefficients(int, int) const;    // as pair_coeff takes them
   void hold_initial(const char *name, double **initial, int i, int j, double value);
   void mix(int, int);
   void mix_widths(int, int);

@@ -2,7 +2,7 @@
 
 Laws are entry points of the group `jamlab.laws`, of jamlab or of another package, between disks or between the rims of
 droplets. Without a name the law of disks is "sticky" where `stickiness` is above 0, else "power", and the packing may
-have the parameters of both; the law of rims is "rim".
+have the parameters of both; the law of rims is "adhesive" where `adhesion` is above 0, else "rim".
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from jamlab.registry import Registry
 # laws of a packing that names none, by what is in contact: the first, or that whose parameter is above 0
 UNNAMED: Mapping[Surfaces, Mapping[str, str]] = {
     "disks": {"": "power", "stickiness": "sticky"},
-    "rims": {"": "rim"},
+    "rims": {"": "rim", "adhesion": "adhesive"},
 }
 # names of laws that differ from another one in parameters alone
 NAMED: Mapping[str, Mapping[str, Any]] = {"harmonic": {"exponent": 2.0}, "hertz": {"exponent": 2.5}}
@@ -84,7 +84,8 @@ def law_class(params: Mapping[str, Any], between: Surfaces = "disks") -> type[Pa
         between: what is in contact.
 
     Raises:
-        InputError: no such law is known, it acts between other surfaces, or stickiness goes with an exponent.
+        InputError: no such law is known, it acts between other surfaces, a parameter is given of a law that is not
+            chosen, or stickiness goes with an exponent.
     """
     if (name := _named(params)) is not None:
         law = LAWS.get(name)
@@ -93,6 +94,10 @@ def law_class(params: Mapping[str, Any], between: Surfaces = "disks") -> type[Pa
         return law
     usual, *others = UNNAMED[between].items()
     name = next((law for own, law in others if params.get(own)), usual[1])
+    for own, law in others:
+        idle = LAWS.get(law).parameters.keys() - LAWS.get(name).parameters.keys()
+        if given := sorted(each for each in idle if params.get(each)):
+            raise InputError(f"{given[0]} = {params[given[0]]!r} without {own}: give {own} above 0, or leave it out")
     if name == "sticky" and (exponent := params.get("exponent", 2.0)) != 2:
         raise InputError(f"stickiness = {params['stickiness']!r} with exponent = {exponent!r}: sticky disks need 2")
     return LAWS.get(name)

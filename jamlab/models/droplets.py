@@ -293,7 +293,8 @@ class Droplets(Model[Packing]):
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         packing.law.require("deck", "LAMMPS")
         values = self.values(packing)
-        found = {"units": "eps"} | {name: values[name] for name, each in packing.parameters.items() if not each.each}
+        shared = [name for name, each in packing.parameters.items() if name != "law" and not each.each]
+        found = {"units": "eps"} | {name: values[name] for name in shared}
         if packing.frame.is_flat:  # the smallest size is the first type; these words end the line of pair_style
             found["contact"] += " flat 1"
         return found
