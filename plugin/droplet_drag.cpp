@@ -6,6 +6,7 @@
 #include "compute.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_outline_energy.h"
 #include "fix_polygon_area.h"
 #include "flow_settings.h"
 #include "force.h"
@@ -65,13 +66,17 @@ void DropletDrag::read_sums()
 {
   Bond *const bond = lmp->force->bond;
   evaluated = {pair->eng_vdwl + bond->energy};
-  for (const double *virial : {+pair->virial, +bond->virial, +area->virial}) {
+  std::vector<const double *> virials = {+pair->virial, +bond->virial, +area->virial};
+  const std::vector<FixOutlineEnergy *> outlines = FixOutlineEnergy::all_of(lmp);
+  for (const FixOutlineEnergy *const law : outlines) virials.push_back(law->virial);
+  for (const double *const virial : virials) {
     evaluated.xx += virial[0];
     evaluated.yy += virial[1];
     evaluated.xy += virial[3];
   }
   MPI_Allreduce(MPI_IN_PLACE, &evaluated, 4, MPI_DOUBLE, MPI_SUM, world);
   evaluated.energy += area->compute_scalar();
+  for (FixOutlineEnergy *const law : outlines) evaluated.energy += law->compute_scalar();
 }
 
 void DropletDrag::update_contacts(int local, int ghost, double time_ahead)

@@ -4,6 +4,7 @@
 #include "atom.h"
 #include "bond.h"
 #include "error.h"
+#include "fix_outline_energy.h"
 #include "fix_polygon_area.h"
 #include "force.h"
 #include "neighbor.h"
@@ -82,6 +83,8 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
     vertices.push_back({v.i, v.prev, v.next, v.polygon, {0.5 * across.y, -0.5 * across.x},
                         rings.position(v)});
   }
+  outlines = FixOutlineEnergy::all_of(lmp);
+  for (FixOutlineEnergy *const law : outlines) law->take();
 }
 
 Virial DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
@@ -90,6 +93,8 @@ Virial DropletStiffness::add_product(const Field &p, double strain, double facto
   add_contacts(p, strain, factor, out, virial);
   add_tension(p, strain, factor, out, virial);
   add_areas(p, strain, factor, out, virial);
+  for (const FixOutlineEnergy *const law : outlines)
+    law->add_product(p, strain, factor, out, virial);
   return virial;
 }
 
@@ -167,6 +172,7 @@ void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
     matrix.add(e.i, e.j, {-e.share * xx, -e.share * xy, -e.share * xy, -e.share * yy});
   }
   assemble_areas(factor, matrix);
+  for (const FixOutlineEnergy *const law : outlines) law->assemble(factor, matrix);
 }
 
 /* The formulas are those of add_contacts. */
@@ -218,5 +224,8 @@ void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) c
 double DropletStiffness::largest_tension() const
 {
   const double *const gamma = by_bond_type(lmp, "gamma");
-  return *std::max_element(gamma + 1, gamma + 1 + lmp->atom->nbondtypes);
+  double found = *std::max_element(gamma + 1, gamma + 1 + lmp->atom->nbondtypes);
+  for (const FixOutlineEnergy *const law : FixOutlineEnergy::all_of(lmp))
+    found = std::max(found, law->scale());
+  return found;
 }

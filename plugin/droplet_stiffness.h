@@ -73,6 +73,7 @@ class DropletStiffness {
   };
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
+  std::vector<class FixOutlineEnergy *> outlines;    // laws of the outline
 
   void assemble_contacts(double factor, BlockAssembly<2> &) const;
   void assemble_areas(double factor, BlockAssembly<2> &) const;

@@ -125,7 +125,7 @@ std::vector<Fix *> FixOverdamped::check_forces() const
     const char *const style = fix->style;
     const bool pushes_all = BodyForces::accepts(fix);
     later = later || fix == this;
-    if (later && (pushes_all || utils::strmatch(style, "^polygon/area")))
+    if (later && (pushes_all || utils::strmatch(style, "^polygon/")))
       error->all(FLERR, "{}: fix {} of style {} comes later, so the first step would miss its "
                  "forces: define it before", WHO, fix->id, style);
     if (pushes_all) pushes.push_back(fix);

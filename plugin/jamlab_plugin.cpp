@@ -13,7 +13,9 @@
 #include "compute_polygon_contact.h"
 #include "fix_overdamped.h"
 #include "fix_polygon_area.h"
+#include "fix_polygon_bending.h"
 #include "fix_polygon_outline.h"
+#include "fix_polygon_perimeter.h"
 #include "input.h"
 #include "lammps.h"
 #include "pair_circuloline.h"
@@ -72,6 +74,10 @@ static constexpr PluginStyle STYLES[] = {
     {"bond", "line/tension", "line tension of polygon edges", &create<BondLineTension>, nullptr},
     {"fix", "overdamped", "flow of disks without inertia", nullptr, &create<FixOverdamped>},
     {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
+    {"fix", "polygon/bending", "bending stiffness of polygons", nullptr,
+     &create<FixPolygonBending>},
+    {"fix", "polygon/perimeter", "perimeter elasticity of polygons with a preferred shape", nullptr,
+     &create<FixPolygonPerimeter>},
     {"compute", "polygon", "area, perimeter and shape factor of polygons", nullptr,
      &create<ComputePolygon>},
     {"compute", "polygon/contact", "gaps and forces of the contacts between polygons", nullptr,

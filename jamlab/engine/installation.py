@@ -19,6 +19,8 @@ PLUGIN_STYLES = (
     ("pair", "circuloline"),
     ("bond", "line/tension"),
     ("fix", "polygon/area"),
+    ("fix", "polygon/bending"),
+    ("fix", "polygon/perimeter"),
     ("compute", "polygon"),
     ("compute", "polygon/contact"),
     ("pair", "disk/drag"),

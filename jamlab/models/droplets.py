@@ -27,6 +27,7 @@ from jamlab.laws.laws import declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM
+from jamlab.outline_laws.outline_law import Rings, free_shape, laws_that_act, outline_parameters, require_fixes
 from jamlab.packing.derived import per_packing
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
@@ -100,7 +101,7 @@ class Droplets(Model[Packing]):
     # state ------------------------------------------------------------------------------------------------------------
 
     def parameters(self, units: str | None, params: Mapping[str, Any]) -> Mapping[str, Parameter]:
-        return {**_BODY, **declared(params, between="rims"), **_SHAPE}
+        return {**_BODY, **declared(params, between="rims"), **_SHAPE, **outline_parameters()}
 
     def checked(self, packing: Packing) -> dict[str, Any]:
         if packing.diameters is not None:
@@ -195,7 +196,7 @@ class Droplets(Model[Packing]):
         return [*_contacts(packing), *self.shape_terms(packing)]
 
     def shape_terms(self, packing: Packing) -> list[Terms]:
-        return [_tension(packing), *_areas(packing)]
+        return [_tension(packing), *_areas(packing), *_outline_terms(packing)]
 
     def jacobian(self, packing: Packing, lever_arms: str, generator: Array) -> ContactJacobian:
         """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
@@ -292,6 +293,7 @@ class Droplets(Model[Packing]):
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         packing.law.require("deck", "LAMMPS")
+        require_fixes(packing.params)
         values = self.values(packing)
         shared = [name for name, each in packing.parameters.items() if name != "law" and not each.each]
         found = {"units": "eps"} | {name: values[name] for name in shared}
@@ -346,7 +348,23 @@ def free_polygon_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
         )
     # the largest root of the cubic s^3 - a0 s + gamma sqrt(c)/ka = 0 of s = sqrt(a), by Vieta's cosine
     angle = np.arccos(np.maximum(-1.0, -1.5 * gamma * np.sqrt(3 * c / a0) / (ka * a0))) / 3  # -1 at the largest gamma
-    return np.asarray(4 / 3 * a0 * np.cos(angle) ** 2)
+    area = np.asarray(4 / 3 * a0 * np.cos(angle) ** 2)
+    return free_shape(nv, params, area)[0] if laws_that_act(params) else area
+
+
+def free_perimeter(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
+    """(n,) perimeter without rim of the free droplet; arguments as in `free_polygon_area`."""
+    nv = np.asarray(nv)
+    a = free_polygon_area(nv, params)
+    return free_shape(nv, params, a)[1] if laws_that_act(params) else np.sqrt(4 * nv * np.tan(np.pi / nv) * a)
+
+
+def free_tension(nv: ArrayLike, params: Mapping[str, Any]) -> float:
+    """Least line tension, with what laws of outlines add, that holds free droplets round; 0: one of them buckles.
+    Arguments as in `free_polygon_area`."""
+    if not laws_that_act(params):
+        return float(params["gamma"])
+    return float(np.min(free_shape(np.asarray(nv), params, free_polygon_area(nv, params))[2]))
 
 
 def free_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
@@ -354,7 +372,7 @@ def free_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
     nv = np.asarray(nv)
     a = free_polygon_area(nv, params)
     half = 0.5 * float(params["delta"])
-    grown: Array = a + np.sqrt(4 * nv * np.tan(np.pi / nv) * a) * half + np.pi * half**2
+    grown: Array = a + free_perimeter(nv, params) * half + np.pi * half**2
     return grown
 
 
@@ -396,6 +414,20 @@ def _areas(packing: Packing) -> list[Terms]:
         members = np.flatnonzero(sizes == nv)
         excess = packing.polygons.areas[members] - a0[members]
         groups.append(area_terms("area", packing.positions, starts[members], int(nv), ka, excess))
+    return groups
+
+
+def _outline_terms(packing: Packing) -> list[Terms]:
+    """Of the laws of outlines that act; one group for each number of vertices."""
+    if not (laws := laws_that_act(packing.params)):
+        return []
+    a0, sizes, groups = packing.params["a0"], vertex_counts(packing), []
+    starts, droplets = np.asarray(packing.offsets)[:-1], ~packing.flat_walls
+    for nv in np.unique(sizes[droplets]):
+        members = np.flatnonzero((sizes == nv) & droplets)
+        sites = starts[members, None] + np.arange(nv)
+        rings = Rings(packing.positions[sites], sites, a0[members])
+        groups.extend(law.terms(rings, packing.params) for law in laws)
     return groups
 
 

@@ -1,0 +1,1 @@
+"""Laws of the outline of droplets: energies of one droplet alone, beside its line tension and area elasticity."""
