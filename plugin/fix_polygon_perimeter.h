@@ -6,9 +6,9 @@
 
 namespace LAMMPS_NS {
 
-/* The perimeter elasticity of the closed rings of a group has the energy E = (kp/2) sum_m (p_m - p0
-   sqrt(a0_m))^2, with a preferred shape index p0. See jamlab/outline_laws/perimeter.py, which has
-   the same formulas. */
+/* The elasticity of perimeters and edges of the closed rings of a group has the energy E = sum over
+   rings (kp/2)(p - P)^2 + (kl nv/2) sum over edges (l - P/nv)^2, with P = p0 sqrt(a0) and a
+   preferred shape index p0. See jamlab/outline_laws/perimeter.py, which has the same formulas. */
 class FixPolygonPerimeter : public FixOutlineEnergy {
  public:
   FixPolygonPerimeter(class LAMMPS *, int, char **);
@@ -17,26 +17,29 @@ class FixPolygonPerimeter : public FixOutlineEnergy {
   void add_product(const Field &p, double strain, double factor, Field &out,
                    Virial &) const override;
   void assemble(double factor, BlockAssembly<2> &) const override;
-  double scale() const override { return kp * largest_side; }
+  double scale() const override { return (kp + kl) * largest_side; }
 
  protected:
   void add_forces() override;
 
  private:
-  double kp, index;
+  double kp, kl, index;
   PolygonParameter rest_area;
-  std::vector<double> a0, excess;    // of each polygon
+  std::vector<double> a0, excess, rest;    // of each polygon; rest length of its edges
   double largest_side = 1.0;         // root of a rest area, of this rank
   bigint parameters_of = -1;
-  struct Side {    // edges in and out of an owned vertex, as unit vectors, with lengths
+  struct Side {    // edges in and out of an owned vertex
     int prev, i, next, polygon;
     Edge in, out;
     jamlab::Vector slope;    // dp/dx
+    double spring;           // of each edge
+    double pull_in, pull_out;
   };
   std::vector<Side> sides;
 
   void find_parameters();
   void find_sides();
+  double pull(int polygon, double length) const;
 };
 
 }    // namespace LAMMPS_NS

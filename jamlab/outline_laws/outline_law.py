@@ -170,7 +170,7 @@ def free_shape(nv: Array, params: Mapping[str, Any], area: Array) -> tuple[Array
             break
     if np.any(curvature <= 0) or np.any(side**2 < 1e-6 * a0):
         k = int(np.argmin(side**2 / a0))
-        acting = ", ".join(f"{law.strength} = {params[law.strength]:g}" for law in laws)
+        acting = ", ".join(f"{law.strength} = {params.get(law.strength, 0.0):g}" for law in laws)
         raise InputError(
             f"{acting}, gamma = {gamma:g} at ka = {ka:g}: a free droplet of rest area {a0[k]:g} has no size; use a "
             "larger ka, or smaller strengths"
