@@ -24,9 +24,7 @@ def packings(quenched):
         "fixed": quenched.with_state(fixed=np.arange(32) < 5),
     }
     state = quenched.box, quenched.positions
-    return made | {
-        name: jamlab.Packing("sp", *state, law, "eps", quenched.diameters) for name, law in params.items()
-    }
+    return made | {name: jamlab.Packing("sp", *state, law, "eps", quenched.diameters) for name, law in params.items()}
 
 
 @pytest.mark.parametrize("name", ["k", "eps", "Hertz", "sticky", "own images", "flat walls", "fixed"])

@@ -10,8 +10,10 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
+import motion_of_views
 import numpy as np
 from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
+from motion_of_views import grown as _grown
 from tiled_packings import tiled
 
 import jamlab
@@ -192,13 +194,6 @@ def _at_minimum(packing):
     """What says whether a minimum is the same: not the positions of rattlers."""
     found = _measured(View(packing), ("rho", "z", "pressure", "energy", "g", "b"))
     return found | {"converged": (packing.converged, NUMBER), "area": (packing.area, (AREA, ALL))}
-
-
-def _grown(packing):
-    """Particles larger by 1 %, which no force holds in balance."""
-    if packing.model == "sp":
-        return packing.with_state(diameters=1.01 * packing.diameters)
-    return packing.with_state(params=packing.params | {"a0": 1.02 * packing.params["a0"]})
 
 
 def _moduli(function, **more):
@@ -386,6 +381,9 @@ CASES = {
         _one(lambda p: jamlab.rigid_clusters(p).sizes, (NUMBER, SET)), models=("sticky", "sticky eps"), but=PER_CELL
     ),
     "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
+    "local_strain": Case(motion_of_views.strained),
+    "mean_square_displacement": Case(motion_of_views.walked),
+    "overlap": Case(motion_of_views.kept),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
     "quasilocalized_modes": Case(_localised, but=PER_CELL),
@@ -466,7 +464,8 @@ CASES = {
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it, or those of another function
     **dict.fromkeys(("write", "write_page", "write_contacts", "write_movie"), "files hold what the packing holds"),
-    **dict.fromkeys(("density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
+    **dict.fromkeys(("t1_events": "boxes in which a pair meets twice are refused: tests/motion/test_t1_events.py",
+    "density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
     "universe": "coordinates as they are",
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
