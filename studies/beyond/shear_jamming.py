@@ -19,8 +19,8 @@ from studies.study import Study
 from studies.tables import Task
 
 PARTICLES, SEEDS, STEP = 32, 20, 0.02
-FRACTIONS = (0.81, 0.82, 0.83, 0.84, 0.85)
-STRAIN, STEADY = 0.6, 0.8  # at most until a packing jams, and beyond
+FRACTIONS = (0.82, 0.83, 0.84, 0.85)
+STRAIN, STEADY = 0.4, 0.4
 # Vagberg, Olsson & Teitel, Phys. Rev. E 83, 031307 (2011), N to infinity
 PUBLISHED = {"quenched": 0.84177, "steady shear": 0.84347}
 
