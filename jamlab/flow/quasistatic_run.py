@@ -56,6 +56,7 @@ class QuasistaticShear(ShearRun):
         period: number of cycles after which the state at the end of the last one returned to that at the end of an
             earlier one; 0 if it did not.
         return_distance: largest distance between the two, see `LimitCycle`; nan without.
+        inner_rows: (b,) rows within steps, on the sides of bracketed events; means leave them out.
         event_displacements: (k, n, 2) displacement of the particles by each event of a shear that turns back, between
             two minima at one strain, without rattlers; (0, n, 2) of other shears.
     """
@@ -76,6 +77,8 @@ class QuasistaticShear(ShearRun):
     cycle_rows: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     period: int = 0
     return_distance: float = float("nan")
+    event_width: float | None = None  # strain to which events are bracketed; None: to a step
+    inner_rows: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     event_displacements: Array = field(default_factory=lambda: np.zeros((0, 0, 2)))
     until_jammed: bool = False  # whether the shear was to end at the first state that is jammed
     jammed: bool = False  # whether it did
@@ -226,7 +229,7 @@ class QuasistaticShear(ShearRun):
     @property
     def remedy(self) -> dict[str, float]:
         """Half the step: events are released within steps that are too long."""
-        return {"strain_step": 0.5 * float(np.abs(np.diff(self.strain[:2])).sum())}
+        return {"strain_step": 0.5 * float(np.abs(np.diff(self.strain)).max(initial=0.0))}
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:

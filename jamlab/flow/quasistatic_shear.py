@@ -13,6 +13,7 @@ from typing import Any
 from jamlab.arguments.choices import Direction, HeldPressure
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError, named
+from jamlab.flow.event_bracket import BracketedWalk, check_event_width
 from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.flow.quasistatic_walk import Shearing, Walk
 from jamlab.flow.shear_jamming import BRACKET
@@ -39,6 +40,7 @@ def quasistatic_shear(
     pressure: HeldPressure | None = None,
     until_jammed: bool = False,
     snapshot_every: float | None = None,
+    event_width: float | None = None,
     force_tolerance: float | None = None,
     path: str | Path | None = None,
     progress: Progress | None = None,
@@ -78,6 +80,9 @@ def quasistatic_shear(
             halved until it is a thousandth of `strain_step`. Default: False.
         snapshot_every: strain between stored packings, to and fro counted alike. Default: only the first, the last and
             those at the ends of cycles.
+        event_width: strain to which each plastic event is bracketed, by halving the step that holds it; a step that
+            holds several finds each of them, unless it is undone within the step and loses less than 5 % of the
+            elastic energy of the step. The packings on both sides are kept. Default: events are known to a step.
         force_tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.
 
@@ -101,7 +106,16 @@ def quasistatic_shear(
     task |= {} if shearing.along_x else {"direction": direction}
     task |= {} if pressure is None else {"pressure": pressure}
     task |= {"until_jammed": True} if until_jammed else {}
-    with Walk(packing, shearing, force_tolerance, pressure, task, path, progress) as walk:
+    if event_width is not None:
+        check_event_width(packing, event_width, route.step, largest, force_tolerance)
+        if until_jammed:
+            raise InputError(
+                f"until_jammed = True, {named('event_width', event_width, 'g')}: a packing that is unjammed has no "
+                "plastic events; leave one of the two out"
+            )
+        task["event_width"] = event_width
+    how = (packing, shearing, force_tolerance, pressure, task, path, progress)
+    with Walk(*how) if event_width is None else BracketedWalk(event_width, *how) as walk:
         walk.facts |= {"strain_asked": route.length, "direction": direction, "until_jammed": until_jammed}
         walk.follow(route, BRACKET.width * strain_step if until_jammed else None)
         return walk.finish()
