@@ -31,6 +31,7 @@ from .flow.oscillate import oscillate as oscillate
 from .flow.quasistatic_shear import quasistatic_shear as quasistatic_shear
 from .flow.read_flow import read_flow as read_flow
 from .flow.shear import shear as shear
+from .flow.softening import softening as softening
 from .geometry.contact_network import contacts as contacts
 from .geometry.contact_network import remove_rattlers as remove_rattlers
 from .geometry.hexatic_order import hexatic_order as hexatic_order

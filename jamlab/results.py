@@ -9,8 +9,10 @@ from jamlab.flow.creep_and_relaxation import StressRelaxation as StressRelaxatio
 from jamlab.flow.flow_curve import FlowCurve as FlowCurve
 from jamlab.flow.mean_flow_curve import MeanFlowCurve as MeanFlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation
+from jamlab.flow.plastic_events import PlasticEvents as PlasticEvents
 from jamlab.flow.quasistatic_run import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun
+from jamlab.flow.softening import Softening as Softening
 from jamlab.flow.steady_state import SteadyState as SteadyState
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts

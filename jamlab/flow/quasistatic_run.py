@@ -18,6 +18,7 @@ from jamlab.flow.report import describe_balance
 from jamlab.flow.shear import ShearRun, StressDrops
 from jamlab.flow.shear_jamming import ShearJamming
 from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, GREY, RED
 
@@ -101,10 +102,16 @@ class QuasistaticShear(ShearRun):
 
     @property
     def events(self) -> PlasticEvents:
-        """Plastic events."""
+        """Plastic events, with the packings on both sides where `event_width` was given."""
         k = np.flatnonzero(self.event)
         step, fall, lost = (values[k] - values[k - 1] for values in (self.strain, self.stress, self.dissipated))
-        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step))
+        sides: list[tuple[Packing, ...]] = [(), ()]
+        if self.event_width is not None:
+            place = {row: number for number, row in enumerate(self.frame_rows.tolist())}
+            sides = [tuple(self.frames[place[row]] for row in rows) for rows in ((k - 1).tolist(), k.tolist())]
+        energy, units = lost * float(self.area[0]), self.packing.unit_names
+        own = "ε" if self.packing.units == "eps" else f"{units.stress} {units.length}²"
+        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step), energy, *sides, own)
 
     @property
     def drops(self) -> StressDrops:

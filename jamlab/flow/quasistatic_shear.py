@@ -107,7 +107,7 @@ def quasistatic_shear(
     task |= {} if pressure is None else {"pressure": pressure}
     task |= {"until_jammed": True} if until_jammed else {}
     if event_width is not None:
-        check_event_width(packing, event_width, route.step, largest, force_tolerance)
+        check_event_width(packing, event_width, abs(route.step), largest, force_tolerance)
         if until_jammed:
             raise InputError(
                 f"until_jammed = True, {named('event_width', event_width, 'g')}: a packing that is unjammed has no "
