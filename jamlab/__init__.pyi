@@ -23,6 +23,7 @@ from .figures.explorer.write_page import write_page as write_page
 from .flow.creep_and_relaxation import creep as creep
 from .flow.creep_and_relaxation import relax_stress as relax_stress
 from .flow.creep_and_relaxation import stop_flow as stop_flow
+from .flow.event_sizes import event_sizes as event_sizes
 from .flow.flow_curve import flow_cost as flow_cost
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.mean_flow_curve import mean_flow_curve as mean_flow_curve

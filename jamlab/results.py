@@ -6,6 +6,7 @@ from jamlab.estimates.estimate import Estimate as Estimate
 from jamlab.flow.creep_and_relaxation import CreepRun as CreepRun
 from jamlab.flow.creep_and_relaxation import StoppedFlow as StoppedFlow
 from jamlab.flow.creep_and_relaxation import StressRelaxation as StressRelaxation
+from jamlab.flow.event_sizes import EventSizes as EventSizes
 from jamlab.flow.flow_curve import FlowCurve as FlowCurve
 from jamlab.flow.mean_flow_curve import MeanFlowCurve as MeanFlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation

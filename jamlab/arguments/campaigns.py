@@ -129,6 +129,12 @@ CAMPAIGNS = (
     ),
     Argument("stokes", "Values of eta_f of Stokes drag.", "array", default=[], least=0, highest=1e100),
     Argument(
+        "plastic_events",
+        "Plastic events of every state under quasi-static shear, with its arguments.",
+        default=None,
+        unset="none",
+    ),
+    Argument(
         "quasistatic_shear",
         "Quasi-static shear of every state, with the arguments of jamlab.quasistatic_shear.",
         default=None,

@@ -47,6 +47,7 @@ FLOW = (
         otherwise={
             "flow_cost": 1.0,
             **dict.fromkeys(("flow_curve", "sweep.flow", "sweep.quasistatic_shear"), 4.0),
+            "sweep.plastic_events": 1.0,
             **dict.fromkeys(("quasistatic_shear", "relax_stress"), REQUIRED),
             **dict.fromkeys(("BoxStrains.deformation", "BoxStrains.move"), REQUIRED),
             "jamlab shear": 1.0,
@@ -56,6 +57,7 @@ FLOW = (
         limits_otherwise={
             **dict.fromkeys(("flow_curve", "sweep.flow"), (1, 10000.0)),
             "sweep.quasistatic_shear": (1, 1000.0),
+            "sweep.plastic_events": (1e-3, 1000.0),
             "relax_stress": (-1, 1),
             "quasistatic_shear": (-1000.0, 1000.0),
             **dict.fromkeys(("in.sp.shear", "in.dp.shear"), (0, 1000.0)),
@@ -85,11 +87,55 @@ FLOW = (
             **dict.fromkeys(("shear_modulus", "bulk_modulus"), None),
             **dict.fromkeys(("in.sp.shear", "in.sp.bulk"), 1e-06),
         },
-        limits_otherwise={"sweep.quasistatic_shear": (1e-06, 0.1)},
+        limits_otherwise=dict.fromkeys(("sweep.quasistatic_shear", "sweep.plastic_events"), (1e-06, 0.1)),
         habits=(
             "step strain dstrain d_strain steps n_steps num_steps nsteps n_rows dphi drho dgamma "
             "increment delta_phi stepsize step_size delta_gamma"
         ),
+    ),
+    Argument(
+        "event_width",
+        "Strain to which plastic events are bracketed.",
+        "number",
+        least=0,
+        highest=0.1,
+        above=True,
+        default=None,
+        unset="a step",
+        otherwise={"sweep.plastic_events": 1e-6},
+        limits_otherwise={"sweep.plastic_events": (1e-9, 0.1)},
+        habits="bracket bisect bisection event_resolution resolution accuracy",
+    ),
+    Argument("event", "Number of a plastic event of a run.", "integer", default=0, habits="k index number"),
+    Argument(
+        "runs",
+        "Quasi-static shear of several packings, a campaign, or its table.",
+        habits="run campaign packings ensemble",
+    ),
+    Argument(
+        "quantity",
+        "What is the size of an event.",
+        "choice",
+        choices=("energy", "stress_drop", "participation"),
+        default="energy",
+        habits="of size what",
+    ),
+    Argument(
+        "least_size",
+        "Smallest size of a fit.",
+        "number",
+        least=0,
+        above=True,
+        default=None,
+        unset="that of the closest law",
+        habits="least xmin x_min s_min smin lower_cutoff minimum",
+    ),
+    Argument(
+        "truncated",
+        "Cut off large sizes of a power law exponentially.",
+        "flag",
+        default=True,
+        habits="cutoff cut_off exponential",
     ),
     Argument(
         "amplitude",

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from jamlab.arguments.choices import TableName
+from jamlab.campaign.event_observable import PlasticEventsOfStates
 from jamlab.campaign.flow_observables import (
     CreepOfStates,
     OscillationOfStates,
@@ -168,7 +169,7 @@ OBSERVABLES: dict[str, type[Observable]] = {
     o.name: o
     for o in (
         *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
-        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates),
+        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates, PlasticEventsOfStates),
     )
 }
 TABLES: tuple[TableName, ...] = get_args(TableName)  # "states", "onset" and one of each observable

@@ -26,9 +26,11 @@ from jamlab.protocols.relaxation import usual_force_tolerance
 class Bracketing:
     """From where on a step is halved, and how far."""
 
-    # part of the elastic energy of a step, half of its strain times its change of stress, beyond which energy that is
-    # lost in it is looked for: the trapezoidal rule loses some where contacts change, events lose it at once
+    # energy per area that is looked for where a step loses more: as part of its own elastic energy, half of its strain
+    # times its change of stress, and over stiffness times square of the longest step, half of it. The trapezoidal rule
+    # loses some where contacts change, as the square of the step; events lose it at once
     lost: float = 0.05
+    sought: float = 1e-4
     narrowest: float = 10.0  # width over the strain that changes a stress by its noise, stiffness of a contact
     digits: float = 256.0  # the same over the rounding of the strain
 
@@ -47,8 +49,9 @@ class Place:
 class BracketedWalk(Walk):
     """A walk whose events are bracketed, each to a strain of `event_width` or less."""
 
-    def __init__(self, event_width: float, *how: Any) -> None:
+    def __init__(self, event_width: float, strain_step: float, *how: Any) -> None:
         super().__init__(*how)
+        self._least = 0.5 * BRACKETING.sought * strain_step**2 * self._scales.stress
         self._inner: list[int] = [] if self.before is None else self.before.inner_rows.tolist()
         self.facts["event_width"] = event_width
 
@@ -113,7 +116,7 @@ class BracketedWalk(Walk):
         old, new = before.row, after.row
         step, noise = abs(new.strain - old.strain), self._noise(old, new)
         seen = max(0.5 * BRACKETING.lost * abs(new.stress - old.stress), noise) * step
-        if abs(new.dissipated - old.dissipated) > seen:
+        if abs(new.dissipated - old.dissipated) > max(seen, self._least):
             return False
         return not self._is_event(before.packing, old, new)
 

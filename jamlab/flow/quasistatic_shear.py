@@ -81,8 +81,9 @@ def quasistatic_shear(
         snapshot_every: strain between stored packings, to and fro counted alike. Default: only the first, the last and
             those at the ends of cycles.
         event_width: strain to which each plastic event is bracketed, by halving the step that holds it; a step that
-            holds several finds each of them, unless it is undone within the step and loses less than 5 % of the
-            elastic energy of the step. The packings on both sides are kept. Default: events are known to a step.
+            holds several finds each of them. Missed are those that a step back undoes, and that lose less energy per
+            area than 5 % of half the strain times the change of stress in the step, or than 5e-5 of stiffness times
+            `strain_step` squared. The packings on both sides are kept. Default: events are known to a step.
         force_tolerance: largest residual force in natural units, as in `compress`.
         path, progress: see `shear`.
 
@@ -115,7 +116,7 @@ def quasistatic_shear(
             )
         task["event_width"] = event_width
     how = (packing, shearing, force_tolerance, pressure, task, path, progress)
-    with Walk(*how) if event_width is None else BracketedWalk(event_width, *how) as walk:
+    with Walk(*how) if event_width is None else BracketedWalk(event_width, route.step, *how) as walk:
         walk.facts |= {"strain_asked": route.length, "direction": direction, "until_jammed": until_jammed}
         walk.follow(route, BRACKET.width * strain_step if until_jammed else None)
         return walk.finish()

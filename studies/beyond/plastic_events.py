@@ -10,7 +10,7 @@ from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.protocols.target_pressure import pack
 from studies.tables import Task
 
-PRESSURE, STRAIN, STEP, WIDTH = 1e-2, 0.3, 2e-3, 1e-6
+PRESSURE, STRAIN, STEP, WIDTH = 1e-2, 0.3, 2e-3, 1e-4
 SIZES = (16, 32, 64, 128)
 SEEDS, BLOCK = 20, 4  # packings of a size, and of one task
 STEADY = 0.1  # strain from which on events count
