@@ -39,7 +39,8 @@ def packings_of_one_kind(
         each = [packings] if isinstance(packings, Packing) else [*packings]
     if not each:
         raise InputError("packings: give one or more")
-    if len(kinds := group_by_kind(each)) > 1 and not (frames and _are_frames(each)):
+    alone = len(each) == 1 or (frames and _are_frames(each))  # then forces need not be known
+    if not alone and len(kinds := group_by_kind(each)) > 1:
         remedy = choice_among(rows) if isinstance(packings, Campaign) else "Give those of one"
         raise InputError(f"packings of {len(kinds)} kinds have no common mean: {_few(list(kinds))}. {remedy}")
     if isinstance(packings, Campaign):

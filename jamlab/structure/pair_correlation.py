@@ -16,6 +16,7 @@ import numpy as np
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
+from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -187,7 +188,7 @@ def pair_correlation(
 def _edges(r: ArrayLike, size: float) -> Array:
     if np.ndim(r) == 0:
         farthest = float(finite_array("r", r, ()))
-        count = int(np.ceil(min(farthest / (COUNTING.width * size), 1e15)))
+        count = int(np.ceil((1 - ROUNDING) * min(farthest / (COUNTING.width * size), 1e15)))
         edges = np.linspace(0.0, farthest, max(count, 1) + 1) if 0 < count <= COUNTING.bins else np.array([farthest])
         if len(edges) < 2:
             most = COUNTING.bins * COUNTING.width * size

@@ -118,7 +118,7 @@ def spectral_density(
 
     def one(packing: Packing, waves: Waves) -> Array:
         covered = _of_disks if method == "nominal" else _of_union
-        return np.abs(covered(packing, waves)) ** 2 / packing.area
+        return np.square(np.abs(covered(packing, waves)) / np.sqrt(packing.area))
 
     return SpectralDensity._of(each, k_max, one, "{}²")
 

@@ -149,8 +149,10 @@ class ValuesAtWavevectors(Result):
         kept = np.flatnonzero(count)
         shell = np.searchsorted(kept, shell[inside])
         lengths = np.bincount(shell, k[inside]) / count[kept]
-        mean, error = self._means(shell, self.values[inside], self.state[inside], len(kept))
-        return ShellMeans(lengths, mean, error, count[kept], self.packings, self.unit, self.value_unit, self._label)
+        unit = float(np.abs(self.values).max()) or 1.0  # squares of areas may overflow
+        mean, error = self._means(shell, self.values[inside] / unit, self.state[inside], len(kept))
+        named = (self.packings, self.unit, self.value_unit, self._label)
+        return ShellMeans(lengths, unit * mean, unit * error, count[kept], *named)
 
     def _means(self, shell: Indices, values: Array, state: Indices, shells: int) -> tuple[Array, Array]:
         if self.packings > 1:

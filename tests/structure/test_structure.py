@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import own_structure as own
+import pandas as pd
 import pytest
 import reference_of_freud
 import shapely
@@ -268,3 +269,53 @@ def test_droplets_have_no_undeformed_shape():
     p = in_two_places("few_droplets.h5")[0]
     with pytest.raises(jamlab.InputError, match="use 'exact'"):
         jamlab.spectral_density(p, 9.0, "nominal")
+
+
+class OfTwoPressures:
+    """What functions ask of a campaign: two states, each a task."""
+
+    def __init__(self):
+        self.states = {f"{p:g}": jamlab.pack(8, p, seed=1) for p in (1e-3, 1e-2)}
+
+    def _rows_of(self, name):
+        assert name == "states"
+        same = {"state": 0, "converged": True, "seed": 1, "n": 8}
+        return pd.DataFrame([same | {"task": task, "target_pressure": float(task)} for task in self.states])
+
+    def packings(self, task):
+        return [self.states[task]]
+
+
+def test_a_campaign_is_averaged_over_its_packings():
+    """States of one pressure are chosen by name."""
+    campaign, chosen = OfTwoPressures(), {"target_pressure": 1e-3}
+    p = campaign.states["0.001"]
+    assert np.array_equal(
+        jamlab.spectral_density(campaign, K_MAX, select=chosen).values, jamlab.spectral_density(p, K_MAX).values
+    )
+    assert np.array_equal(
+        jamlab.pair_correlation(campaign, EDGES, select=chosen).g, jamlab.pair_correlation(p, EDGES).g
+    )
+    with pytest.raises(jamlab.InputError, match=r"2 kinds.*select="):
+        jamlab.structure_factor(campaign, K_MAX)
+
+
+def test_one_packing_needs_no_forces():
+    """Two disks in one place, which have no contact force, scatter as one twice as strong."""
+    box = [[2.0, 0.0], [0.3, 2.0]]
+    one, two = disks(box, [[0.0, 0.0]], 1.0), disks(box, [[0.0, 0.0], [0.0, 0.0]], 1.0)
+    assert jamlab.structure_factor(two, K_MAX).values == pytest.approx(2.0)
+    assert jamlab.pair_correlation(two, [0.0, 1.0]).pairs.tolist() == [1]
+    assert jamlab.spectral_density(two, K_MAX).values == pytest.approx(jamlab.spectral_density(one, K_MAX).values)
+    twice = jamlab.spectral_density(two, K_MAX, "nominal").values
+    assert twice == pytest.approx(4 * jamlab.spectral_density(one, K_MAX, "nominal").values)
+
+
+@pytest.mark.parametrize("s", [1e-90, 2.0**-20, 1e90])
+def test_any_unit_of_length(s):
+    p = states()["jammed"]
+    q = p.with_state(positions=s * p.positions, box=s * p.box, diameters=s * p.diameters)
+    shells, usual = jamlab.spectral_density(q, K_MAX / s).shells(4), jamlab.spectral_density(p, K_MAX).shells(4)
+    assert shells.mean / s**2 == pytest.approx(usual.mean, rel=1e-9)
+    assert shells.error / s**2 == pytest.approx(usual.error, rel=1e-9)
+    assert jamlab.pair_correlation(q, 2.0 * s).g.shape == jamlab.pair_correlation(p, 2.0).g.shape
