@@ -323,8 +323,8 @@ CONCEPTS = (
             dict.fromkeys(("pack", "jam"), "`jamlab.with_walls` afterwards: the box is periodic")),
     Concept("n_vertices num_vertices vertices_per_particle", "offsets"),
     Concept("types type species", "", "", {"Packing": "`diameters`: a particle has a size, no type"}),
-    Concept("masses mass inertia", "", "`masses=` of `jamlab.complex_modulus` and `jamlab.lowest_modes`, or "
-            "`jamlab.damped_vibrations({p})`; flow is overdamped, without masses"),
+    Concept("masses mass inertia", "", "`jamlab.damped_vibrations({p})`, and the argument masses of "
+            "`jamlab.complex_modulus` and `jamlab.lowest_modes`; flow is overdamped"),
     Concept("images image_flags", "image", "`jamlab.contacts({p}).shift`, of every contact"),
     Concept("copy replace modify update with_positions add translate scale rotate shift", "with_state", "",
             {"Packing": "`with_state`: packings never "

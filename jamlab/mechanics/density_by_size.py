@@ -32,7 +32,7 @@ class DensityBySize(Result):
     """D(omega) of packings of several N, each a mean over packings, and the collapse of low frequencies.
 
     Attributes:
-        n: (s,) numbers of particles, ascending.
+        n_particles: (s,) numbers of particles, ascending.
         densities: `DensityOfStates` of each N.
         lowest: (s,) lowest frequency above zero, mean over packings.
         lowest_stderr: (s,) its standard error over packings; nan of one packing.
@@ -42,11 +42,11 @@ class DensityBySize(Result):
     Example:
         >>> packings = [jamlab.pack(n, 1e-2, seed) for n in (16, 32) for seed in (1, 2)]
         >>> found = jamlab.density_by_size(packings, bins=10, omega_exponent=1.0)
-        >>> found.n.tolist(), [d.packings for d in found.densities]
+        >>> found.n_particles.tolist(), [d.packings for d in found.densities]
         ([16, 32], [2, 2])
     """
 
-    n: Indices
+    n_particles: Indices
     densities: tuple[DensityOfStates, ...] = field(repr=False)
     lowest: Array
     lowest_stderr: Array
@@ -57,15 +57,15 @@ class DensityBySize(Result):
     def lowest_exponent(self) -> float:
         """beta by which the lowest frequency falls with N, as N^(-1/(1 + beta)): by least squares of logarithms; nan
         of one N."""
-        if len(self.n) < 2:
+        if len(self.n_particles) < 2:
             return float("nan")
-        slope = np.polyfit(np.log(self.n), np.log(self.lowest), 1)[0]
+        slope = np.polyfit(np.log(self.n_particles), np.log(self.lowest), 1)[0]
         return float(-1 / slope - 1)
 
     def _columns(self) -> dict[str, Any]:
         """A row for each N and frequency."""
         counts = [len(each.omega) for each in self.densities]
-        number = np.repeat(self.n, counts)
+        number = np.repeat(self.n_particles, counts)
         names = ("omega", "density", "density_low", "density_high")
         columns = {name: np.concatenate([getattr(each, name) for each in self.densities]) for name in names}
         share = 1 / (1 + self.omega_exponent)
@@ -82,9 +82,9 @@ class DensityBySize(Result):
         >>> ax = jamlab.density_by_size([jamlab.pack(n, 1e-2, 1) for n in (16, 32)], 10).plot()
         """
         share, colours = 1 / (1 + self.omega_exponent), list(COLOURS)
-        if len(self.n) > len(colours):
-            colours = ordered_colours(len(self.n))
-        for n, each, colour in zip(self.n, self.densities, colours, strict=False):
+        if len(self.n_particles) > len(colours):
+            colours = ordered_colours(len(self.n_particles))
+        for n, each, colour in zip(self.n_particles, self.densities, colours, strict=False):
             seen = each.density > 0
             x, factor = each.omega[seen] * n**share, n ** (self.omega_exponent * share)
             plain = {"color": colour, "marker": "o", "markersize": 3, "label": f"$N$ = {n}, {each.packings} packings"}
@@ -140,7 +140,7 @@ def density_by_size(
         lowest.append(found.mean())
         spread.append(found.std(ddof=1) / np.sqrt(len(found)) if len(found) > 1 else np.nan)
     return DensityBySize(
-        n=np.array(numbers),
+        n_particles=np.array(numbers),
         densities=tuple(densities),
         lowest=np.array(lowest),
         lowest_stderr=np.array(spread),

@@ -37,8 +37,8 @@ def test_the_lowest_wave_of_a_lattice_falls_as_its_length():
 def test_each_size_has_its_own_density(packings):
     edges, how = np.geomspace(0.1, 2.0, 6), {"rattlers": False, "masses": {"density": 2.0}}
     found = jamlab.density_by_size(packings, edges, **how)
-    assert found.n.tolist() == [16, 32]
-    for n, density in zip(found.n, found.densities, strict=True):
+    assert found.n_particles.tolist() == [16, 32]
+    for n, density in zip(found.n_particles, found.densities, strict=True):
         own = jamlab.density_of_states([p for p in packings if p.n == n], edges, **how)
         assert np.array_equal(density.density, own.density) and density.packings == 3
     lowest = [

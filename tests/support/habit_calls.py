@@ -79,7 +79,7 @@ NAMES = {
         "P3",
         "modes",
     ): "frequencies:ok omega:frequencies freq:frequencies eigenvectors:vectors eigenfrequencies:frequencies "
-    "participation:participation_ratio participation_ratio:ok dos:density "
+    "participation:ok participation_ratio:participation dos:density "
     "density:ok "
     "values:eigenvalues polarization:vectors",
     (
