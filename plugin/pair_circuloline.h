@@ -13,8 +13,8 @@
 
 namespace LAMMPS_NS {
 
-/* PairCirculoline is the repulsion and adhesion of outlines of a width: polygons (closed rings of bonds),
-   walls (open chains) and disks, in the forms of contact_forms.h.
+/* PairCirculoline is the repulsion and adhesion of outlines of a width: polygons (closed rings of
+   bonds), walls (open chains) and disks, in the forms of contact_forms.h.
 
    A periodic image of a polygon is another polygon, also to itself. The rank that owns the vertex
    or disk evaluates its contacts. The three atoms of a contact share its energy and virial. Forces

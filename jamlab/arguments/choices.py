@@ -13,7 +13,7 @@ Registered = NewType("Registered", str)
 # making a packing
 ModelName: TypeAlias = Literal["sp", "dp"] | Registered
 ModelOrAuto: TypeAlias = Literal["auto"] | ModelName
-LawName: TypeAlias = Literal["harmonic", "hertz", "power", "rim", "sticky"] | Registered
+LawName: TypeAlias = Literal["adhesive", "harmonic", "hertz", "power", "rim", "sticky"] | Registered
 Law: TypeAlias = LawName | Mapping[str, Any]  # parameters, `law` among them where it is named
 Units: TypeAlias = Literal["eps", "k"]
 Ensemble: TypeAlias = Literal["fixed-box", "shear-stabilized"]

@@ -120,6 +120,7 @@ class Droplets(Model[Packing]):
             few = int(np.argmax(~flat & (vertices < 3)))
             raise InputError(f"polygon {few} has {vertices[few]} vertices, needs at least 3")
         check_magnitudes(packing.box, packing.positions, np.append(np.sqrt(a0[~flat]), packing.params["delta"]))
+        law_class(packing.params, "rims").of(packing.params, packing.units)
         _check_outlines(packing.positions, offsets, polygon_areas(packing.positions, offsets), flat)
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
 

@@ -10,6 +10,7 @@ from laws_of_others import Ramp, Wca
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.laws.adhesive import AdhesiveLaw
 from jamlab.laws.laws import LAWS, declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.power import PowerLaw
@@ -22,6 +23,7 @@ OF_EACH = {
     "power of eps": PowerLaw("eps", 1.3, 2.5),
     "sticky": StickyLaw("k", 1.3, 0.05, 0.05),
     "rim": RimLaw("eps", 1.3, 1.0),
+    "adhesive": AdhesiveLaw("eps", 1.3, 1.0, 0.1, 0.3),
     "wca_here": Wca("eps", 1.3),
     "wca_here of k": Wca("k", 1.3),
     "nodeck": LAWS.get("nodeck")("eps", 1.3),
@@ -32,12 +34,12 @@ OF_EACH = {
 def test_every_law_is_looked_at():
     """Those that jamlab declares; tests and other packages register more."""
     own = {point.name for point in entry_points(group="jamlab.laws") if point.dist and point.dist.name == "jamlab"}
-    assert own == {"power", "rim", "sticky"} and own < {law.name for law in OF_EACH.values()}
+    assert own == {"adhesive", "power", "rim", "sticky"} and own < {law.name for law in OF_EACH.values()}
 
 
 @pytest.mark.parametrize("law", OF_EACH.values(), ids=OF_EACH)
 def test_force_and_stiffness_are_derivatives_of_the_energy(law):
-    contact, h = np.full(40, 1.0 if law.name == "rim" else 1.2), 1e-6
+    contact, h = np.full(40, 1.0 if law.between == "rims" else 1.2), 1e-6
     distance = np.linspace(0.8, 0.999, 40) * (contact + law.range)
     distance = distance[np.abs(distance - contact - 0.5 * law.range) > 1e-3]  # where a sticky bond begins to yield
     contact = contact[: len(distance)]
@@ -81,7 +83,7 @@ def two(params, units="eps"):
 
 
 REFUSED = {
-    "no such law": (lambda: two({"eps": 1.0, "law": "lj"}), "unknown force law 'lj': known are power, rim, sticky"),
+    "no such law": (lambda: two({"eps": 1.0, "law": "lj"}), "unknown force law 'lj': known are adhesive, power, rim, sticky"),
     "not a name": (lambda: two({"eps": 1.0, "law": 3}), "params['law'] is 3"),
     "a list": (lambda: two({"eps": 1.0, "law": ["wca_here"]}), "params['law'] is ['wca_here']"),
     "of another law": (

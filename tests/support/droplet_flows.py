@@ -9,14 +9,15 @@ STOKES, CONTACT = "background 1", "drag 1 1 1"  # of the fix, both with tau_1 = 
 
 def droplet_commands(packing: jamlab.Packing, data: str, newton: str = "on", grid: str = "1 * 1") -> list[str]:
     """Up to where the fix comes in; `data` is a file of the packing."""
-    law = packing.params
+    law, reach = packing.params, packing.law.range / packing.params["delta"]
     return [
         *["units lj", "dimension 2", f"newton {newton}", "atom_modify map array sort 10 0.0", f"processors {grid}"],
         *["atom_style molecular", "fix d_a0 all property/atom d_a0", f"read_data {data} fix d_a0 NULL d_a0 nocoeff"],
         *["change_box all triclinic", "bond_style line/tension", f"bond_coeff * {law['gamma']:.17g} {law['eta']:.17g}"],
         "special_bonds lj/coul 1.0 1.0 1.0",
         f"pair_style circuloline {law['delta']:.17g} 1.5 contact {law['contact']}",
-        *[f"pair_coeff * * {law['eps']:.17g}", f"fix area all polygon/area {law['ka']:.17g} d_a0"],
+        f"pair_coeff * * {law['eps']:.17g} adhesion {law.get('adhesion', 0.0):.17g} {reach:.17g}",
+        *[f"fix area all polygon/area {law['ka']:.17g} d_a0"],
         *["neighbor 0.1 bin", "neigh_modify every 1 delay 0 check yes", "thermo 1000000", "thermo_modify norm no"],
     ]
 

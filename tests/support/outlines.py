@@ -87,27 +87,37 @@ def meetings(one, two, form):
             yield from [choices] if form == "outline" else [[choice] for choice in choices]
 
 
+def of_rims(d, eps, width, pull=0.0, reach=0.0):
+    """Energy and force at a distance, `pull` and `reach` over the width."""
+    x = 1 - d / width
+    if x >= -pull:
+        return eps / 2 * (x**2 - pull * reach), eps / width * x
+    falls = pull / (reach - pull)
+    return -eps / 2 * falls * (x + reach) ** 2, -eps / width * falls * (x + reach)
+
+
 def all_contacts(outlines, box, law):
-    """`law` gives eps, width and form of two types."""
+    """`law` gives eps, width and form of two types, and where they adhere the pull and its range over the width."""
     for one, two, moved in near(outlines, box):
-        eps, width, form = law(one.type, two.type)
+        eps, width, form, *adhesion = law(one.type, two.type)
         sides = feet(one.points, *moved[two.edges.T]), feet(moved, *one.points[one.edges.T])
         for choices in meetings(one, two, form):
             side, k, e = min(choices, key=lambda c: sides[c[0]][0][c[1:]])
             d, r, t = (part[k, e] for part in sides[side])
-            if d < width:
+            if d < width * (1 + (adhesion[1] if adhesion else 0)):
                 p, q = (two, one) if side else (one, two)
-                push = eps / width * (1 - d / width) * r / d
+                own, push = of_rims(d, eps, width, *adhesion)
+                push = push * r / d
                 tags = (p.tags[k], *q.tags[q.edges[e]])
-                yield Contact(*tags, (p.type, q.type), t, r, push, eps / 2 * (1 - d / width) ** 2)
+                yield Contact(*tags, (p.type, q.type), t, r, push, own)
 
 
 def own_contacts(one, near, law):
     """Of a vertex with the edges of its own outline: the range is `near` for each edge between, up to the width.
 
-    Form outline takes the closest point of all edges with the full width, and each of the others.
+    Form outline takes the closest point of all edges with the full width, and each of the others. None adheres.
     """
-    eps, width, form = law(one.type, one.type)
+    eps, width, form, *_ = law(one.type, one.type)
     n = len(one.points)
     d, r, t = feet(one.points, *one.points[one.edges.T])
     for k in range(n):
@@ -265,7 +275,7 @@ def contacts(state, laws=mixed, form="outline"):
         replace(o, tags=np.arange(start, start + len(o.points)))
         for o, start in zip(state.outlines, state.starts[:-1], strict=True)
     ]
-    law = lambda i, j: (*laws(i, j), form)  # noqa: E731
+    law = lambda i, j: (*laws(i, j)[:2], form, *laws(i, j)[2:])  # noqa: E731
     of_rings = [c for o in numbered if state.near and o.type == RING for c in own_contacts(o, state.near, law)]
     return [*all_contacts(numbered, np.diag(state.box), law), *of_rings]
 
@@ -290,10 +300,10 @@ def energy(state, laws=mixed, form="outline"):
     return total
 
 
-def forces(state, form):
+def forces(state, form, laws=mixed):
     """(atoms, 2) of all of them, in order of the atom numbers."""
     found = np.zeros_like(state.points)
-    for c in contacts(state, form=form):
+    for c in contacts(state, laws, form):
         for number, share in ((c.vertex, 1.0), (c.tail, c.t - 1.0), (c.head, -c.t)):
             found[number] += share * c.force
     for start, o in zip(state.starts, state.outlines, strict=False):

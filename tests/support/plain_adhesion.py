@@ -40,13 +40,13 @@ def meetings(packing, reach):
     return found
 
 
-def forces(packing, z):
-    """Energy and (n, 2) forces at complex positions near those of the packing."""
+def forces(packing, z, met=None):
+    """Energy and (n, 2) forces at complex positions near those of the packing; `met`: its meetings, if known."""
     p = packing.params
     pull = p.get("adhesion", 0.0)
     reach = p.get("adhesion_range", 0.0) or 2 * pull
     f, energy = np.zeros_like(z), 0.0
-    for v, tail, head, shift in meetings(packing, p["delta"] * (1 + reach)):
+    for v, tail, head, shift in met or meetings(packing, p["delta"] * (1 + reach)):
         e, r = z[head] - z[tail], z[v] - z[tail] - shift
         t = (r @ e) / (e @ e)
         t = t if 0 < t.real < 1 else t * 0 + (t.real >= 1)
@@ -73,10 +73,11 @@ def forces(packing, z):
 
 def hessian(packing, step=1e-30):
     """(2 n, 2 n) by complex steps of the forces."""
-    x = packing.positions.astype(complex)
+    x, p = packing.positions.astype(complex), packing.params
+    met = meetings(packing, p["delta"] * (1 + (p["adhesion_range"] or 2 * p["adhesion"])))
     rows = np.empty((x.size, x.size))
     for k in range(x.size):
         moved = x.copy()
         moved.flat[k] += 1j * step
-        rows[k] = -forces(packing, moved)[1].ravel().imag / step
+        rows[k] = -forces(packing, moved, met)[1].ravel().imag / step
     return rows
