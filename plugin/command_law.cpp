@@ -92,8 +92,8 @@ Words law_of_disks(const DataFile &data)
 Words law_of_droplets(const DataFile &data)
 {
   Words law;
-  for (const char *name : {"units", "gamma", "ka", "eps", "delta", "eta", "contact",
-                           "adhesion", "adhesion_range"})
+  for (const char *name : {"units", "gamma", "ka", "eps", "delta", "eta", "contact", "adhesion",
+                           "adhesion_range", "kappa", "theta0", "kp", "kl", "p0"})
     if (const auto value = data.fact(name); !value.empty()) law[name] = value;
   return law;
 }
@@ -119,7 +119,7 @@ bool of_law(const std::string &name)
 {
   for (const char *each : {"units", "eps", "k", "exponent", "stickiness", "size_ratio",
                            "pair_style", "gamma", "ka", "delta", "eta", "contact", "adhesion",
-                           "adhesion_range"})
+                           "adhesion_range", "kappa", "theta0", "kp", "kl", "p0"})
     if (name == each) return true;
   return size_of_type(name);
 }

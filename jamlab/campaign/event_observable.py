@@ -6,7 +6,6 @@ from pydantic import Field
 
 from jamlab.campaign.keys import usual, within
 from jamlab.campaign.observable import STATE, FileTable, Observable, Row
-from jamlab.errors import InputError
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.packing.packing import Packing
 

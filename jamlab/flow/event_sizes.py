@@ -199,7 +199,9 @@ def _of_runs(runs: list[QuasistaticShear], of: SizeOf, discard: float) -> tuple[
         raise InputError("runs: give one or more")
     first = [run.frames[0] for run in runs]
     if len(kinds := group_by_kind(first)) > 1:
-        raise InputError(f"runs of {len(kinds)} kinds have no common distribution: {'; '.join(kinds)}. Give those of one")
+        raise InputError(
+            f"runs of {len(kinds)} kinds have no common distribution: {'; '.join(kinds)}. Give those of one"
+        )
     check_distinct(dict(enumerate(first)), "runs")
     found = []
     for run in runs:

@@ -4,8 +4,6 @@ disks."""
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.protocols.target_pressure import pack
 from studies.tables import Task

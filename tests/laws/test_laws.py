@@ -83,7 +83,10 @@ def two(params, units="eps"):
 
 
 REFUSED = {
-    "no such law": (lambda: two({"eps": 1.0, "law": "lj"}), "unknown force law 'lj': known are adhesive, power, rim, sticky"),
+    "no such law": (
+        lambda: two({"eps": 1.0, "law": "lj"}),
+        "unknown force law 'lj': known are adhesive, power, rim, sticky",
+    ),
     "not a name": (lambda: two({"eps": 1.0, "law": 3}), "params['law'] is 3"),
     "a list": (lambda: two({"eps": 1.0, "law": ["wca_here"]}), "params['law'] is ['wca_here']"),
     "of another law": (
