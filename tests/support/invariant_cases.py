@@ -464,8 +464,8 @@ CASES = {
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it, or those of another function
     **dict.fromkeys(("write", "write_page", "write_contacts", "write_movie"), "files hold what the packing holds"),
-    **dict.fromkeys(("t1_events": "boxes in which a pair meets twice are refused: tests/motion/test_t1_events.py",
-    "density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
+    "t1_events": "boxes in which a pair meets twice are refused: tests/motion/test_t1_events.py",
+    **dict.fromkeys(("density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
     "universe": "coordinates as they are",
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
