@@ -14,6 +14,7 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: ov
              displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
              mean_flow_curve: over packings; read_flow; quasistatic_shear: without time
+Motion       local_strain: D2min; mean_square_displacement, self_overlap; t1_events: of runs, sequences and tracks
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, start, table, aggregate

@@ -64,7 +64,7 @@ from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
 from .motion.local_strain import local_strain as local_strain
 from .motion.mean_square_displacement import mean_square_displacement as mean_square_displacement
-from .motion.overlap import overlap as overlap
+from .motion.self_overlap import self_overlap as self_overlap
 from .motion.t1_events import t1_events as t1_events
 from .packing.box_strains import BoxStrains as BoxStrains
 from .packing.packing import Packing as Packing

@@ -51,7 +51,8 @@ FIELD = (
     Concept("normal_force_difference first_normal", "normal_stress_difference"),
     Concept("peak_strain overshoot_strain strain_at_peak peak_position", "peak", "", {"FlowRun":
             "`to_dataframe()[['strain', 'stress']]`"}),
-    Concept("displacement displacements msd mean_squared_displacement trajectories unwrapped", "", "",
+    Concept("msd mean_squared_displacement", "", "", {"FlowRun": "`jamlab.mean_square_displacement(run)`"}),
+    Concept("displacement displacements trajectories unwrapped", "", "",
             {"FlowRun": "`frames`, packings whose positions differ"}),
     Concept("plastic_strain elastic_strain", "plastic_events"),
     Concept("restart continue_ resume continue_run extend", "", "", {"FlowRun": "`packing`, from which another run "
@@ -125,7 +126,7 @@ FIELD = (
     Concept("betweenness graph networkx to_networkx communities percolation largest_cluster connected clusters",
             "pairs", "`jamlab.contacts({p}).pairs`, edges for networkx"),
     Concept("thermal heat conductivity conductance diffusion_coefficient self_intermediate scattering_function isf "
-            "chi4 overlap_function alpha_relaxation entropy free_energy heat_capacity thermostat langevin nvt nve "
+            "alpha_relaxation entropy free_energy heat_capacity thermostat langevin nvt nve "
             "temperature hydrostatic lubrication hydrodynamics polymer granular cohesion adhesion_energy wetting "
             "coalescence charge charges electrostatics dielectric magnetic", "", LIMITS),
     # pictures

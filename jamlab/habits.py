@@ -169,7 +169,13 @@ CONCEPTS = (
             "`jamlab.shear({p}, rate).velocity_profile`: packings are at rest"),
     Concept("drag damping damping_law drag_law viscous_force", "damping",
             "`jamlab.ContactDamping()` or `jamlab.StokesDrag()`"),
-    Concept("d2min D2min nonaffine nonaffine_displacement nonaffine_displacements non_affine nonaffinity", "nonaffine",
+    Concept("d2min D2min D2_min D2 falk_langer local_shear_strain atomic_strain", "d2min",
+            "`jamlab.local_strain(run)`"),
+    Concept("t1 T1 t1_event T1_events t1s neighbor_swap rearrangements neighbor_changes", "t1",
+            "`jamlab.t1_events(run)`"),
+    Concept("chi4 chi_4 overlap_function self_overlap_function dynamic_heterogeneity dynamic_susceptibility",
+            "susceptibility", "`jamlab.self_overlap(run)`"),
+    Concept("nonaffine nonaffine_displacement nonaffine_displacements non_affine nonaffinity", "nonaffine",
             "`jamlab.nonaffine_response({p})`",
             {"Micrograph": "`jamlab.nonaffine_response(m.packing('sp'))`"}),
     # elasticity
@@ -438,9 +444,9 @@ CONCEPTS = (
     Concept("exceptions errors Error exception JamlabException error JammingError", "", "",
             {MODULE: "`jamlab.JamlabError`"}),
     Concept("types classes", "", "", {MODULE: "`jamlab.results`"}),
-    Concept("msd MSD imsd emsd mean_squared_displacement diffusion mean_square_displacement drift subtract_drift "
-            "compute_drift van_hove", "",
-            "", {MODULE: LIMITS}),
+    Concept("msd MSD mean_squared_displacement diffusion mean_squared_displacements", "",
+            "`jamlab.mean_square_displacement(run)`"),
+    Concept("imsd emsd drift subtract_drift compute_drift van_hove", "", "", {MODULE: LIMITS}),
     Concept("velocity_field strain_field displacement_field piv dic optical_flow", "", "", {MODULE: LIMITS}),
     Concept("eccentricity", "", "", dict.fromkeys((MODULE, "Packing"), LIMITS)),
     Concept("eccentricity bbox bounding_box solidity convexity extent euler_number convex_area convex_hull filled_area "

@@ -33,7 +33,7 @@ from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.motion.local_strain import LocalStrain as LocalStrain
 from jamlab.motion.local_strain import LocalStrains as LocalStrains
 from jamlab.motion.mean_square_displacement import MeanSquareDisplacement as MeanSquareDisplacement
-from jamlab.motion.overlap import Overlap as Overlap
+from jamlab.motion.self_overlap import SelfOverlap as SelfOverlap
 from jamlab.motion.t1_events import T1Events as T1Events
 from jamlab.protocols.anneal import AnnealHistory as AnnealHistory
 from jamlab.protocols.swap_sizes import SwapHistory as SwapHistory

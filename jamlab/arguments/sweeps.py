@@ -92,7 +92,7 @@ SWEEPS = (
         "particles",
         "Which particles: one truth value for each, or numbers.",
         "array",
-        otherwise=dict.fromkeys(("mean_square_displacement", "overlap"), None),
+        otherwise=dict.fromkeys(("mean_square_displacement", "self_overlap"), None),
         unset="all that are free",
     ),
     Argument(

@@ -99,16 +99,19 @@ class LocalStrain(Result):
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> ax = jamlab.local_strain(p, jamlab.relax(p.with_state(diameters=1.01 * p.diameters))).plot()
         """
+        from matplotlib.collections import PolyCollection
         from matplotlib.colors import LogNorm, Normalize
 
         from jamlab.packing.packing_plot import draw_coloured
+        from jamlab.plotting.axes import merged
         from jamlab.plotting.periodic_cell import frame_cell
 
         largest = float(np.max(self.d2min[np.isfinite(self.d2min)], initial=0.0))
         scale: Normalize = LogNorm(_SHOWN * largest, largest) if largest > 0 else Normalize(0.0, 1.0)
         shown = np.maximum(self.d2min, scale.vmin or 0.0)
         label = in_unit(r"$D^2_{\mathrm{min}}$", _squared(self.packing))
-        draw_coloured(axes, self.packing, shown, scale, label, **style)
+        look = merged(PolyCollection, {"edgecolor": "0.5", "linewidth": 0.4}, style)  # white ones are seen too
+        draw_coloured(axes, self.packing, shown, scale, label, **look)
         frame_cell(axes, self.packing.box)
 
 

@@ -37,7 +37,7 @@ ELSEWHERE = {
         "at a frequency: tests/rheology",
     ),
     **dict.fromkeys(("synthetic_micrograph", "universe", "write", "write_contacts"), "pictures and files"),
-    **dict.fromkeys(("local_strain", "mean_square_displacement", "overlap", "t1_events"), "motion: tests/motion"),
+    **dict.fromkeys(("local_strain", "mean_square_displacement", "self_overlap", "t1_events"), "motion: tests/motion"),
     **dict.fromkeys(("write_movie", "write_page"), "pictures and files"),
 }
 

@@ -41,7 +41,7 @@ def series(model="sp", strain=0.05, walk=0.1, wrap=True, states=STATES, **proven
 @pytest.mark.parametrize("model", ["sp", "dp"])
 def test_plain_numpy(model):
     states, own = series(model)
-    found, share = jamlab.mean_square_displacement(states), jamlab.overlap(states, 0.2)
+    found, share = jamlab.mean_square_displacement(states), jamlab.self_overlap(states, 0.2)
     assert found.lag.tolist() == [1, 2, 3, 4, 5, 6, 7] and found.origins.tolist() == [7, 6, 5, 4, 3, 2, 1]
     for k, lag in enumerate(found.lag):
         moved = np.array([own[a + lag] - own[a] for a in range(STATES - lag)])
@@ -61,7 +61,7 @@ def test_plain_numpy(model):
 def test_affine_flow_does_not_move_particles():
     states, _ = series(walk=0.0, strain=0.4)
     assert jamlab.mean_square_displacement(states).total.max() < 1e-24
-    assert jamlab.overlap(states).overlap.tolist() == [1.0] * 7
+    assert jamlab.self_overlap(states).overlap.tolist() == [1.0] * 7
     assert np.isnan(jamlab.mean_square_displacement([states[0]] * 3).exponent).all()
 
 
@@ -96,7 +96,7 @@ def test_runs_in_time_and_quasi_static_ones():
     found = jamlab.mean_square_displacement(run)
     assert found.time == pytest.approx(found.strain / 0.1, rel=1e-6) and len(found.lag) == 4
     assert found.plot().get_xlabel() == r"strain $\Delta\gamma$" and found.unit == "d"
-    assert jamlab.overlap(run).plot().get_ylabel() == "self-overlap $Q$"
+    assert jamlab.self_overlap(run).plot().get_ylabel() == "self-overlap $Q$"
 
 
 S, _ = series(states=3)
@@ -104,17 +104,17 @@ BAD = {
     "one state": (lambda: jamlab.mean_square_displacement(S[:1]), r"run has 1 packing\(s\): give 2 or more"),
     "other particles": (lambda: jamlab.mean_square_displacement([S[0], jamlab.jam(8)]), "state 1 of run has"),
     "other walls": (
-        lambda: jamlab.overlap([S[0], S[1].with_state(fixed=np.arange(N) < 2, walls=True)]), "walls = True"
+        lambda: jamlab.self_overlap([S[0], S[1].with_state(fixed=np.arange(N) < 2, walls=True)]), "walls = True"
     ),
     "no such particle": (lambda: jamlab.mean_square_displacement(S, particles=[N]), "must be from 0 to 19"),
-    "negative particle": (lambda: jamlab.overlap(S, particles=[-1]), "must be from 0 to 19"),
-    "no particle": (lambda: jamlab.overlap(S, particles=np.zeros(N, dtype=bool)), "give 20 truth values, or numbers"),
-    "other mask": (lambda: jamlab.overlap(S, particles=np.ones(3, dtype=bool)), "give 20 truth values, or numbers"),
-    "length 0": (lambda: jamlab.overlap(S, 0.0), "length = 0"),
-    "length nan": (lambda: jamlab.overlap(S, float("nan")), "length = nan"),
-    "one packing": (lambda: jamlab.overlap(S[0]), "run = "),
+    "negative particle": (lambda: jamlab.self_overlap(S, particles=[-1]), "must be from 0 to 19"),
+    "no particle": (lambda: jamlab.self_overlap(S, particles=np.zeros(N, dtype=bool)), "give 20 truth values"),
+    "other mask": (lambda: jamlab.self_overlap(S, particles=np.ones(3, dtype=bool)), "give 20 truth values"),
+    "length 0": (lambda: jamlab.self_overlap(S, 0.0), "length = 0"),
+    "length nan": (lambda: jamlab.self_overlap(S, float("nan")), "length = nan"),
+    "one packing": (lambda: jamlab.self_overlap(S[0]), "run = "),
     "number": (lambda: jamlab.mean_square_displacement(1.0), "run = 1.0"),
-    "misspelt": (lambda: jamlab.overlap(S, lenght=1.0), "length"),
+    "misspelt": (lambda: jamlab.self_overlap(S, lenght=1.0), "length"),
 }  # fmt: skip
 
 

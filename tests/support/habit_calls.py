@@ -19,7 +19,8 @@ NAMES = {
     "psi6:packing hexatic:packing intensity:contrast|labels snr:noise quality:ok plot:ok contacts:ok area:areas z:ok",
     ("P1", "jamlab"): "track:track_droplets link:track_droplets locate:micrograph batch:track_droplets|micrograph "
     "segment:micrograph analyze_image:micrograph image:micrograph load_image:micrograph imread:micrograph "
-    "segmentation:micrograph detect:micrograph Micrograph:results|micrograph msd:- voronoi:tessellation "
+    "segmentation:micrograph detect:micrograph Micrograph:results|micrograph voronoi:tessellation "
+    "msd:mean_square_displacement "
     "watershed:micrograph find_contacts:contacts render:synthetic_micrograph|plot pair_correlation:ok "
     "gr:universe bond_order:hexatic_order nearest_neighbors:contacts|tessellation velocity_field:- "
     "packing_fraction:ok voids:ok deformation:shape_factors anisotropy:shape_factors|elastic_tensor "
@@ -48,7 +49,7 @@ NAMES = {
     "strain_sweep:oscillate|quasistatic_shear "
     "oscillatory_shear:oscillate step_strain:relax_stress cessation:stop_flow "
     "correlation_length:displacement_correlation collapse:scaling_collapse scaling:scaling_collapse "
-    "critical_exponents:scaling_collapse nonaffine:nonaffine_response d2min:nonaffine_response "
+    "critical_exponents:scaling_collapse nonaffine:nonaffine_response d2min:local_strain "
     "D2min:nonaffine_response "
     "nonaffine_displacement:nonaffine_response relaxation_time:complex_modulus|effective_relaxation_time "
     "relaxation_spectrum:complex_modulus avalanches:quasistatic_shear plastic_events:quasistatic_shear "

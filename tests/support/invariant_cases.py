@@ -12,8 +12,8 @@ from pathlib import Path
 
 import motion_of_views
 import numpy as np
-from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
 from motion_of_views import grown as _grown
+from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
 from tiled_packings import tiled
 
 import jamlab
@@ -383,7 +383,7 @@ CASES = {
     "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
     "local_strain": Case(motion_of_views.strained),
     "mean_square_displacement": Case(motion_of_views.walked),
-    "overlap": Case(motion_of_views.kept),
+    "self_overlap": Case(motion_of_views.kept),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
     "quasilocalized_modes": Case(_localised, but=PER_CELL),

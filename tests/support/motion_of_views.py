@@ -60,5 +60,5 @@ def kept(view):
     """Overlaps; no particle moves by just that length."""
     from invariant_cases import NUMBER
 
-    found = jamlab.overlap(_series(view), 0.037 * mean_size(view.packing))
+    found = jamlab.self_overlap(_series(view), 0.037 * mean_size(view.packing))
     return {"overlap": (found.overlap, NUMBER)}

@@ -40,7 +40,7 @@ def objects():
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(jamlab.density_of_states([p, q]), jamlab.local_strain(p, steady.packing), jamlab.local_strain(steady)),
-        *(jamlab.mean_square_displacement(steady), jamlab.overlap(steady), jamlab.t1_events([q, q])),
+        *(jamlab.mean_square_displacement(steady), jamlab.self_overlap(steady), jamlab.t1_events([q, q])),
         jamlab.pair_correlation([p, q], 3.0),
         jamlab.spectral_density(p, 9.0),
         jamlab.structure_factor(p, 9.0),

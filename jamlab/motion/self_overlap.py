@@ -27,7 +27,7 @@ _LENGTH = 0.3  # mean sizes, as in Lačević et al.
 
 
 @dataclass(frozen=True, eq=False)
-class Overlap(Result):
+class SelfOverlap(Result):
     """Self-overlap Q over lags, means over particles and first states.
 
     Attributes:
@@ -40,7 +40,7 @@ class Overlap(Result):
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> run = jamlab.quasistatic_shear(p, strain=0.04, strain_step=1e-2, snapshot_every=1e-2)
-        >>> bool(jamlab.overlap(run).overlap[0] > 0.5)
+        >>> bool(jamlab.self_overlap(run).overlap[0] > 0.5)
         True
     """
 
@@ -70,9 +70,9 @@ class Overlap(Result):
 
 
 @checked
-def overlap(
+def self_overlap(
     run: Run | Sequence[Packing], length: float | None = None, *, particles: ArrayLike | Mask | None = None
-) -> Overlap:
+) -> SelfOverlap:
     """Compute the share of particles that moved by no more than a length beyond the affine motion, over lags.
 
     Args:
@@ -86,7 +86,7 @@ def overlap(
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> moved = [p.with_state(positions=p.positions + k * np.eye(32, 2)) for k in range(2)]
-        >>> float(jamlab.overlap(moved, length=0.5).overlap[0])  # 2 of 32 moved by 1
+        >>> float(jamlab.self_overlap(moved, length=0.5).overlap[0])  # 2 of 32 moved by 1
         0.9375
     """
     lags = lags_of(run, particles)
@@ -98,4 +98,4 @@ def overlap(
     spread = np.array([n * each.var() if len(each) > 1 else np.nan for each in shares])
     mean = np.array([each.mean() for each in shares])
     unit = lags.packing.unit_names.length
-    return Overlap(lags.lag, lags.strain, lags.time, mean, spread, lags.origins, float(size), unit)
+    return SelfOverlap(lags.lag, lags.strain, lags.time, mean, spread, lags.origins, float(size), unit)
