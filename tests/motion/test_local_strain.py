@@ -135,6 +135,8 @@ def test_rattlers_have_no_value_between_minima(run):
     np.testing.assert_array_equal(np.isnan(found.d2min), rattlers)
     everywhere = jamlab.local_strain(*run.frames[:2], cutoff=2.0, rattlers=True)
     assert np.isfinite(everywhere.d2min).all() and (everywhere.undefined == "").all()
+    loose = run.frames[0].with_state(diameters=0.9 * run.frames[0].diameters, converged=True)
+    assert (jamlab.local_strain(run.frames[0], loose, cutoff=2.0).undefined == "rattler").all()
     moved = run.frames[0].with_state(positions=run.frames[1].positions, box=run.frames[1].box)  # no minimum is known
     np.testing.assert_array_equal(jamlab.local_strain(run.frames[0], moved, 2.0).d2min, everywhere.d2min)
 
@@ -165,7 +167,12 @@ def test_runs_sequences_and_one_state_against_several_agree(run):
 def test_walls(flat):
     """Rough walls move as rigid bodies and count; flat ones are no particles, and none is a neighbour across them."""
     w = jamlab.with_walls(jamlab.pack(n=96, pressure=1e-2, seed=1), thickness=1.5, flat=flat)
-    w = w.with_state(positions=w.positions + (np.arange(w.n) % 3 == 0)[:, None] * w.box[0])
+    free, k = ~w.flat_walls[:, None], np.arange(w.n)[:, None]
+    w = w.with_state(positions=w.positions + (k % 3 == 0) * w.box[0] + (free & (k % 5 == 0)) * w.box[1])
+    cells, x = jamlab.tessellation(w), w.centroids
+    apart = x[cells.wall_j] - x[cells.wall_i] + cells.wall_shift @ w.box
+    between = ~w.flat_walls[cells.wall_i] & ~w.flat_walls[cells.wall_j]
+    assert np.hypot(*apart[between].T).max() < 3.0 and not cells.wall_shift[~between].any()
     state = w.frame.carried(np.array([[1.0, 0.05], [0.0, 1.0]]))
     after = w.with_state(box=w.box @ [[1.0, 0.0], [0.05, 1.0]], positions=state)
     for cutoff in (None, 2.0):
