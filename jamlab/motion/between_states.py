@@ -8,7 +8,7 @@ beyond it is taken at its shortest image.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -137,6 +137,6 @@ def neighbors_of(packing: Packing, cutoff: float | None, counted: Mask) -> Pairs
     )
 
 
-def at_rest(states: Sequence[Packing]) -> bool:
+def at_rest(states: Iterable[Packing]) -> bool:
     """Whether all states are energy minima."""
     return all(each.converged for each in states)

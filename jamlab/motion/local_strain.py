@@ -5,7 +5,7 @@ Source: M. L. Falk & J. S. Langer, Phys. Rev. E 57, 7192 (1998), eqs 2.11 to 2.1
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, overload
@@ -204,11 +204,11 @@ def local_strain(
 ) -> LocalStrain: ...
 @overload
 def local_strain(
-    before: Packing, after: Run | Sequence[Packing], cutoff: float | None = None, *, rattlers: bool | None = None
+    before: Packing, after: Run | Iterable[Packing], cutoff: float | None = None, *, rattlers: bool | None = None
 ) -> LocalStrains: ...
 @overload
 def local_strain(
-    before: Run | Sequence[Packing],
+    before: Run | Iterable[Packing],
     after: None = None,
     cutoff: float | None = None,
     *,
@@ -216,8 +216,8 @@ def local_strain(
 ) -> LocalStrains: ...
 @checked
 def local_strain(
-    before: Packing | Run | Sequence[Packing],
-    after: Packing | Run | Sequence[Packing] | None = None,
+    before: Packing | Run | Iterable[Packing],
+    after: Packing | Run | Iterable[Packing] | None = None,
     cutoff: float | None = None,
     *,
     rattlers: bool | None = None,

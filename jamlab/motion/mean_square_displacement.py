@@ -6,7 +6,7 @@ Source: C. E. Maloney & M. O. Robbins, J. Phys. Condens. Matter 20, 244128 (2008
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,7 +82,7 @@ class MeanSquareDisplacement(Result):
 
 @checked
 def mean_square_displacement(
-    run: Run | Sequence[Packing], *, particles: ArrayLike | Mask | None = None
+    run: Run | Iterable[Packing], *, particles: ArrayLike | Mask | None = None
 ) -> MeanSquareDisplacement:
     """Compute the mean square displacement beyond the affine motion of the box, over lags even in their logarithm.
 

@@ -6,7 +6,7 @@ disks C. Heussinger, L. Berthier & J.-L. Barrat, EPL 90, 20005 (2010).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,7 +71,7 @@ class SelfOverlap(Result):
 
 @checked
 def self_overlap(
-    run: Run | Sequence[Packing], length: float | None = None, *, particles: ArrayLike | Mask | None = None
+    run: Run | Iterable[Packing], length: float | None = None, *, particles: ArrayLike | Mask | None = None
 ) -> SelfOverlap:
     """Compute the share of particles that moved by no more than a length beyond the affine motion, over lags.
 

@@ -5,8 +5,9 @@ Source: D. Weaire & S. Hutzler, The Physics of Foams (Oxford, 1999).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -81,7 +82,7 @@ class T1Events(Result):
 
 
 @checked
-def t1_events(run: Run | Sequence[Packing] | DataFrame) -> T1Events:
+def t1_events(run: Run | Iterable[Packing] | DataFrame) -> T1Events:
     """Find T1 events from each state to the next: of packings by their cells, of tracked droplets by their centres.
 
     An event is a pair that parts and a pair that meets, each of which was and is neighbour of both of the other.
@@ -104,7 +105,7 @@ def t1_events(run: Run | Sequence[Packing] | DataFrame) -> T1Events:
         >>> len(found.steps), bool((found.gained.sum() >= len(found)))
         (20, True)
     """
-    named = list(_of_packings(states_of(run, "run")) if isinstance(run, Run | Sequence) else _of_tracks(run))
+    named = list(_of_tracks(run) if isinstance(run, DataFrame) else _of_packings(states_of(run, "run")))
     rows: list[tuple[int, ...]] = []
     places, gained, lost = [], [], []
     for state, old, new, centre in named:
@@ -113,9 +114,9 @@ def t1_events(run: Run | Sequence[Packing] | DataFrame) -> T1Events:
         places += [centre(swap) for swap in swaps]
         gained.append(len(new - old))
         lost.append(len(old - new))
-    columns = np.array(rows, dtype=np.int64).reshape(-1, 5).T
+    state, parted_i, parted_j, met_i, met_j = np.array(rows, dtype=np.int64).reshape(-1, 5).T
     steps, more, fewer = (np.array(values, dtype=np.int64) for values in ([each[0] for each in named], gained, lost))
-    return T1Events(*columns, np.array(places).reshape(-1, 2), steps, more, fewer)
+    return T1Events(state, parted_i, parted_j, met_i, met_j, np.array(places).reshape(-1, 2), steps, more, fewer)
 
 
 def find_swaps(old: _Pairs, new: _Pairs) -> list[tuple[int, int, int, int]]:
@@ -140,7 +141,7 @@ def _of_packings(states: list[Packing]) -> Iterator[tuple[int, _Pairs, _Pairs, A
     """Number, neighbours before and after, and where the middle of four particles is, of each state."""
     pairs = [_neighbors(each, number) for number, each in enumerate(states)]
     for number, (old, new) in enumerate(pairwise(pairs), start=1):
-        yield number, old, new, _middle_in_box(states[number])
+        yield number, old, new, partial(_middle_in_box, states[number])
 
 
 def _neighbors(packing: Packing, number: int) -> _Pairs:
@@ -156,13 +157,10 @@ def _neighbors(packing: Packing, number: int) -> _Pairs:
     return found
 
 
-def _middle_in_box(packing: Packing) -> Any:
-    def middle(swap: Iterable[int]) -> Array:
-        x = packing.centroids[list(swap)]
-        apart = x - x[0]
-        return np.asarray(x[0] + (apart - shortest_images(apart, packing.box) @ packing.box).mean(axis=0))
-
-    return middle
+def _middle_in_box(packing: Packing, swap: Iterable[int]) -> Array:
+    x = packing.centroids[list(swap)]
+    apart = x - x[0]
+    return np.asarray(x[0] + (apart - shortest_images(apart, packing.box) @ packing.box).mean(axis=0))
 
 
 # tracks ---------------------------------------------------------------------------------------------------------------
@@ -176,6 +174,7 @@ def checked_tracks(table: Any) -> Any:
     values = table[[*TRACKED]].to_numpy()
     if values.dtype.kind not in "iuf" or not np.isfinite(values.astype(np.float64)).all():
         raise InputError("run: frame, particle, x and y of tracks must be finite numbers: drop the other rows")
+    table = table.reset_index(drop=True)  # trackpy names the index frame too
     if table["frame"].nunique() < 2:
         raise InputError(f"run: the tracks have {table['frame'].nunique()} frame(s): give two or more")
     if (twice := table.duplicated(["frame", "particle"])).any():
@@ -190,17 +189,20 @@ def _of_tracks(table: Any) -> Iterator[tuple[int, _Pairs, _Pairs, Any]]:
     for before, now in pairwise(frames):
         old, new = common_places(before, now)
         names = np.intersect1d(before["particle"], now["particle"]).astype(np.int64)
-        pairs = [_named(names, bonds(places)) for places in (old, new)]
         place = dict(zip(names.tolist(), new, strict=True))
-        yield int(now["frame"].iloc[0]), *pairs, lambda swap, place=place: np.mean([place[k] for k in swap], axis=0)
+        pairs = _named(names, bonds(old)), _named(names, bonds(new))
+        yield int(now["frame"].iloc[0]), *pairs, partial(_middle, place)
+
+
+def _middle(place: dict[int, Array], swap: Iterable[int]) -> Array:
+    return np.asarray(np.mean([place[k] for k in swap], axis=0))
 
 
 def common_places(before: Any, now: Any) -> tuple[Array, Array]:
     """(m, 2) places before and after of the droplets that are in both of two frames, by number."""
     _, first, second = np.intersect1d(before["particle"], now["particle"], return_indices=True)
-    return tuple(  # type: ignore[return-value]  # of two
-        rows[["x", "y"]].to_numpy(np.float64)[which] for rows, which in ((before, first), (now, second))
-    )
+    old, new = (rows[["x", "y"]].to_numpy(np.float64) for rows in (before, now))
+    return old[first], new[second]
 
 
 def bonds(places: Array) -> Indices:

@@ -49,7 +49,8 @@ def spectrum(found: LocalStrain) -> tuple[Array, Array]:
         within = shell == k
         columns = np.column_stack([np.ones(within.sum()), np.cos(4 * angle[within])])
         rows.append((size[within].mean(), np.linalg.lstsq(columns, power[within], rcond=None)[0][1]))
-    return tuple(np.array(rows).T)  # type: ignore[return-value]  # of two
+    of_shells = np.array(rows)
+    return of_shells[:, 0], of_shells[:, 1]
 
 
 def _rows(case: str, seed: int, places: Iterable[float], values: Iterable[float]) -> list[dict[str, Any]]:
@@ -93,8 +94,8 @@ def draw_strain_correlations(tables: EnsembleTables) -> Drawing:
         moved = case == "displacement"
         part, offset = axes[1 if moved else 0], 0.0 if moved else 2.0
         of_case = rows[rows["case"] == case]
-        place, values = of_packings(of_case, "place", "y")
-        x = of_case.groupby("place")["x"].mean().loc[place].to_numpy()
+        values = of_packings(of_case, "place", "y")[1]
+        x = of_packings(of_case, "place", "x")[1].mean(axis=0)
         fitted = np.full(len(x), True) if moved else x < MOST
         found = bootstrap([values[:, fitted]], partial(exponent, x[fitted], offset))
         out.values[f"exponent, {case}"] = found
