@@ -108,9 +108,9 @@ def t1_events(run: Run | Iterable[Packing] | DataFrame) -> T1Events:
     named = list(_of_tracks(run) if isinstance(run, DataFrame) else _of_packings(states_of(run, "run")))
     rows: list[tuple[int, ...]] = []
     places, gained, lost = [], [], []
-    for state, old, new, centre in named:
+    for number, old, new, centre in named:
         swaps = find_swaps(old, new)
-        rows += [(state, *swap) for swap in swaps]
+        rows += [(number, *swap) for swap in swaps]
         places += [centre(swap) for swap in swaps]
         gained.append(len(new - old))
         lost.append(len(old - new))
