@@ -212,6 +212,8 @@ class QuasistaticShear(ShearRun):
     def energy_gap(self) -> Array:
         """(m,) work that is neither stored nor released by a detected event: the error of steps that are too long.
         0 if errors of the stress within `stress_noise` explain it."""
+        if self.until_jammed:  # its last state alone bears stress
+            return np.zeros_like(self.strain)
         released = np.where(self.event, np.diff(self.dissipated, prepend=0.0), 0.0)
         gap = energy_gap(self.work, np.cumsum(released), self.enthalpy)
         unseen = np.cumsum(self.stress_noise * np.abs(np.diff(self.strain, prepend=self.strain[0])))

@@ -96,7 +96,7 @@ def strain_path(
     if cycles is not None and len(points) < 2:
         raise InputError(f"cycles = {cycles}: one strain is no cycle; give turning points, strain=[{points[0]:g}, 0]")
     legs = np.abs(np.diff([0.0, *points]))
-    check_number("strain_step", strain_step, float(legs.min()), float(legs.sum()) / MOST_STATES)
+    check_number("strain_step", strain_step, float(legs.max()), float(legs.sum()) / MOST_STATES)
     if snapshot_every is not None:
         check_number("snapshot_every", snapshot_every, float(legs.sum()))
         if snapshot_every < strain_step:
