@@ -8,12 +8,16 @@ from jamlab.flow.creep_and_relaxation import StoppedFlow as StoppedFlow
 from jamlab.flow.creep_and_relaxation import StressRelaxation as StressRelaxation
 from jamlab.flow.event_sizes import EventSizes as EventSizes
 from jamlab.flow.flow_curve import FlowCurve as FlowCurve
+from jamlab.flow.limit_cycle import Hysterons as Hysterons
+from jamlab.flow.limit_cycle import LimitCycle as LimitCycle
+from jamlab.flow.limit_cycle import ShearCycles as ShearCycles
 from jamlab.flow.mean_flow_curve import MeanFlowCurve as MeanFlowCurve
 from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.plastic_events import PlasticEvents as PlasticEvents
 from jamlab.flow.quasistatic_run import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun
 from jamlab.flow.softening import Softening as Softening
+from jamlab.flow.shear_jamming import ShearJamming as ShearJamming
 from jamlab.flow.steady_state import SteadyState as SteadyState
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts

@@ -135,6 +135,12 @@ CAMPAIGNS = (
         unset="none",
     ),
     Argument(
+        "cyclic_shear",
+        "Quasi-static shear to and fro of every state, with the arguments of jamlab.quasistatic_shear.",
+        default=None,
+        unset="none",
+    ),
+    Argument(
         "quasistatic_shear",
         "Quasi-static shear of every state, with the arguments of jamlab.quasistatic_shear.",
         default=None,

@@ -50,6 +50,6 @@ AtomStyle: TypeAlias = Literal[
 ]
 TableName: TypeAlias = Literal[  # of a campaign
     "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow", "quasistatic_shear",
-    "oscillation", "creep", "plastic_events",
+    "oscillation", "creep", "plastic_events", "cyclic_shear",
 ]  # fmt: skip
 TableFormat: TypeAlias = Literal["csv", "tsv", "json", "h5", "parquet"]

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from jamlab.arguments.choices import TableName
+from jamlab.campaign.cyclic_observable import CyclicShearOfStates
 from jamlab.campaign.event_observable import PlasticEventsOfStates
 from jamlab.campaign.flow_observables import (
     CreepOfStates,
@@ -169,7 +170,7 @@ OBSERVABLES: dict[str, type[Observable]] = {
     o.name: o
     for o in (
         *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
-        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates, PlasticEventsOfStates),
+        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates, PlasticEventsOfStates, CyclicShearOfStates),
     )
 }
 TABLES: tuple[TableName, ...] = get_args(TableName)  # "states", "onset" and one of each observable

@@ -42,6 +42,7 @@ _ALSO_CALLED = {
     "amplitudes": "amplitude strain strains gamma0",
     "stresses": "stress",
     "quasistatic_shear": "aqs athermal_quasistatic",
+    "cyclic_shear": "cyclic limit_cycles hysterons",
 }
 
 

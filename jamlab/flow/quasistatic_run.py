@@ -251,7 +251,7 @@ class QuasistaticShear(ShearRun):
             first = int(limit.rows[0])
             label = f"transient, {limit.transient} cycle{'s' * (limit.transient != 1)}"
             axes.plot(self.strain[: first + 1], self.stress[: first + 1], color=GREY, linewidth=0.9, label=label)
-            plain["label"] = f"limit cycle of period {limit.period}, {along} shear"
+            plain["label"] = f"limit cycle of period {limit.period}"
         axes.plot(self.strain[first:], self.stress[first:], **merged_line(plain, style))
         ends = np.flatnonzero(self.event)
         ends = ends[ends > first]
@@ -263,8 +263,10 @@ class QuasistaticShear(ShearRun):
             label = f"not converged: {missed.sum()}"
             axes.plot(self.strain[missed], self.stress[missed], "x", color=BLACK, markersize=6, label=label)
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
+        if len(self.turning_points):
+            axes.locator_params(axis="x", nbins=5)  # strains of both signs are wide
         legend = axes.legend(
-            *axes.get_legend_handles_labels(), title=describe_balance(self), fontsize=LEGEND, ncols=3,
+            *axes.get_legend_handles_labels(), title=describe_balance(self), fontsize=LEGEND, ncols=3 - bool(first),
             title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
         legend.get_title().set_color(BLACK if self.balanced else RED)

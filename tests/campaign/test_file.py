@@ -17,6 +17,7 @@ FLOWS = {
     "flow": {"rates": [0.1]},
     "quasistatic_shear": {},
     "oscillation": {"omega": [1.0], "amplitudes": [0.1]},
+    "cyclic_shear": {"amplitudes": [0.1]},
 }
 
 
@@ -121,6 +122,9 @@ def droplets(**law):
         (flows("flow", rates=[0.0]), "observable 'quasistatic_shear'"),
         (flows("oscillation", omega=[1e-9]), "1e-09"),
         (flows("oscillation", amplitudes=[9.0]), "9"),
+        (flows("cyclic_shear", amplitudes=[9.0]), "9"),
+        (flows("cyclic_shear", strain_step=0.1, amplitudes=[0.05]), "above the amplitude 0.05"),
+        (flows("cyclic_shear", cycles=0), "cycles"),
     ],
 )
 def test_what_no_campaign_can_do_is_named_before_any_task_runs(tmp_path, changes, named):

@@ -54,6 +54,21 @@ def test_quasistatic_shear_has_no_drag(tmp_path):
     assert not {"rate", "damping", "tolerance", "background_drag"} & row.keys()
 
 
+def test_cyclic_shear(tmp_path):
+    """A row for each state and amplitude, with what the run says."""
+    shear = {"amplitudes": [0.01, 1e-3], "strain_step": 1e-3, "cycles": 8}
+    changes = {"flow": None, "observables": ["cyclic_shear"], "cyclic_shear": shear}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes | {"damping": None, "seeds": 1}))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    small, large = campaign.table("cyclic_shear").to_dict("records")
+    assert (small["amplitude"], small["period"], small["transient"], small["plastic_events"]) == (1e-3, 1, 0, 0)
+    run = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=2e-2, seed=1), [0.01, -0.01, 0.01], 1e-3, cycles=8)
+    assert (large["period"], large["transient"]) == (run.period, run.limit_cycle.transient)
+    assert large["displacement"] == pytest.approx(run.cycles.displacement[-1], abs=1e-9) and large["converged"]
+    assert large["dissipated"] == pytest.approx(run.limit_cycle.dissipated / run.period, abs=1e-9)
+    assert not {"damping", "background_drag"} & large.keys()
+
+
 def test_flow_from_quenches_below_and_above_onset(tmp_path):
     """States at packing fractions, in units "k"; the loose one bears no pressure at rest, and flows under little."""
     changes = {"pressures": None, "phi": [0.9, 0.7], "seeds": 1, "damping": {"contact": [1.0]}}

@@ -269,7 +269,15 @@ def test_a_campaign_runs_where_there_are_no_locks(tmp_path, monkeypatch, number)
 
 def test_export(full, tmp_path):
     files = full.export(tmp_path / "csv")
-    others = {"flow", "quasistatic_shear", "oscillation", "creep", "order", "modes"}  # which it does not measure
+    others = {
+        "flow",
+        "quasistatic_shear",
+        "oscillation",
+        "creep",
+        "order",
+        "modes",
+        "cyclic_shear",
+    }  # which it does not measure
     assert sorted(file.stem for file in files) == sorted(set(TABLES) - others)
     back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
     np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])

@@ -105,6 +105,39 @@ def test_64_disks_return_at_5_percent(seed):
     assert np.hypot(*shift[bearing].T).max() < 1e-10
 
 
+def permuted(p, rng):
+    order = rng.permutation(p.n)
+    return p.with_state(positions=p.positions[order], diameters=p.disk_diameters[order])
+
+
+def in_images(p, rng):
+    return p.with_state(positions=p.positions + rng.integers(-2, 3, (p.n, 2)) @ p.box + np.array([0.4, 1.7]))
+
+
+def of_another_lattice(p, rng):
+    return p.with_state(box=p.box + np.outer([0, 2], p.box[0]))
+
+
+def in_other_units(p, rng):
+    return p.with_state(box=3e-6 * p.box, positions=3e-6 * p.positions, diameters=3e-6 * p.disk_diameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("view", [permuted, in_images, of_another_lattice, in_other_units])
+def test_limit_cycles_are_invariant(packing, run, view):
+    """Period, switching strains, displacements and energies, in the units of the packing."""
+    seen = view(packing, np.random.default_rng(5))
+    length = seen.disk_diameters.mean() / packing.disk_diameters.mean()
+    found = quasistatic_shear(seen, TURNS, STEP, cycles=20)
+    limit, other = run.limit_cycle, found.limit_cycle
+    assert (other.period, other.transient, other.events) == (limit.period, limit.transient, limit.events)
+    assert other.hysterons.on == pytest.approx(limit.hysterons.on, abs=1e-12)
+    assert other.hysterons.off == pytest.approx(limit.hysterons.off, abs=1e-12)
+    assert other.hysterons.size / length == pytest.approx(limit.hysterons.size, rel=1e-6)
+    assert found.cycles.displacement[0] / length == pytest.approx(run.cycles.displacement[0], rel=1e-6)
+    assert other.dissipated == pytest.approx(limit.dissipated, rel=1e-6) and other.distance < 1e-9
+
+
 def test_an_elastic_cycle_takes_no_work(packing):
     """There and back through the same minima; events on the way back have their signs."""
     run = quasistatic_shear(packing, [2e-3, -2e-3, 0.0], 1e-3, cycles=3)

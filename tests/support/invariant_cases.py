@@ -417,7 +417,7 @@ CASES = {
     "particle_areas": Case(_one(jamlab.particle_areas, (AREA, EACH))),
     "quasistatic_shear": Case(
         _along(
-            lambda v: jamlab.quasistatic_shear(v.packing, v.sign * 2e-3, 1e-3),
+            lambda v: jamlab.quasistatic_shear(v.packing, [v.sign * 2e-3, v.sign * 1e-3], 2e-3),  # and back
             **{"stress": STRESS, "energy": STRESS, "pressure": STRESS},
         ),
         FLOW,

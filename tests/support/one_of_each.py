@@ -27,6 +27,7 @@ def objects():
     damping, omega = jamlab.ContactDamping(), [1e-2, 0.1, 1.0]
     run = jamlab.shear(p, rate=0.1, strain=0.02, rows=3, snapshot_every=0.01)
     steady = jamlab.quasistatic_shear(p, 0.02, strain_step=0.01, snapshot_every=0.01)
+    cyclic = jamlab.quasistatic_shear(p, [2e-3, -2e-3, 0.0], strain_step=2e-3, cycles=4)
     voids = jamlab.voids(p)
     spectra = [[jamlab.complex_modulus(jamlab.pack(8, q, seed=1), omega, prestress=False)] for q in (0.03, 0.02, 0.01)]
     campaign = jamlab.open_campaign(written(folder / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))
@@ -48,6 +49,8 @@ def objects():
         jamlab.density_by_size([p, q]),
         jamlab.quasilocalized_modes(p, 3),
         jamlab.damped_vibrations(p, damping),
+        *(cyclic.cycles, cyclic.limit_cycle, jamlab.results.ShearJamming(0.1, 0.11, 0.11, 1e-6, p)),
+        jamlab.results.Hysterons(*np.linspace(0.1, 0.6, 6)[:, None]),
         *(spectra[0][0], spectra[0][0].spectrum, jamlab.nonlinear_modulus(p, [1.0], stress=1e-5)),
         *(means, means[0]),
         *(jamlab.displacement_correlation(p, 1.0), jamlab.micrograph(labels=MICROGRAPH)),
