@@ -178,10 +178,10 @@ class QuasistaticShear(ShearRun):
 
     @property
     def state(self) -> Any:
-        """As of `ShearRun`; whether a shear until the packing jams did jam it, and one that turns back is periodic."""
+        """As of `ShearRun`; whether a shear until the packing jams did jam it, and whether cycles are periodic."""
         if self.until_jammed and self.finished and not self.period:
             return "jammed" if self.jammed else "never jammed"
-        if len(self.turning_points) and self.finished:
+        if len(self.cycle_rows) > 1 and self.finished:
             return "periodic" if self.period else "not periodic"
         return super().state
 
@@ -201,7 +201,7 @@ class QuasistaticShear(ShearRun):
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
-        whole = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) else {}
+        whole = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) > 1 else {}
         if (limit := self.limit_cycle) is not None:
             whole |= {"period": limit.period, "transient": limit.transient, "hysterons": len(limit.hysterons)}
         if (found := self.jamming) is not None:
