@@ -16,8 +16,8 @@ from jamlab.flow.oscillate import Oscillation as Oscillation
 from jamlab.flow.plastic_events import PlasticEvents as PlasticEvents
 from jamlab.flow.quasistatic_run import QuasistaticShear as QuasistaticShear
 from jamlab.flow.shear import ShearRun as ShearRun
-from jamlab.flow.softening import Softening as Softening
 from jamlab.flow.shear_jamming import ShearJamming as ShearJamming
+from jamlab.flow.softening import Softening as Softening
 from jamlab.flow.steady_state import SteadyState as SteadyState
 from jamlab.geometry.contact_network import ContactForces as ContactForces
 from jamlab.geometry.contact_network import Contacts as Contacts

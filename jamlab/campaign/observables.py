@@ -170,7 +170,8 @@ OBSERVABLES: dict[str, type[Observable]] = {
     o.name: o
     for o in (
         *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
-        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates, PlasticEventsOfStates, CyclicShearOfStates),
+        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates),
+        *(PlasticEventsOfStates, CyclicShearOfStates),
     )
 }
 TABLES: tuple[TableName, ...] = get_args(TableName)  # "states", "onset" and one of each observable

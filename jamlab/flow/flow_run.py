@@ -117,7 +117,7 @@ class FlowRun(FlowResult):
     answer: ClassVar[str] = "stress"  # which of them the packing decides
     columns: ClassVar[tuple[str, ...]] = (*SERIES, "z_all", "energy_gap")
     numbers: ClassVar[tuple[str, ...]] = (*FlowResult.numbers, "finished", "balanced", "relative_trajectory_error")
-    _apart = ("wall_stress",)
+    _apart: ClassVar[tuple[str, ...]] = ("wall_stress",)
 
     # time, strain: (m,) since the start
     time: Array

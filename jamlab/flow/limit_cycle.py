@@ -195,7 +195,7 @@ def moved_between(before: Packing, after: Packing) -> Moved:
 
 def _common(moved: Array, counted: Mask, packing: Packing) -> Array | float:
     """Motion of all together, by that of the sites that count."""
-    return packing.frame.drift(np.where(counted[:, None], moved, moved[counted].mean(axis=0)))  # type: ignore[return-value]
+    return packing.frame.drift(np.where(counted[:, None], moved, moved[counted].mean(axis=0)))
 
 
 def plastic_displacements(before: Packing, after: Packing) -> Array:

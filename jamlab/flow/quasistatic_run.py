@@ -201,7 +201,7 @@ class QuasistaticShear(ShearRun):
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
-        whole = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) > 1 else {}
+        whole: dict[str, Any] = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) > 1 else {}
         if (limit := self.limit_cycle) is not None:
             whole |= {"period": limit.period, "transient": limit.transient, "hysterons": len(limit.hysterons)}
         if (found := self.jamming) is not None:
