@@ -9,7 +9,7 @@ from jamlab.protocols.target_pressure import pack
 from studies.tables import Task
 
 PRESSURE, STRAIN, STEP, WIDTH = 1e-2, 0.3, 2e-3, 1e-4
-SIZES = (16, 32, 64, 128)
+SIZES = (16, 32, 64)
 SEEDS, BLOCK = 20, 4  # packings of a size, and of one task
 STEADY = 0.1  # strain from which on events count
 
