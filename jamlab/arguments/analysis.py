@@ -183,7 +183,14 @@ ANALYSIS = (
     ),
     Argument("spacing", "Distance between points of outlines, in mean diameters.", "number", default=0.05),
     Argument("rim", "Include the rims of droplets.", "flag", default=False),
-    Argument("quantity", "Quantity whose mean is estimated, such as z, g or b.", "choice"),
+    Argument(
+        "quantity",
+        "Quantity whose mean is estimated, such as z, g or b.",
+        "choice",
+        otherwise={"event_sizes": "energy"},
+        choices_otherwise={"event_sizes": ("energy", "stress_drop", "participation")},
+        text_otherwise={"event_sizes": "What is taken for the size of an event."},
+    ),
     Argument(
         "workers",
         "Processes side by side; in Python also an executor.",

@@ -113,14 +113,6 @@ FLOW = (
         habits="run campaign packings ensemble",
     ),
     Argument(
-        "quantity",
-        "What is the size of an event.",
-        "choice",
-        choices=("energy", "stress_drop", "participation"),
-        default="energy",
-        habits="of size what",
-    ),
-    Argument(
         "least_size",
         "Smallest size of a fit.",
         "number",
@@ -195,6 +187,8 @@ FLOW = (
         highest=10000.0,
         above=True,
         default=1.0,
+        otherwise={"event_sizes": 0.0},
+        limits_otherwise={"event_sizes": (None, None)},
         habits="steady_strain transient skip warmup average_over",
     ),
     Argument(

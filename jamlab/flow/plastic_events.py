@@ -1,8 +1,7 @@
 """Plastic events of quasi-static shear: where they are, and what each one changes.
 
-How many particles take part is the participation number of D2min (Falk & Langer, Phys. Rev. E 57, 7192 (1998)). A T1
-event is a change of neighbours in which two particles part and two beside them meet (Weaire & Rivier, Contemp. Phys.
-25, 59 (1984)); neighbours are those of the tessellation.
+How many particles take part is the participation number of D2min (Falk & Langer, Phys. Rev. E 57, 7192 (1998)). T1
+events are those of `jamlab.motion.t1_events`, by neighbours of the tessellation.
 """
 
 from __future__ import annotations
@@ -16,11 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.tessellation import tessellation
 from jamlab.motion.local_strain import local_strain
+from jamlab.motion.t1_events import find_swaps
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -55,7 +55,15 @@ class PlasticEvents(Result):
     """
 
     _rows = ("strain", "stress_drop", "released", "width", "energy")
-    _OF_PACKINGS = ("participation", "contacts_lost", "contacts_gained", "neighbors_lost", "neighbors_gained", "kind")
+    _OF_PACKINGS = (
+        "participation",
+        "contacts_lost",
+        "contacts_gained",
+        "neighbors_lost",
+        "neighbors_gained",
+        "t1",
+        "kind",
+    )
 
     strain: Array
     stress_drop: Array
@@ -87,23 +95,23 @@ class PlasticEvents(Result):
     @property
     def neighbors_lost(self) -> Indices:
         """(m,) number of pairs of neighbours of the tessellation that part."""
-        return np.array([lost.total() for lost, _, _ in self._neighbors], dtype=np.int64)
+        return np.array([lost for lost, _, _ in self._neighbors], dtype=np.int64)
 
     @property
     def neighbors_gained(self) -> Indices:
         """(m,) number of pairs that become neighbours of the tessellation."""
-        return np.array([gained.total() for _, gained, _ in self._neighbors], dtype=np.int64)
+        return np.array([gained for _, gained, _ in self._neighbors], dtype=np.int64)
 
     @property
-    def t1(self) -> Mask:
-        """(m,) whether two neighbours part, and two that are neighbours of both meet."""
-        return np.array([_has_t1(*each) for each in self._neighbors], dtype=bool)
+    def t1(self) -> Indices:
+        """(m,) number of T1 events, see `jamlab.t1_events`."""
+        return np.array([swaps for _, _, swaps in self._neighbors], dtype=np.int64)
 
     @property
     def kind(self) -> NDArray[np.str_]:
-        """(m,) "T1"; "contact change" where contacts open or close without a T1; "neither"."""
+        """(m,) "T1"; "contact change" where contacts open or close without a T1 event; "neither"."""
         changes = self.contacts_lost + self.contacts_gained > 0
-        return np.where(self.t1, "T1", np.where(changes, "contact change", "neither"))
+        return np.where(self.t1 > 0, "T1", np.where(changes, "contact change", "neither"))
 
     def _pairs(self) -> Iterable[tuple[Packing, Packing]]:
         if len(self.before) != len(self):
@@ -124,12 +132,12 @@ class PlasticEvents(Result):
         return found
 
     @cached_property
-    def _neighbors(self) -> list[tuple[Counter[Any], Counter[Any], Counter[Any]]]:
-        """Pairs of neighbours lost, gained, and there before."""
+    def _neighbors(self) -> list[tuple[int, int, int]]:
+        """Pairs of neighbours lost and gained, and T1 events among them."""
         found = []
         for pair in self._pairs():
             old, new = (_counted(np.column_stack([cells.wall_i, cells.wall_j])) for cells in map(tessellation, pair))
-            found.append((old - new, new - old, old))
+            found.append(((old - new).total(), (new - old).total(), len(find_swaps(set(old), set(new)))))
         return found
 
     def _columns(self) -> dict[str, Any]:
@@ -167,13 +175,3 @@ def bearing_contacts(packing: Packing) -> Counter[tuple[int, int]]:
 def _counted(pairs: Indices) -> Counter[tuple[int, int]]:
     """Pairs of particles, with how many images of one touch the other."""
     return Counter(map(tuple, np.sort(pairs, axis=1).tolist()))
-
-
-def _has_t1(lost: Counter[Any], gained: Counter[Any], before: Counter[Any]) -> bool:
-    """Whether a pair that parts and one that meets are the diagonals of four neighbours."""
-    return any(
-        all((min(a, b), max(a, b)) in before for a in parted for b in met)
-        for parted in lost
-        for met in gained
-        if not {*parted} & {*met}
-    )

@@ -141,8 +141,8 @@ class _Later(Shearing):
 def softening(run: QuasistaticShear, event: int = 0) -> Softening:
     """Follow the lowest mode of a packing away from a plastic event, and fit where its eigenvalue vanishes.
 
-    The packing on the near side of the bracket is sheared back by steps that double from the width of the bracket on, 14
-    of them, or until it leaves its minimum.
+    The packing on the near side of the bracket is sheared back by steps that double from the width of the bracket on,
+    13 of them, or until it leaves its minimum.
 
     Args:
         run: quasi-static shear with `event_width`.

@@ -1,8 +1,8 @@
 """The lowest modes of what a packing minimises: its energy at a fixed box, its enthalpy where the pressure is held.
 
 At a held pressure the change of the area is one coordinate more. With a strain e = log(area), r -> exp(e M) r and
-s = e sqrt(area), the second derivatives of H = U + p A are those of U in the sites, K_uE : M / sqrt(A) between sites and
-s, and (M : K_EE : M - A S : M M + p A)/A in s. A fold of the enthalpy is where the lowest of these eigenvalues vanishes.
+s = e sqrt(area), the second derivatives of H = U + p A are those of U in the sites, K_uE : M / sqrt(A) between sites
+and s, and (M : K_EE : M - A S : M M + p A)/A in s. A fold of the enthalpy is where the lowest eigenvalue vanishes.
 """
 
 from __future__ import annotations

@@ -118,8 +118,8 @@ def _fit(s: Array, least: float, truncated: bool) -> SizeLaw:
 
 
 def _most_likely(log: float, mean: float, steep: float, largest: float) -> tuple[float, float]:
-    """Exponent and s_min/s_c whose means of log s and s, over s_min, are those given, by Newton steps on the likelihood,
-    which is concave; s_min/s_c is 0 where it grows towards no cutoff. `steep`: exponent without cutoff."""
+    """Exponent and s_min/s_c whose means of log s and s, over s_min, are those given, by Newton steps on the
+    likelihood, which is concave; s_min/s_c is 0 where it grows towards no cutoff. `steep`: exponent without cutoff."""
     point = np.array([min(steep, 1.5), 1 / largest])
     value = _likelihood(point, log, mean)
     for _ in range(SIZE_FIT.steps):
