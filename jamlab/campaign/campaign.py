@@ -338,7 +338,7 @@ class Campaign(Hinted):
 
         Args:
             name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
-                "quasistatic_shear", "oscillation", "creep" or "cyclic_shear"; their columns are listed in
+                "quasistatic_shear", "plastic_events", "oscillation", "creep" or "cyclic_shear"; their columns are in
                 `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has the columns of your own observables. Tasks of
                 one model that differ in units, force law or sizes have these as further columns.
             sweep: take the tasks of this sweep only.

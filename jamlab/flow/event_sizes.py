@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from jamlab.arrays import Array, Indices
-from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.checks import checked, is_number
+from jamlab.errors import InputError, named
 from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.mechanics.like_packings import check_distinct, group_by_kind
 from jamlab.packing.result import Result
@@ -152,6 +152,8 @@ def event_sizes(
         >>> s.quantity, bool(s.exponent_low < s.exponent < s.exponent_high)
         ('stress_drop', True)
     """
+    if not (is_number(discard) and discard >= 0):
+        raise InputError(f"{named('discard', discard)}: give a strain, 0 or more")
     if isinstance(runs, Campaign | DataFrame):
         groups, unit = _of_rows(runs, quantity, discard, select), ""
     elif select is not None:
@@ -167,7 +169,7 @@ def event_sizes(
     def statistic(drawn: list[Array]) -> Array:
         sizes = np.concatenate([kept[int(k)] for k in drawn[0]])
         found = fit_sizes(sizes, law.least, truncated=bool(np.isfinite(law.cutoff)))
-        return np.array([found.exponent, found.cutoff, sizes.mean()])
+        return np.array([found.exponent, 1 / found.cutoff, sizes.mean()])
 
     found = bootstrap([np.arange(len(kept))], statistic, resamples=RESAMPLES)
     order = np.argsort(every, kind="stable")
@@ -179,8 +181,8 @@ def event_sizes(
         exponent_low=float(found.low[0]),
         exponent_high=float(found.high[0]),
         cutoff=law.cutoff,
-        cutoff_low=float(found.low[1]) if np.isfinite(law.cutoff) else law.cutoff,
-        cutoff_high=float(found.high[1]) if np.isfinite(law.cutoff) else law.cutoff,
+        cutoff_low=_inverse(found.high[1]),
+        cutoff_high=_inverse(found.low[1]),
         least=law.least,
         fitted=law.count,
         distance=law.distance,
@@ -191,6 +193,11 @@ def event_sizes(
         left_out=sum(len(sizes) for sizes in groups) - len(every),
         unit=unit,
     )
+
+
+def _inverse(value: float) -> float:
+    """Of a cutoff, which is infinite where a power law alone fits as well."""
+    return float("inf") if value <= 0 else float(1 / value)
 
 
 def _of_runs(runs: list[QuasistaticShear], of: SizeOf, discard: float) -> tuple[list[Array], str]:

@@ -42,7 +42,7 @@ class SofteningFit:
     states: int = 14  # distances double from the width of the bracket on: 1e-6 to 8e-3
     fewest: int = 6  # states of the fit: two more than its coefficients
     powers: tuple[int, ...] = (0, 2, 3, 4)  # of lambda
-    spread: float = 2e-3  # root mean square of the residuals over distances; with more, the farthest state is left out
+    spread: float = 2e-4  # root mean square of the residuals over distances; with more, the farthest state is left out
     beside: float = 0.5  # width of the bracket by which the critical strain may lie outside
     finite: float = 0.1  # change of an eigenvalue over the last doublings below which it does not vanish
     modes: int = 4  # beside zero modes, among which one is followed by its overlap

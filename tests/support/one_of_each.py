@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
+import pandas as pd
 from campaigns import written
 
 import jamlab
@@ -13,6 +14,7 @@ from jamlab.flow.flow_curve import FlowCurve
 
 MICROGRAPH = np.kron(np.arange(1, 17).reshape(4, 4), np.pad(np.ones((20, 20), int), 2)).astype(int)
 STATES = Path(__file__).parents[1] / "states"
+EVENTS = pd.DataFrame({"task": "a", "state": 0, "strain": 0.1, "energy": np.linspace(1, 5, 12) ** 2})
 RATES = np.array([0.01, 0.03, 0.1, 0.3])
 
 
@@ -41,6 +43,8 @@ def objects():
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(jamlab.density_of_states([p, q]), jamlab.local_strain(p, steady.packing), jamlab.local_strain(steady)),
+        jamlab.softening(jamlab.quasistatic_shear(p, 0.05, strain_step=0.01, event_width=5e-3)),
+        jamlab.event_sizes(EVENTS, least_size=1.0),
         *(jamlab.mean_square_displacement(steady), jamlab.self_overlap(steady), jamlab.t1_events([q, q])),
         jamlab.pair_correlation([p, q], 3.0),
         jamlab.spectral_density(p, 9.0),

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 
 
-def own_second_derivatives(packing, stiffness, power, pressure=None):
-    """(2 n, 2 n) of U = sum k delta^power/power with delta = 1 - r/(R_i + R_j), times (R_i + R_j)^2 for lengths; with
+def own_second_derivatives(packing, strength, power, pressure=None):
+    """(2 n, 2 n) of U = sum (k s^2/power) (1 - r/s)^power over pairs of disks that touch at s; with
     a pressure (2 n + 1, 2 n + 1) of U + p A, the last coordinate log(area) sqrt(area)."""
     x, box, radius = packing.positions, packing.box, 0.5 * packing.diameters
     n, area = len(x), box[0, 0] * box[1, 1]
@@ -17,7 +17,7 @@ def own_second_derivatives(packing, stiffness, power, pressure=None):
             length, reach = np.hypot(*r), radius[i] + radius[j]
             if length >= reach:
                 continue
-            delta = reach - length
+            delta, stiffness = reach - length, strength * reach ** (2 - power)
             slope, bend = -stiffness * delta ** (power - 1), stiffness * (power - 1) * delta ** (power - 2)
             along = r / length
             block = bend * np.outer(along, along) + slope / length * (np.eye(2) - np.outer(along, along))
