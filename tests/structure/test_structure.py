@@ -212,7 +212,8 @@ def test_shells_weigh_wavevectors_alike():
     values = each[0].values[(each[0].k >= 2.0) & (each[0].k < 5.0)]
     assert one.error[0] == pytest.approx(values.std(ddof=1) / np.sqrt(len(values)))
     usual = s.shells()
-    assert usual.wavevectors.sum() == len(s.values) and usual.k[0] == pytest.approx(s.width, rel=0.3)
+    assert usual.wavevectors.sum() == s.shells(5).wavevectors.sum() == len(s.values)
+    assert usual.k[0] == pytest.approx(s.width, rel=0.3)
 
 
 def test_frames_of_a_flow_have_a_mean_and_states_of_a_sweep_none():
