@@ -7,10 +7,12 @@ from scipy import linalg
 
 import jamlab
 
-STATES = (
+NAMED = (
     *("disks", "rattlers", "exponent 2.5", "eps, leaning", "sticky, p > 0", "fixed some", "rough", "flat"),
     *("N = 2", "N = 1", "droplets", "droplets, flat"),
 )
+QUICK = ("rattlers", "rough", "droplets")  # the others with -m slow
+STATES = [pytest.param(each, marks=[pytest.mark.slow] * (each not in QUICK)) for each in NAMED]
 
 
 def chain(diameter=1.0, masses=(1.0, 3.0), cells=4):

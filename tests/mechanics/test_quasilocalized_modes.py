@@ -8,10 +8,12 @@ from scipy import optimize
 import jamlab
 from jamlab.mechanics import quasilocalized_modes as module
 
-STATES = (
+NAMED = (
     *("disks", "leaning", "rattlers", "exponent 2.5", "lognormal", "eps, leaning", "other units", "sticky, p > 0"),
     *("fixed some", "rough", "droplets", "droplets, fixed"),
 )
+QUICK = ("rattlers", "fixed some", "droplets")  # the others with -m slow
+STATES = [pytest.param(each, marks=[pytest.mark.slow] * (each not in QUICK)) for each in NAMED]
 
 
 def cost_and_slope(p, z):

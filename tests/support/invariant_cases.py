@@ -15,6 +15,7 @@ import numpy as np
 from motion_of_views import grown as _grown
 from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
 from tiled_packings import tiled
+from vibrations_of_views import damped, localised, matrices, modes, norms, spectrum
 
 import jamlab
 from jamlab.packing.natural_units import mean_size
@@ -204,27 +205,6 @@ def _moduli(function, **more):
     return call
 
 
-def _spectrum(view):
-    found = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8))
-    fluid = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8), jamlab.StokesDrag())
-    heavy = jamlab.complex_modulus(view.packing, np.logspace(-4, 3, 8), masses=view.k)
-    losses = {"loss": (found.loss, STRESS), "loss in a fluid": (fluid.loss, STRESS)}
-    losses |= {"storage with masses": (heavy.storage, STRESS), "loss with masses": (heavy.loss, STRESS)}
-    return dict(storage=(found.storage, STRESS), g0=(found.g0, STRESS)) | losses
-
-
-def _matrices(view):
-    """By the lengths of their rows, in no order."""
-    n = 2 * len(view.packing.positions)
-    found = jamlab.dynamical_matrices(view.packing, masses=view.k)
-    parts = dict(zip(("stiffness", "drag", "mass"), found, strict=True))
-    return {name: (_norms(m.toarray()[:n, :n]), (STRESS, SET)) for name, m in parts.items()}
-
-
-def _norms(matrix):
-    return np.hypot.reduce(matrix, axis=1)
-
-
 def _coded(text):
     """Numbers that differ where texts do."""
     return np.frombuffer(str(text).encode().ljust(80)[:80], dtype=np.uint8).astype(float)
@@ -300,26 +280,6 @@ def _slow(view):
     return {name: (value, (LENGTH, SET)) for name, value in lengths.items()}
 
 
-def _modes(view):
-    """The lowest that are not translations or motions of rattlers."""
-    found = jamlab.lowest_modes(view.packing, view.packing.n).eigenvalues
-    return {"value": (found[found > 1e-6 * found.max()][:3], STRESS)}
-
-
-def _damped(view):
-    """By frequency and attenuation, of those that a fluid damps more than rounding; masses in the unit of stiffness."""
-    found = jamlab.damped_vibrations(view.packing, jamlab.StokesDrag(), masses=3 * view.k)
-    own = {name: np.sort(getattr(found, name)[found.oscillating]) for name in ("frequencies", "attenuation")}
-    return {name: (value, NUMBER) for name, value in own.items()} | {"free": (found.free, NUMBER)}
-
-
-def _localised(view):
-    """The mode that the softest wave ends in."""
-    found = jamlab.quasilocalized_modes(view.packing, 1, masses=view.k)
-    numbers = {name: (getattr(found, name)[0], NUMBER) for name in ("frequencies", "participation")}
-    return numbers | {"cost": (np.sqrt(found.cost[0]), STRESS)}
-
-
 def _along(drive, **powers):
     """Fields of a flow of a view; both shear and its answer change their sign in a mirror."""
 
@@ -344,7 +304,7 @@ CASES = {
     "relative_areas": Case(_one(jamlab.relative_areas, (NUMBER, EACH))),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM, LONG),
     "choose_flow": Case(_one(lambda p: _coded(jamlab.choose_flow(p, omega=1.0, amplitude=0.01).way)), models=("dp",)),
-    "complex_modulus": Case(_spectrum, models=(*Case.models, "sticky", "sticky eps")),
+    "complex_modulus": Case(spectrum, models=(*Case.models, "sticky", "sticky eps")),
     "compress": Case(_compress, MINIMUM, LONG),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, (LENGTH, SET)), models=("dp",)),
     "contacts": Case(_contacts),
@@ -354,13 +314,13 @@ CASES = {
         LONG,
         but=ONE_WAY,
     ),
-    "damped_vibrations": Case(_damped, but=PER_CELL),
+    "damped_vibrations": Case(damped, but=PER_CELL),
     "decompress": Case(_decompress, MINIMUM, ("sp", *LONG)),
     "displacement_correlation": Case(
         _fields(lambda p: jamlab.displacement_correlation(p, 1e-2), delta=LENGTH, correlation=NUMBER),
         but=ORIGIN | FARTHER,
     ),
-    "dynamical_matrices": Case(_matrices, but=IMAGES),
+    "dynamical_matrices": Case(matrices, but=IMAGES),
     "elastic_tensor": Case(_elastic),
     "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps")),
     "flow_curve": Case(
@@ -380,13 +340,13 @@ CASES = {
     "rigid_clusters": Case(
         _one(lambda p: jamlab.rigid_clusters(p).sizes, (NUMBER, SET)), models=("sticky", "sticky eps"), but=PER_CELL
     ),
-    "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
+    "hessian": Case(_one(lambda p: norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
     "local_strain": Case(motion_of_views.strained),
     "mean_square_displacement": Case(motion_of_views.walked),
     "self_overlap": Case(motion_of_views.kept),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
-    "lowest_modes": Case(_modes, but=PER_CELL),
-    "quasilocalized_modes": Case(_localised, but=PER_CELL),
+    "lowest_modes": Case(modes, but=PER_CELL),
+    "quasilocalized_modes": Case(localised, but=PER_CELL),
     "mean_spectra": Case(
         _fields(lambda p: jamlab.mean_spectra([p], [1e-2, 1.0])[0], storage=STRESS, loss=STRESS), models=("eps",)
     ),
