@@ -25,6 +25,7 @@ EDGES = np.geomspace(1e-2, 4.0, 27)
 PLATEAU = (0.3, 1.0)  # frequencies over which the height of the plateau is a mean
 DENSE = 0.1  # pressure of the packings whose quasi-localised modes are found
 SIZES = {64: 240, 256: 120, 1024: 40}  # N -> packings
+LOW = 0.25  # share of packings, those of the lowest frequencies, to which a power is fitted
 BLOCK, STARTS = 20, 16  # packings of a task; harmonic modes that minimisation starts from
 
 
@@ -69,18 +70,21 @@ def onset_frequency(omega: Array, densities: Array) -> float:
     return float(np.exp(np.log(omega[k]) + share * np.log(omega[k + 1] / omega[k])))
 
 
-def weibull_shape(values: Array) -> float:
-    """Shape of a Weibull law of values (m,), by maximum likelihood. The lowest of many frequencies of density
-    omega^beta has the shape beta + 1."""
+def weibull_shape(values: Array, share: float) -> float:
+    """Shape of a Weibull law by maximum likelihood from the lowest share of values (m,), of the others that they are
+    higher. The lowest of many frequencies of density omega^beta has the shape beta + 1."""
     from scipy.optimize import brentq
 
-    logs = np.log(values / values.max())
+    ordered = np.sort(values)
+    known = max(3, round(share * len(ordered)))
+    logs = np.log(np.minimum(ordered, ordered[known - 1]) / ordered[known - 1])
+    mean = logs[:known].mean()
 
     def slope(shape: float) -> float:
         weight = np.exp(shape * logs)
-        return float((weight @ logs) / weight.sum() - 1 / shape - logs.mean())
+        return float((weight @ logs) / weight.sum() - 1 / shape - mean)
 
-    return float(brentq(slope, 0.05, 200.0))
+    return float(brentq(slope, 0.05, 500.0))
 
 
 def _slope(x: Array, y: Array) -> float:
@@ -138,8 +142,9 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         out.curve(axes[0], f"N = {n}", ordered * n**share, rank, **style(k))
         for column, name in (("omega", "quasi-localised"), ("harmonic", "harmonic")):
             values = table[column].to_numpy()
-            shape = bootstrap([values], lambda drawn: weibull_shape(drawn[0]) - 1)
-            out.values[f"beta, {name}, N = {n}"] = shape
+            for part, all_of in (("", LOW), (" of all", 1.0)):
+                shape = bootstrap([values], lambda drawn, all_of=all_of: weibull_shape(drawn[0], all_of) - 1)
+                out.values[f"beta{part}, {name}, N = {n}"] = shape
     for k, (column, name) in enumerate((("participation", "quasi-localised"), ("harmonic_participation", "harmonic"))):
         groups = [rows.loc[rows["n"] == n, column].to_numpy() for n in SIZES]
         out.curve(axes[1], name, sizes, mean_over_packings(groups), band=False, **style(k))
