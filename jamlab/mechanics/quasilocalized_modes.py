@@ -182,7 +182,7 @@ def _harmonic(packing: Packing, count: int, prestress: bool) -> Array:
     """The lowest `count` modes with a frequency above zero."""
     asked = count
     while True:
-        modes = lowest_modes(packing, min(asked + count, packing.frame.free_sites.sum() * 2), prestress=prestress)
+        modes = lowest_modes(packing, min(asked + count, 2 * int(packing.frame.free_sites.sum())), prestress=prestress)
         costing = modes.vectors[~modes.zero]
         if len(costing) >= count:
             return np.asarray(costing[:count])

@@ -51,7 +51,7 @@ def participation_ratio(energies: Array, particle: Indices) -> Array:
     first = np.flatnonzero(np.diff(particle, prepend=-1))  # sites of a particle are neighbours
     each = np.add.reduceat(energies, first, axis=1)
     total = len(first) * (each**2).sum(axis=1)
-    return np.divide(each.sum(axis=1) ** 2, total, out=np.full(len(total), np.nan), where=total > 0)
+    return np.asarray(np.divide(each.sum(axis=1) ** 2, total, out=np.full(len(total), np.nan), where=total > 0))
 
 
 @dataclass(frozen=True)

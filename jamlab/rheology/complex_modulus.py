@@ -223,7 +223,8 @@ def linear_modulus(
         modulus = modulus + free.modulus(frequencies)
     else:  # inertia, of omega^2, is less than drag at low frequency and more at high: g0 and eta0 stay
         heavy = _motion_with_masses(network, law, inertia, prestress=prestress, direction=direction)
-        limits = replace(limits, **_affine_limit(heavy))
+        eta_inf = heavy.b_gg / heavy.area
+        limits = replace(limits, eta_inf=eta_inf, eta_inf_bound=OF_ROUNDING.entries * eta_inf)
         modulus, error, elements = _solve_direct(heavy, limits, frequencies)
         modulus = modulus + free_droplets_with_inertia(network, law, direction, inertia, frequencies)
     error = error + SOLVING.sums * (1 + 1j)
@@ -264,12 +265,6 @@ def _motion_with_masses(network: ForceNetwork, law: DragLaw, masses: Array, **ho
     """The equation of motion with masses (n,) of all particles, rattlers among them."""
     bearing = np.unique(network.whole.particle[network.held])
     return equation_of_motion(network, law, masses=masses[bearing], **how)
-
-
-def _affine_limit(motion: EquationOfMotion) -> dict[str, float]:
-    """`Limits.eta_inf` and its bound where inertia keeps all motion affine at high frequency."""
-    eta_inf = motion.b_gg / motion.area
-    return {"eta_inf": eta_inf, "eta_inf_bound": OF_ROUNDING.entries * eta_inf}
 
 
 def _warn_of_lost_digits(omega: Array, modulus: Complex, relative: Complex) -> None:

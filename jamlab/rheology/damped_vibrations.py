@@ -87,7 +87,7 @@ class DampedVibrations(Result):
         """(m,) attenuation over |s|: 1 of motion without oscillation, 1/(2 Q) of a resonance of quality Q; nan of s =
         0."""
         size = np.abs(self.eigenvalues)
-        return np.divide(self.attenuation, size, out=np.full(len(size), np.nan), where=size > 0)
+        return np.asarray(np.divide(self.attenuation, size, out=np.full(len(size), np.nan), where=size > 0))
 
     @property
     def oscillating(self) -> Mask:

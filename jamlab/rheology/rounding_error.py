@@ -68,7 +68,7 @@ def _dynamic_stiffness(motion: EquationOfMotion, drag: sparse.csc_array, omega: 
     matrix = motion.k_qq + 1j * omega * drag
     if motion.mass is not None:
         matrix = matrix + sparse.diags_array(-(omega**2) * motion.mass, format="csc")
-    return matrix.tocsc()
+    return sparse.csc_array(matrix)
 
 
 class _Driftless:

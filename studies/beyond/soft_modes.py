@@ -1,5 +1,6 @@
 """A study of vibrations: omega* against pressure, and quasi-localised modes of several N."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -87,6 +88,10 @@ def weibull_shape(values: Array, share: float) -> float:
     return float(brentq(slope, 0.05, 500.0))
 
 
+def _exponent_of_lowest(share: float, groups: Sequence[Array]) -> float:
+    return weibull_shape(groups[0], share) - 1
+
+
 def _slope(x: Array, y: Array) -> float:
     known = np.isfinite(y) & (y > 0)
     return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])
@@ -143,7 +148,7 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         for column, name in (("omega", "quasi-localised"), ("harmonic", "harmonic")):
             values = table[column].to_numpy()
             for part, all_of in (("", LOW), (" of all", 1.0)):
-                shape = bootstrap([values], lambda drawn, all_of=all_of: weibull_shape(drawn[0], all_of) - 1)
+                shape = bootstrap([values], partial(_exponent_of_lowest, all_of))
                 out.values[f"beta{part}, {name}, N = {n}"] = shape
     for k, (column, name) in enumerate((("participation", "quasi-localised"), ("harmonic_participation", "harmonic"))):
         groups = [rows.loc[rows["n"] == n, column].to_numpy() for n in SIZES]
