@@ -1,7 +1,8 @@
 """jamlab: jammed packings of soft disks and deformable droplets in two dimensions, on LAMMPS.
 
 States       jam, pack, compress, decompress, relax, scene, droplets_from_disks, droplets_from_outlines; evaluate;
-             Session; make, Recipe: the same packing again, or a variation of it
+             swap_sizes, relax_radii, anneal: more stable ones; Session; make, Recipe: the same packing again, or a
+             variation of it
 All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
              particle_areas, relative_areas, contact_lengths, local_packing_fraction, remove_rattlers,

@@ -126,9 +126,13 @@ FIELD = (
     Concept("betweenness graph networkx to_networkx communities percolation largest_cluster connected clusters",
             "pairs", "`jamlab.contacts({p}).pairs`, edges for networkx"),
     Concept("thermal heat conductivity conductance diffusion_coefficient self_intermediate scattering_function isf "
-            "alpha_relaxation entropy free_energy heat_capacity thermostat langevin nvt nve "
-            "temperature hydrostatic lubrication hydrodynamics polymer granular cohesion adhesion_energy wetting "
+            "alpha_relaxation entropy free_energy heat_capacity "
+            "hydrostatic lubrication hydrodynamics polymer granular cohesion adhesion_energy wetting "
             "coalescence charge charges electrostatics dielectric magnetic", "", LIMITS),
+    Concept("thermostat langevin nvt nve temperature annealing simulated_annealing thermal_annealing", "",
+            "`jamlab.anneal({p}, 1e-2)`"),
+    Concept("monte_carlo swap swap_monte_carlo swap_mc ultrastable ideal_packing swap_particles", "",
+            "`jamlab.swap_sizes`, of disks, or `jamlab.anneal`"),
     # pictures
     Concept("particle_table droplet_table region_table particles_df features features_df spots", "table",
             "`jamlab.micrograph(picture).table()`"),
@@ -253,7 +257,7 @@ FIELD = (
     Concept("r", "", "", {"Packing": "`positions`, or `disk_diameters / 2` for radii"}),
     Concept("box_lx lengths_of_box aspect aspect_ratio_of_box tilt xy_tilt", "", "", {"Packing": "`box`, whose rows "
             "are its edges"}),
-    Concept("perturb add_noise jiggle swap_particles displace randomize thermalize apply_strain affine_deform "
+    Concept("perturb add_noise jiggle displace randomize thermalize apply_strain affine_deform "
             "set_positions", "", "", {"Packing": "`with_state`, then `jamlab.relax({p})`"}),
     Concept("scale_to_phi set_phi set_density rescale_phi", "", "`jamlab.compress({p}, to=0.95)`"),
     Concept("set_pressure to_pressure at_pressure", "", "`jamlab.pack(n, pressure)`, or `jamlab.decompress({p}, "
@@ -266,7 +270,7 @@ FIELD = (
             "`jamlab.complex_modulus({p}, omega)`"),
     Concept("rate_sweep shear_rate_sweep viscosity_curve", "", "`jamlab.flow_curve({p}, rates)`"),
     Concept("athermal aqs_shear plastic plasticity", "", "`jamlab.quasistatic_shear({p}, strain)`"),
-    Concept("brownian monte_carlo md molecular_dynamics inertia inertial underdamped utils constants", "", LIMITS),
+    Concept("brownian md molecular_dynamics inertia inertial underdamped utils constants", "", LIMITS),
     Concept("overdamped bubble bubble_dynamics viscous_dynamics", "", "`jamlab.shear({p}, rate)`"),
     Concept("boundaries periodic pbc walls wall confinement", "walls", "`jamlab.with_walls`"),
     Concept("pebble pebbles rigid_components", "", "", dict.fromkeys((MODULE, "Packing"),

@@ -172,7 +172,10 @@ FLOW = (
         unit="tau_1",
         least=1e-09,
         highest=1000000000000.0,
-        otherwise={"deck": 100.0},
+        otherwise={"deck": 100.0, **dict.fromkeys(("anneal", "jamlab anneal"), 1000.0)},
+        text_otherwise=dict.fromkeys(
+            ("anneal", "jamlab anneal"), "Simulated time; its unit here is (m d^2/e)^(1/2), e the energy of contacts."
+        ),
         habits="time t total_time simulation_time length run_length t_max tmax run_time time_max",
     ),
     Argument("step_time", "Duration of a step of strain.", "number", unit="tau_1", least=0, above=True, default=0.01),

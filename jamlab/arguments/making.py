@@ -5,6 +5,7 @@ from typing import get_args
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck
 from jamlab.arguments.choices import Ensemble, Search, Start, Units
 
+_STABLE = ("anneal", "relax_radii", "swap_sizes", "jamlab anneal", "jamlab relax-radii", "jamlab swap-sizes")
 MAKING = (
     Argument(
         "n",
@@ -43,6 +44,7 @@ MAKING = (
                         f"jamlab {name}"
                         for name in (
                             "analyze",
+                            "anneal",
                             "compress",
                             "convert",
                             "creep",
@@ -53,9 +55,11 @@ MAKING = (
                             "oscillate",
                             "quasistatic-shear",
                             "relax",
+                            "relax-radii",
                             "relax-stress",
                             "shear",
                             "stop-flow",
+                            "swap-sizes",
                         )
                     ),
                 ),
@@ -179,13 +183,17 @@ MAKING = (
         unit="natural units",
         default=None,
         unset="none, give pressure or phi",
-        unset_otherwise=dict.fromkeys(("quasistatic_shear", "jamlab quasistatic-shear"), "the area is held"),
+        unset_otherwise={
+            **dict.fromkeys(("quasistatic_shear", "jamlab quasistatic-shear"), "the area is held"),
+            **dict.fromkeys(_STABLE, "the box keeps its area"),
+        },
         otherwise={"decompress": REQUIRED, "in.sp.pressure": 0.001},
         limits_otherwise={"deck": (0, 30)},
         habits="target target_pressure p_target",
         text_otherwise={
             "decompress": "Pressure at the end.",
             "quasistatic_shear": "Pressure at which the area adjusts: a number, or constant.",
+            **dict.fromkeys(_STABLE, "Pressure of the minimum at the end."),
         },
     ),
     Argument(
@@ -271,7 +279,12 @@ MAKING = (
         default=FromDeck("onset", "phi_start"),
     ),
     Argument("protocol", "What is made: a packing at onset, at a pressure, or at a packing fraction.", "choice"),
-    Argument("changes", "What was done afterwards: (function, arguments) of each, in order.", default=()),
+    Argument(
+        "changes",
+        "What is done afterwards: (function, arguments) of each, in order.",
+        default=(),
+        otherwise={"sweep": []},
+    ),
     Argument("text", "JSON of a recipe.", "text"),
     Argument(
         "nv_small",

@@ -161,6 +161,7 @@ class Sweep(FileTable):
     search: Search | None = None
     step: Annotated[float, within("step", "jam")] | None = None
     start: Start | None = None
+    changes: list[Any] = Field(default=[])  # of each packing that is made from a random start; see `jamlab.make`
     units: Units | None = usual("units")
     ensemble: Ensemble = usual("ensemble")
     # of a function of the user's own, "module:function", or of another package, only the name enters names of tasks

@@ -33,7 +33,7 @@ from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
 from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.packing.recipe import Recipe
-from jamlab.protocols import decompression, relaxation, size_distributions
+from jamlab.protocols import anneal, decompression, relax_radii, relaxation, size_distributions, swap_sizes
 from jamlab.protocols.makings import making_of
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
 from jamlab.storage.verified_file import SCHEMA_VERSION
@@ -43,8 +43,9 @@ from jamlab.storage.verified_file import SCHEMA_VERSION
 # packings measured again.
 
 
-def protocol_versions(model: str) -> str:
-    """Versions of the protocols that make packings of a model, such as "onset=5; compression=4; ..."."""
+def protocol_versions(model: str, changes: Iterable[str] = ()) -> str:
+    """Versions of the protocols that make packings of a model, such as "onset=5; compression=4; ...". `changes`: names
+    of those that are done to them."""
     making = making_of(model)
     versions = {
         "onset": making.version,
@@ -54,7 +55,12 @@ def protocol_versions(model: str) -> str:
         "quench": relaxation.QUENCH_PROTOCOL,
         "sizes": size_distributions.SIZES_PROTOCOL,
     }
-    return _as_text(versions)
+    own = {
+        "swap_sizes": swap_sizes.SWAP_PROTOCOL,
+        "relax_radii": relax_radii.RADII_PROTOCOL,
+        "anneal": anneal.ANNEAL_PROTOCOL,
+    }
+    return _as_text(versions | {name: version for name, version in own.items() if name in changes})
 
 
 def definition_versions() -> str:
@@ -296,10 +302,10 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
         # the protocol sets `units`, `longest_edge` affects speed only, and what has its default is left to the law
         if name not in {"units", "longest_edge", *foreign} and usual.get(name) != value
     }
-    decks = defaults("onset")
+    decks, recipe = defaults("onset"), sweep.recipe(model, n)
     decks.pop("increment_least")  # says when to give up, not what comes out
     return Parameters(
-        recipe=sweep.recipe(model, n),
+        recipe=recipe,
         law=law,
         decks=decks,
         observables={observable.name: observable for observable in sweep.measured},
@@ -308,6 +314,6 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
         pressures=None if sweep.pressures is None else tuple(sweep.pressures),
         phi=None if sweep.phi is None else tuple(sweep.phi),
         decompress=sweep.decompress,
-        protocol=protocol_versions(model),
+        protocol=protocol_versions(model, {name for name, _ in recipe.changes}),
         definitions=definition_versions(),
     )

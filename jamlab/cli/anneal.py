@@ -101,7 +101,10 @@ def relax_radii(
     overwrite: bool,
     json: bool,
 ) -> None:
-    """Relax disks over positions and radii, give their sizes back by rank, and relax."""
+    """Relax disks with radii that may change on the way.
+
+    At the end the sizes are those of before, in another order.
+    """
     import jamlab
 
     how: dict[str, Any] = {"pressure": pressure, "force_tolerance": force_tolerance}

@@ -89,7 +89,7 @@ COMMANDS = {
     **dict.fromkeys(("xyz", "cat", "dump", "to-csv", "to-xyz", "merge", "split"), "convert"),
     **dict.fromkeys(("env", "environment", "about", "versions", "upgrade", "update"), "doctor"),
     **dict.fromkeys(("packings", "network", "filter"), "analyze"),
-    **dict.fromkeys(("quench", "anneal"), "relax"),
+    "quench": "relax",
     **dict.fromkeys(("stress-sweep",), "creep"),
     **dict.fromkeys(("steady-shear", "yield", "yield-stress", "rate-sweep"), "flow-curve"),
     **dict.fromkeys(("dashboard", "serve", "viewer", "compare"), "explore"),

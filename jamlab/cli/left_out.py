@@ -14,7 +14,7 @@ LEFT_OUT = {  # function and argument -> reason
             *("jam.progress", "pack.progress", "compress.progress", "decompress.progress", "write_page.progress"),
             *("measure.progress", "estimate.progress", "Campaign.run.progress", "shear.progress", "creep.progress"),
             *("quasistatic_shear.progress", "flow_curve.progress", "oscillate.progress", "relax_stress.progress"),
-            "stop_flow.progress",
+            *("stop_flow.progress", "swap_sizes.progress", "anneal.progress"),
         ),
         "commands always show their progress, on stderr",
     ),

@@ -206,7 +206,7 @@ class Made:
 
         Raises:
             InputError: it was not made by jam, pack or scene, or it was changed since by something else than compress,
-                decompress, relax, droplets_from_disks, with_walls and remove_rattlers.
+                decompress, relax, swap_sizes, relax_radii, anneal, droplets_from_disks, with_walls and remove_rattlers.
 
         Example:
             >>> jamlab.relax(jamlab.pack(n=16, pressure=1e-2, seed=1)).recipe.changes
