@@ -82,6 +82,7 @@ def relax_radii(
     if packing.model != "sp":
         raise InputError(f"model {packing.model!r}: radii are those of disks, sp; use jamlab.anneal(packing)")
     packing.kind.check_apart(packing)
+    packing.kind.check_for_lammps(packing)  # refuses two disks at one place
     check_tolerance(force_tolerance, 1e-3)
     if pressure is not None:
         check_number("pressure", pressure, np.inf)

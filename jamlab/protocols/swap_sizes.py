@@ -18,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import mean_size, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import changed
 from jamlab.processes.progress import Progress, told
@@ -34,7 +34,10 @@ from jamlab.protocols.thermal_history import (
 )
 
 SWAP_PROTOCOL = 1  # version, see jamlab.campaign.tasks
-_MOVE = 2.0  # longest move of a disk, over the overlap of two that has the energy k_B T: a quarter to a third succeed
+# longest move of a disk, over the overlap of two that has the energy k_B T: a quarter to a third succeed; and at most,
+# mean diameters
+_MOVE, _LONGEST = 2.0, 0.5
+_AT_ONCE = 2_000_000  # trials between two looks at interrupts, about a second
 
 _POINTER: Any = ctypes.c_void_p
 _swap_disks = kernel(
@@ -169,22 +172,26 @@ class MetropolisDisks:
     def run(self, temperature: float, sweeps: int, swap_share: float) -> tuple[float, float, float]:
         """Take sweeps at a temperature over the energy of contacts. Returns the mean energy a particle, in the same
         unit, and the shares of moves and of swaps that were accepted, nan where there were none."""
-        law, unit = self._given.law, self._energy
-        move = _MOVE * law.root_energy(temperature * unit / law.strength)
-        source = self._random.bit_generator.ctypes
-        counts, energies = np.zeros(4, dtype=np.int64), np.zeros(sweeps + 1)
-        refused = _swap_disks(
-            *(len(self._positions), self._positions, self._diameters, self._fixed, self._given.box),
-            *(int(self._given.frame.is_flat), self._planes, *self._law, temperature * unit, move, swap_share, sweeps),
-            *(ctypes.cast(source.next_double, _POINTER), source.state_address, counts, energies),
-        )
-        if refused:
-            raise InputError(
-                f"swap_sizes of {self._given.n} disks in the box {self._given.box.tolist()}: more images than can be "
-                "listed; use a box less sheared, or positions nearer to it"
+        n, unit, flat = len(self._positions), self._energy, int(self._given.frame.is_flat)
+        move = min(_MOVE * self._given.law.root_energy(temperature), _LONGEST) * mean_size(self._given)
+        source, total, energy = self._random.bit_generator.ctypes, np.zeros(4, dtype=np.int64), 0.0
+        most = max(1, _AT_ONCE // n)
+        for done in range(0, sweeps, most):
+            now = min(most, sweeps - done)
+            counts, energies = np.zeros(4, dtype=np.int64), np.zeros(now + 1)
+            refused = _swap_disks(
+                *(n, self._positions, self._diameters, self._fixed, self._given.box, flat, self._planes),
+                *(*self._law, temperature * unit, move, swap_share, now),
+                *(ctypes.cast(source.next_double, _POINTER), source.state_address, counts, energies),
             )
-        shares = [done / tried if tried else float("nan") for tried, done in (counts[:2], counts[2:])]
-        return float(energies[1:].mean()) / (unit * len(self._positions)), *shares
+            if refused:
+                raise InputError(
+                    f"swap_sizes of {n} disks in the box {self._given.box.tolist()}: more images than can be listed; "
+                    "use a box less sheared, or positions nearer to it"
+                )
+            total, energy = total + counts, energy + float(energies[1:].sum())
+        shares = [done / tried if tried else float("nan") for tried, done in (total[:2], total[2:])]
+        return energy / (sweeps * unit * n), *shares
 
     def packing(self) -> Packing:
         """The state reached."""

@@ -3,6 +3,9 @@
 from functools import partial
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
 from jamlab.engine.session import evaluate
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.hexatic_order import hexatic_order
@@ -13,9 +16,10 @@ from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.relax_radii import relax_radii
 from jamlab.protocols.swap_sizes import swap_sizes
 from jamlab.protocols.target_pressure import pack
+from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import mean_over_packings
-from studies.panels import Drawing, drawing, label, style
+from studies.ensembles import mean_over_packings, side_by_side
+from studies.panels import PAPER, Drawing, drawing, label, scale, style
 from studies.papers.statements import caption
 from studies.study import Study
 
@@ -24,7 +28,12 @@ START = 0.94  # phi at which sizes are swapped: above every onset
 LOW, HIGH = 1e-5, 1e-3  # pressures, k: phi at the lower one is that of onset to 1e-4; moduli are of the higher one
 SIZES = {"power-law:-3,0.4243,1": "power law, width 0.246", "lognormal:0.2": "lognormal, width 0.2"}
 SWEEPS = (0, 30, 300, 3000, 30000)
-OTHERS = ("radii", "thermal")
+LINES = {"0": "quenched", "radii": "transient radii", "thermal": "thermal annealing"}
+WAYS = (*map(str, SWEEPS), "radii", "thermal")
+COLUMNS = {"phi_J": r"$\phi_J$", "energy": "energy a disk [k d²]", "g": "$G$ [k]", "b": "$B$ [k]"}
+# largest onset of disks of the power law after swaps of many at once: Ghimenti, Berthier & van Wijland, Phys. Rev.
+# Lett. 133, 028202 (2024), as Zaccone, arXiv:2502.03354, cites it
+PUBLISHED = 0.905
 
 
 def measure_stable(sizes: str, seed: int) -> list[dict[str, Any]]:
@@ -52,20 +61,38 @@ def _measure(packing: Packing) -> dict[str, Any]:
 
 
 def draw_stable(tables: EnsembleTables) -> Drawing:
-    """Draw onset, energy, G and rattlers against the number of sweeps, and those of the other ways beside them."""
+    """Draw onset, energy, G and B against the number of sweeps, those of quenches and of the other ways as lines."""
     rows = tables.read("ultrastable")
-    out, axes = drawing("ultrastable", 2, 2, 4.6, 3.6)
-    columns = {"phi_J": r"$\phi_J$", "energy": "energy a disk [k d²]", "g": "$G$ [k]", "rattlers": "rattlers"}
-    for panel, (column, title) in zip(axes, columns.items(), strict=True):
+    out, axes = drawing("ultrastable", 2, 2, 4.8, 3.8)
+    scale(*axes, y="linear")
+    scale(axes[1])
+    for panel, (column, title) in zip(axes, COLUMNS.items(), strict=True):
         for k, (sizes, name) in enumerate(SIZES.items()):
-            of_sizes = rows[rows["sizes"] == sizes]
-            made = [of_sizes.loc[of_sizes["way"] == str(way), column].to_numpy() for way in (*SWEEPS[1:], *OTHERS)]
-            mean = mean_over_packings(made)
-            swaps = len(SWEEPS) - 1
-            out.curve(panel, name, SWEEPS[1:], mean[:swaps], **style(k))
-        label(panel, "sweeps", title, loc="best")
-    out.caption = caption(out.name)
+            for way, found in _means(rows[rows["sizes"] == sizes], column).items():
+                out.values[f"{column}, {name}, {LINES.get(way, f'{way} sweeps')}"] = found
+            found = _means(rows[rows["sizes"] == sizes], column)
+            swaps = [way for way in found if way not in LINES]
+            curve = side_by_side(found[way] for way in swaps)
+            out.curve(panel, f"swaps, {name}", [int(way) for way in swaps], curve, band=False, **style(k))
+            for dashes, way in zip(("--", ":", "-."), LINES, strict=True):
+                level = np.full(2, float(found[way].value))
+                text = f"{LINES[way]}, {name}" if panel is axes[0] else None
+                look = {"color": style(k)["color"], "linestyle": dashes, "linewidth": 0.9, "marker": ""}
+                out.curve(panel, f"{LINES[way]}, {name}", [SWEEPS[1], SWEEPS[-1]], level, label=text, **look)
+        label(panel, "sweeps", title, legend=False)
+    axes[0].axhline(PUBLISHED, color=PAPER["color"], linewidth=1.3, label=f"{PUBLISHED}, Ghimenti et al.")
+    out.legend_above(axes[0], fontsize=7, ncols=2)
+    counts = rows.groupby(["sizes", "way"]).size()
+    numbers = {"n": N, "few": counts.min(), "most": counts.max(), "start": START, "low": LOW, "high": HIGH}
+    out.caption = caption(out.name, **numbers, hexatic=float(rows["hexatic"].max()))
     return out
+
+
+def _means(rows: pd.DataFrame, column: str) -> dict[str, Interval]:
+    """Means over packings by the way that they were made."""
+    groups = {way: rows.loc[rows["way"] == way, column].to_numpy(dtype=float) for way in WAYS}
+    found = mean_over_packings(list(groups.values()))
+    return {way: found[k] for k, way in enumerate(groups)}
 
 
 STUDY = Study(

@@ -45,8 +45,8 @@ def test_one_sweep_is_that_of_plain_numpy_to_the_last_bit(name, temperature):
     p = CASES.get(name) or jamlab.with_walls(jamlab.pack(n=8, phi=0.8, seed=1, sizes=WIDE), flat=True)
     metropolis, unit = MetropolisDisks(p, 5), contact_energy(p)
     mean = metropolis.run(temperature, 1, 0.4)[0]
-    overlap = (temperature * unit / p.params[p.units]) ** (1 / p.params.get("exponent", 2.0))
-    x, d, energy = plain_swaps.sweep(p, np.random.default_rng(5), temperature * unit, 2 * overlap, 0.4)
+    move = min(2 * temperature ** (1 / p.params.get("exponent", 2.0)), 0.5) * p.frame.sizes.mean()
+    x, d, energy = plain_swaps.sweep(p, np.random.default_rng(5), temperature * unit, move, 0.4)
     found = metropolis.packing()
     assert np.array_equal(found.positions, x) and np.array_equal(found.disk_diameters, d)
     disks = p.n - p.flat_walls.sum()

@@ -387,6 +387,7 @@ CASES = {
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
     "relax": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
+    "relax_radii": Case(lambda v: _at_minimum(jamlab.relax_radii(v.packing)), MINIMUM, ("hertz",), PER_CELL),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
         _along(
@@ -427,6 +428,7 @@ NOT_COMPARED = {  # functions that take a packing and give no numbers of it, or 
     "t1_events": "boxes in which a pair meets twice are refused: tests/motion/test_t1_events.py",
     **dict.fromkeys(("density_of_states", "density_by_size"), "counts of the modes that lowest_modes gives"),
     "universe": "coordinates as they are",
+    **dict.fromkeys(("swap_sizes", "anneal"), "random numbers go by the order of particles"),
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
 }
