@@ -92,8 +92,8 @@ def droplets_from_disks(
         )
     if packing.law.range:
         raise InputError(
-            f"{packing.law}: droplets do not attract each other; give repulsive disks, "
-            'packing.with_state(params={"k": 1.0}), or use the disks'
+            f"{packing.law}: droplets do not attract each other as disks do; give repulsive disks, "
+            'packing.with_state(params={"k": 1.0}), and law={"adhesion": 0.05} for droplets that adhere'
         )
     if not packing.law.springs:
         exponent = packing.params.get("exponent")

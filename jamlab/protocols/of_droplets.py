@@ -17,6 +17,7 @@ from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError, named
+from jamlab.laws.laws import law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.models.droplets import DROPLETS
 from jamlab.packing.deformation import at_phi
@@ -80,6 +81,12 @@ class MakingOfDroplets(Making):
     def check(self, recipe: Recipe) -> None:
         self.check_start(recipe)
         _, params = self._polygons(recipe)
+        law = law_class(params, "rims").of(params, "eps")
+        if law.range:
+            raise InputError(
+                f"{law}: what attracts has no onset at zero contact energy; use droplets_from_disks(disks, law=...), or "
+                "jam without adhesion and relax(p.with_state(params={**p.params, 'adhesion': ...}))"
+            )
         usual = usual_force_tolerance(self.name)
         self.check_stiffness(params, usual if recipe.force_tolerance is None else recipe.force_tolerance)
 
