@@ -18,8 +18,9 @@ SYMMETRIC = 2.0  # range over adhesion where none is given: the pull falls as st
 
 @dataclass(frozen=True)
 class AdhesiveLaw(RimLaw):
-    """Rims that attract each other beyond contact, as the deformable polygons of Treado et al. do: the energy in
-    `dpm::vertexAttractiveForces2D` of github.com/jacktreado/dpm, there of two vertices.
+    """Rims that attract each other beyond contact, with the energy that two vertices have in
+    `dpm::vertexAttractiveForces2D` of github.com/jacktreado/dpm, the code of Treado et al., J. R. Soc. Interface 19,
+    20220602 (2022).
 
     Of a vertex at the distance d from an edge, with l1 = `adhesion` and l2 = `adhesion_range`, both over delta, the
     energy is U = (eps/2)[(1 - d/delta)^2 - l1 l2] up to d = (1 + l1) delta, where the pull is largest, eps l1/delta;
