@@ -10,6 +10,8 @@ from scipy.optimize import brentq
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
+from jamlab.models.droplets import free_area, free_polygon_area
+from jamlab.outline_laws.outline_law import laws_that_act
 
 
 def rest_areas_of(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: bool = True) -> Array:
@@ -23,7 +25,28 @@ def rest_areas_of(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: 
     root = np.sqrt(np.maximum(c * half**2 + free - np.pi * half**2, 0.0)) - np.sqrt(c) * half
     if root.min() <= 0:
         raise InputError(f"delta = {params['delta']:g} leaves no area inside the smallest droplet: use a smaller delta")
-    return np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
+    rest = np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
+    return _with_outline_laws(nv, free, params, rest, rims) if laws_that_act(params) else rest
+
+
+def _with_outline_laws(nv: Indices, free: Array, params: Mapping[str, Any], rest: Array, rims: bool) -> Array:
+    """(n,) rest areas where laws of outlines act, from those without, by the area that follows from a rest area."""
+    area = free_area if rims else free_polygon_area
+
+    def off(a0: float, k: int) -> float:
+        return float(area(nv[k : k + 1], {**params, "a0": np.array([a0])})[0] - free[k])
+
+    kinds, first, number = np.unique(np.column_stack([nv, free]), axis=0, return_index=True, return_inverse=True)
+    found = np.empty(len(kinds))
+    for kind, k in enumerate(first):
+        low, high = rest[k] / 4, 4 * rest[k]
+        if off(low, k) * off(high, k) > 0:
+            raise InputError(
+                f"params: with these laws of outlines no rest area near {rest[k]:.4g} gives a free droplet of area "
+                f"{free[k]:.4g}; use a larger ka, or smaller strengths"
+            )
+        found[kind] = brentq(off, low, high, args=(k,), xtol=1e-14 * float(rest[k]), rtol=1e-14)
+    return np.asarray(found[number.reshape(-1)])
 
 
 def length_scale(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: bool = True) -> float:

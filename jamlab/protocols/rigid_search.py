@@ -16,6 +16,7 @@ from jamlab.engine.rigid_droplets import RigidDroplets
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.predicted_motion import follow, unstable_directions
+from jamlab.models.droplets import free_tension, vertex_counts
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import BEARING, DECOMPRESSION, Approach, fell_too_often
@@ -291,4 +292,6 @@ def may_be_rigid(packing: Packing) -> bool:
 def stiffness_of_droplets(packing: Packing) -> float:
     """Stiffness of a droplet against a contact over that of its rim, eps/delta^2, which the contact deforms as well."""
     params = packing.params
-    return float(RIGID.stiffness * params["gamma"] * params["delta"] ** 2 / params["eps"])
+    droplets = ~packing.flat_walls
+    tension = free_tension(vertex_counts(packing)[droplets], {**params, "a0": params["a0"][droplets]})
+    return float(RIGID.stiffness * tension * params["delta"] ** 2 / params["eps"])

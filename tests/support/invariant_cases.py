@@ -138,6 +138,7 @@ def scaled(packing, s, k):
     """The same packing with lengths times s and stresses times k."""
     powers = {"eps": ENERGY, "k": STRESS, "gamma": (1, -1), "ka": (1, -4), "delta": LENGTH, "eta": LENGTH, "a0": AREA}
     powers |= dict.fromkeys(("exponent", "stickiness"), NUMBER)  # other laws say here what theirs are measured in
+    powers |= {"kappa": (1, 1), "kp": STRESS, "kl": STRESS, **dict.fromkeys(("theta0", "p0"), NUMBER)}
     numbers = {name: value for name, value in packing.params.items() if not isinstance(value, str)}
     params = {name: value * _unit(powers[name], s, k) for name, value in numbers.items()}
     changes = {} if packing.diameters is None else {"diameters": s * packing.diameters}
