@@ -20,11 +20,12 @@ class BendingLaw(OutlineLaw):
     """E = (kappa/2) sum over vertices (theta - theta_0)^2/l, bending of outlines.
 
     theta is the signed turning angle of the outline at a vertex, l half the length of both its edges, theta_0 = theta0
-    2 pi/nv. Deformable particles with edges of rest length l_0 have (k_b/2) sum (theta - theta_0)^2 (Treado et al.,
-    Phys. Rev. Materials 5, 055605 (2021)): it is the same for edges of equal length, with kappa = k_b l_0. Edges of
-    droplets have no rest length. With k_b alone an angle that is shared out among short edges costs less, however
-    sharp the corner; with the length it costs what a smooth outline does, (kappa/2) times the integral of the squared
-    curvature (Helfrich, Z. Naturforsch. C 28, 693 (1973)), pi kappa/R for a ring of radius R.
+    2 pi/nv. Deformable particles whose edges have a rest length l_0 bend by (k_b/2) sum (theta - theta_0)^2 (Treado et
+    al., Phys. Rev. Materials 5, 055605 (2021); Wang et al., arXiv:2108.09616): this is the same for edges of equal
+    length, with kappa = k_b l_0. Without rest lengths that form leaves sharp corners free, because an angle that is
+    shared out among ever shorter edges costs ever less. With the length an outline costs what a smooth one does,
+    (kappa/2) times the integral of the squared curvature (Helfrich, Z. Naturforsch. C 28, 693 (1973)): pi kappa/R of a
+    ring of radius R.
     """
 
     name: ClassVar[str] = "bending"
