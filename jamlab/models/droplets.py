@@ -27,7 +27,7 @@ from jamlab.laws.laws import declared, law_class
 from jamlab.laws.pair_law import PairLaw
 from jamlab.laws.parameter import WIDEST, Parameter
 from jamlab.laws.rim import CONTACT_FORMS, WIDEST_RIM
-from jamlab.outline_laws.outline_law import Rings, free_shape, laws_that_act, outline_parameters, require_fixes
+from jamlab.outline_laws.outline_law import PolygonRings, laws_that_act, outline_parameters, require_fixes, rest_shape
 from jamlab.packing.derived import per_packing
 from jamlab.packing.magnitudes import check_magnitudes
 from jamlab.packing.model import Model, UnitNames
@@ -350,14 +350,14 @@ def free_polygon_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
     # the largest root of the cubic s^3 - a0 s + gamma sqrt(c)/ka = 0 of s = sqrt(a), by Vieta's cosine
     angle = np.arccos(np.maximum(-1.0, -1.5 * gamma * np.sqrt(3 * c / a0) / (ka * a0))) / 3  # -1 at the largest gamma
     area = np.asarray(4 / 3 * a0 * np.cos(angle) ** 2)
-    return free_shape(nv, params, area)[0] if laws_that_act(params) else area
+    return rest_shape(nv, params, area)[0] if laws_that_act(params) else area
 
 
 def free_perimeter(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
     """(n,) perimeter without rim of the free droplet; arguments as in `free_polygon_area`."""
     nv = np.asarray(nv)
     a = free_polygon_area(nv, params)
-    return free_shape(nv, params, a)[1] if laws_that_act(params) else np.sqrt(4 * nv * np.tan(np.pi / nv) * a)
+    return rest_shape(nv, params, a)[1] if laws_that_act(params) else np.sqrt(4 * nv * np.tan(np.pi / nv) * a)
 
 
 def free_tension(nv: ArrayLike, params: Mapping[str, Any]) -> float:
@@ -365,7 +365,7 @@ def free_tension(nv: ArrayLike, params: Mapping[str, Any]) -> float:
     Arguments as in `free_polygon_area`."""
     if not laws_that_act(params):
         return float(params["gamma"])
-    return float(np.min(free_shape(np.asarray(nv), params, free_polygon_area(nv, params))[2]))
+    return float(np.min(rest_shape(np.asarray(nv), params, free_polygon_area(nv, params))[2]))
 
 
 def free_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
@@ -422,12 +422,13 @@ def _outline_terms(packing: Packing) -> list[Terms]:
     """Of the laws of outlines that act; one group for each number of vertices."""
     if not (laws := laws_that_act(packing.params)):
         return []
-    a0, sizes, groups = packing.params["a0"], vertex_counts(packing), []
+    a0, sizes = packing.params["a0"], vertex_counts(packing)
+    groups: list[Terms] = []
     starts, droplets = np.asarray(packing.offsets)[:-1], ~packing.flat_walls
     for nv in np.unique(sizes[droplets]):
         members = np.flatnonzero((sizes == nv) & droplets)
         sites = starts[members, None] + np.arange(nv)
-        rings = Rings(packing.positions[sites], sites, a0[members])
+        rings = PolygonRings(packing.positions[sites], sites, a0[members])
         groups.extend(law.terms(rings, packing.params) for law in laws)
     return groups
 

@@ -10,7 +10,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.laws.parameter import WIDEST, Parameter
-from jamlab.outline_laws.outline_law import FreePolygon, OutlineLaw, Rings
+from jamlab.outline_laws.outline_law import FreePolygon, OutlineLaw, PolygonRings
 from jamlab.packing.terms import Terms
 
 _BUCKLES = 2.5  # line tension -2.5 kappa/R^2 of a ring under the pressure 3 kappa/R^3 that buckles it
@@ -49,7 +49,7 @@ class BendingLaw(OutlineLaw):
         ),
     }
 
-    def terms(self, rings: Rings, params: Mapping[str, Any]) -> Terms:
+    def terms(self, rings: PolygonRings, params: Mapping[str, Any]) -> Terms:
         """See `OutlineLaw`. Sites: the vertex before, the vertex, the next one."""
         values, (k, nv) = self.values(params), rings.sites.shape
         before, after = np.roll(np.arange(nv), 1), np.roll(np.arange(nv), -1)

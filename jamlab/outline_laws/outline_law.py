@@ -22,7 +22,7 @@ from jamlab.registry import EXTENDING, Registry
 
 
 @dataclass(frozen=True)
-class Rings:
+class PolygonRings:
     """Polygons of equal numbers of vertices.
 
     Attributes:
@@ -77,7 +77,7 @@ class OutlineLaw(ABC):
         return {name: params.get(name, each.default) for name, each in self.parameters.items()}
 
     @abstractmethod
-    def terms(self, rings: Rings, params: Mapping[str, Any]) -> Terms:
+    def terms(self, rings: PolygonRings, params: Mapping[str, Any]) -> Terms:
         """Energy terms, with gradients and Hessians."""
 
     @abstractmethod
@@ -139,7 +139,7 @@ _STEPS = 100  # of Newton; 5 to 8 are enough
 _SAME = 1e-15  # relative change that is rounding
 
 
-def free_shape(nv: Array, params: Mapping[str, Any], area: Array) -> tuple[Array, Array, Array]:
+def rest_shape(nv: Array, params: Mapping[str, Any], area: Array) -> tuple[Array, Array, Array]:
     """Area, perimeter and tension of free droplets where laws of outlines act, (k,) each.
 
     The regular polygon balances line tension gamma, area elasticity and the laws: dE/ds = 0 of its area s^2. Its
@@ -180,8 +180,8 @@ def free_shape(nv: Array, params: Mapping[str, Any], area: Array) -> tuple[Array
     tension = np.broadcast_to(tension, side.shape)
     area, perimeter = side**2, free.perimeter
     if np.any(buckled := tension < 0):
-        own = [found for law in laws if (found := law.rest_perimeter(free, params, gamma)) is not None]
+        found = [each for law in laws if (each := law.rest_perimeter(free, params, gamma)) is not None]
         area = np.where(buckled, a0, area)
-        perimeter = np.where(buckled, own[0] if own else perimeter, perimeter)
+        perimeter = np.where(buckled, found[0] if found else perimeter, perimeter)
         tension = np.where(buckled, 0.0, tension)
     return np.asarray(area), np.asarray(perimeter), np.asarray(tension)

@@ -9,7 +9,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.laws.parameter import WIDEST, Parameter
-from jamlab.outline_laws.outline_law import FreePolygon, OutlineLaw, Rings
+from jamlab.outline_laws.outline_law import FreePolygon, OutlineLaw, PolygonRings
 from jamlab.packing.terms import Terms
 
 CIRCLE = float(2 * np.sqrt(np.pi))  # shape index of a circle, 3.5449
@@ -59,7 +59,7 @@ class PerimeterLaw(OutlineLaw):
         """See `OutlineLaw`."""
         return bool(params.get("kp", 0.0) or params.get("kl", 0.0))
 
-    def terms(self, rings: Rings, params: Mapping[str, Any]) -> Terms:
+    def terms(self, rings: PolygonRings, params: Mapping[str, Any]) -> Terms:
         """See `OutlineLaw`. Sites: all vertices of a droplet. An edge of length 0 has no direction and pulls nowhere,
         as in line tension."""
         values, nv, x = self.values(params), rings.sites.shape[1], rings.positions
