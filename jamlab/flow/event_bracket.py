@@ -16,7 +16,7 @@ import numpy as np
 
 from jamlab.errors import InputError, named
 from jamlab.flow.flow_run import FLOW_ENERGY
-from jamlab.flow.quasistatic_run import QuasistaticShear, stress_noise
+from jamlab.flow.quasistatic_run import QuasistaticShear, noise_of_stress
 from jamlab.flow.quasistatic_walk import Minimum, Walk
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import usual_force_tolerance
@@ -139,7 +139,7 @@ def check_event_width(
             "to it"
         )
     force = usual_force_tolerance(packing.model) if force_tolerance is None else force_tolerance
-    noise = BRACKETING.narrowest * float(stress_noise(force, 0.0))
+    noise = BRACKETING.narrowest * float(noise_of_stress(force, 0.0))
     rounding = BRACKETING.digits * float(np.finfo(np.float64).eps) * abs(furthest)
     if event_width < max(noise, rounding):
         remedy = "use a larger width" if rounding > noise else f"use a larger width or force_tolerance below {force:g}"

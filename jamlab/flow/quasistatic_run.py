@@ -38,7 +38,7 @@ class QuasistaticEvents:
 QUASISTATIC = QuasistaticEvents()
 
 
-def stress_noise(force_tolerance: float, force: ArrayLike) -> Array:
+def noise_of_stress(force_tolerance: float, force: ArrayLike) -> Array:
     """Stress that is no more than noise where forces up to `force` are left, or up to the tolerance; natural units."""
     return QUASISTATIC.noise * np.maximum(force_tolerance, force)
 
@@ -222,13 +222,13 @@ class QuasistaticShear(ShearRun):
     @property
     def least_stress(self) -> float:
         """Uncertainty of the stress from residual forces up to `force_tolerance`."""
-        return float(stress_noise(self.force_tolerance, 0.0) * natural_scales(self.packing).stress)
+        return float(noise_of_stress(self.force_tolerance, 0.0) * natural_scales(self.packing).stress)
 
     @property
     def stress_noise(self) -> Array:
         """(m,) uncertainty of the stress from the residual forces of a minimum; a smaller drop is no event."""
         scales = natural_scales(self.packing)
-        return stress_noise(self.force_tolerance, self.max_force / scales.force) * scales.stress
+        return noise_of_stress(self.force_tolerance, self.max_force / scales.force) * scales.stress
 
     @property
     def energy_tolerance(self) -> float:

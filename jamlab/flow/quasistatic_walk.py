@@ -14,7 +14,7 @@ from jamlab.arrays import Array
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.flow.limit_cycle import earlier_state, plastic_displacements
-from jamlab.flow.quasistatic_run import QUASISTATIC, QuasistaticShear, stress_noise
+from jamlab.flow.quasistatic_run import QUASISTATIC, QuasistaticShear, noise_of_stress
 from jamlab.flow.run import Run
 from jamlab.flow.strain_path import StrainPath
 from jamlab.geometry.contact_network import contacts
@@ -195,7 +195,7 @@ class Walk(Run[QuasistaticShear]):
     def _noise(self, *states: Minimum) -> float:
         """Uncertainty of the stress from the residual forces of some minima."""
         force = max(state.max_force for state in states) / self._scales.force
-        return float(stress_noise(self.facts["force_tolerance"], force) * self._scales.stress)
+        return float(noise_of_stress(self.facts["force_tolerance"], force) * self._scales.stress)
 
     def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from, in stress and energy: stress falls before an instability, too,
