@@ -17,7 +17,7 @@ from studies.study import Study
 from studies.tables import Task
 
 PARTICLES, SEEDS, CYCLES, STEPS = 32, 20, 15, 6  # steps of a quarter of a cycle
-PRESSURE, AMPLITUDES = 1e-2, (0.03, 0.06, 0.11, 0.16)  # at constant area
+PRESSURE, AMPLITUDES = 1e-2, (0.03, 0.06, 0.11, 0.16, 0.24)  # at constant area
 PUBLISHED = 0.11  # amplitude at which transients diverge: Regev et al., Nat. Commun. 6, 8805 (2015), figure 3
 
 
