@@ -43,8 +43,8 @@ class CyclicShearOfStates(Observable):
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         return [({"amplitude": each}, {"amplitude": each}) for each in self.cyclic_shear.amplitudes]
 
-    def one(self, packing: Packing, *, amplitude: float, **_: Any) -> list[Row]:
-        how = self.cyclic_shear
+    def one(self, packing: Packing, **case: Any) -> list[Row]:
+        how, amplitude = self.cyclic_shear, float(case["amplitude"])
         turns = [amplitude, -amplitude, amplitude]
         run = quasistatic_shear(packing, turns, how.strain_step, cycles=how.cycles, force_tolerance=how.force_tolerance)
         cycles, limit = run.cycles, run.limit_cycle

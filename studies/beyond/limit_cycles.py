@@ -58,8 +58,9 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     scale(axes[0], axes[1], axes[3], x="linear", y="linear")
     scale(axes[2], x="linear")
     groups = [rows[rows["amplitude"] == a] for a in AMPLITUDES]
-    periodic = [(each["period"] > 0).to_numpy(dtype=float) for each in groups]
+    periodic = [(each["period"] > 0).to_numpy().astype(np.float64) for each in groups]
     out.curve(axes[0], f"within {CYCLES} cycles", AMPLITUDES, mean_over_packings(periodic), band=False, **style(0))
+    axes[0].set_ylim(0, 1.05)
     axes[0].axvline(PUBLISHED, color="k", linestyle="--", linewidth=0.8, label="Regev et al. 2015")
     out.values["amplitude of a share of 1/2"] = bootstrap(periodic, _half)
     whole = [each[each["period"] > 0] for each in groups]
@@ -75,7 +76,7 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
         found = mean_over_packings([each[column].to_numpy() for each in groups])
         out.curve(axes[2], f"{column} cycle", AMPLITUDES, found, band=False, **style(k))
     limits = rows[rows["period"] > 0]
-    longer = mean_over_packings([(limits["period"] > 1).to_numpy(dtype=float)])
+    longer = mean_over_packings([(limits["period"] > 1).to_numpy().astype(np.float64)])
     out.values["share of limit cycles of period above 1"] = Interval(longer.value[0], longer.low[0], longer.high[0])
     titles = ("share that repeats", "cycles", "displacement a cycle", "number")
     for part, title in zip(axes, titles, strict=True):
