@@ -149,6 +149,13 @@ def test_an_elastic_cycle_takes_no_work(packing):
     assert run.cycle_rows.tolist() == [0, 8]
 
 
+def test_stress_that_falls_on_the_way_back_is_no_drop():
+    """A fall is one along the step: no step back is tried, so that there are as many steps as states."""
+    run = quasistatic_shear(jamlab.pack(16, 1e-2, seed=3), [2e-3, -2e-3, 0.0], 1e-3)
+    assert (np.diff(run.stress) * np.diff(run.strain) > 0).all()
+    assert run.steps == len(run.strain) and not len(run.events)
+
+
 def test_events_of_both_ways_are_seen_alike(packing):
     """A shear to and fro is the shear by hand, leg by leg, and stress drops are along the way they go."""
     run = quasistatic_shear(packing, TURNS, STEP)
