@@ -59,7 +59,7 @@ def required(random_disks, tmp_path_factory):
     own = {"u": jamlab.universe(packing), "source": packing, "packing": packing, "packings": [packing], "path": path}
     own |= {"recipe": jamlab.Recipe(protocol="phi", n=4, phi=0.5)}
     own |= {"before": packing, "after": packing}
-    own |= {"flow": packing, "oscillations": [], "curves": [], "run": [packing, packing]}
+    own |= {"flow": packing, "oscillations": [], "curves": [], "runs": [], "run": [packing, packing]}
     own |= {"box": packing.box, "found": jamlab.voids(packing), "picture": np.zeros((4, 4)), "damping": None}
     return REQUIRED | own
 

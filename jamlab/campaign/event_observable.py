@@ -18,7 +18,7 @@ class EventSearch(FileTable):
     strain: Annotated[float, within("strain", _PLACE)] = usual("strain", _PLACE)
     strain_step: Annotated[float, within("strain_step", _PLACE)] = usual("strain_step")
     event_width: Annotated[float, within("event_width", _PLACE)] = usual("event_width", _PLACE)
-    force_tolerance: Annotated[float, within("force_tolerance")] | None = usual("force_tolerance")
+    force_tolerance: Annotated[float, within("force_tolerance", _PLACE)] | None = usual("force_tolerance")
 
 
 class PlasticEventsOfStates(Observable):
@@ -27,7 +27,7 @@ class PlasticEventsOfStates(Observable):
 
     name = "plastic_events"
     _OF_EVENTS: ClassVar = (
-        *("strain", "stress_drop", "released", "width", "energy", "participation", "contacts_lost"),
+        *("strain", "stress_drop", "released", "event_width", "energy", "participation", "contacts_lost"),
         *("contacts_gained", "neighbors_lost", "neighbors_gained", "t1"),
     )
     columns = ("phi", "rho", *STATE, *_OF_EVENTS, "converged")
@@ -47,5 +47,5 @@ class PlasticEventsOfStates(Observable):
             packing, how.strain, how.strain_step, event_width=how.event_width, force_tolerance=how.force_tolerance
         )
         events = run.events
-        found: Row = {name: getattr(events, name) for name in self._OF_EVENTS}
-        return [found | {"converged": bool(run.converged.all())}] if len(events) else []
+        found: Row = {name: getattr(events, name) for name in self._OF_EVENTS if name != "event_width"}
+        return [found | {"event_width": events.width, "converged": bool(run.converged.all())}] if len(events) else []

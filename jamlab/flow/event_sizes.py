@@ -35,7 +35,19 @@ _NAMES = {
 TABLE = "plastic_events"  # of a campaign
 # columns that may differ between events of one kind
 _MEASURED = (
-    *("task", "seed", "n_events", "phi", "rho", "pressure", "converged", "strain", "stress_drop", "released", "width"),
+    *(
+        "task",
+        "seed",
+        "n_events",
+        "phi",
+        "rho",
+        "pressure",
+        "converged",
+        "strain",
+        "stress_drop",
+        "released",
+        "event_width",
+    ),
     *("energy", "participation", "contacts_lost", "contacts_gained", "neighbors_lost", "neighbors_gained", "t1"),
 )
 

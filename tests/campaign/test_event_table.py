@@ -17,7 +17,7 @@ def test_the_table_has_a_row_for_each_event(tmp_path):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP, plastic_events=HOW))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"] * 2
     table = campaign.table("plastic_events")
-    assert len(table) and table["converged"].all() and (table["width"] <= 2.5e-3).all()
+    assert len(table) and table["converged"].all() and (table["event_width"] <= 2.5e-3).all()
     for task, rows in table.groupby("task"):
         (packing,) = campaign.packings(str(task))
         events = jamlab.quasistatic_shear(packing, **HOW).events

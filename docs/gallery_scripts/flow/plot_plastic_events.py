@@ -2,8 +2,8 @@
 Plastic events
 ==============
 
-Disks under quasi-static shear, whose events are bracketed to 1e-5. Left: stress; the sides of each event are rows. Right: the
-largest event, by D2min of each disk.
+Disks under quasi-static shear, whose events are bracketed to 1e-5. Left: stress. Right: the largest event, by D2min of
+each disk.
 """
 
 import matplotlib.pyplot as plt
