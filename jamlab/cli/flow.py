@@ -187,6 +187,7 @@ def quasistatic_shear(
     until_jammed: bool,
     walls: bool | None,
     snapshot_every: float | None,
+    event_width: float | None,
     force_tolerance: float | None,
 ) -> None:
     """Shear a packing quasi-statically, minimum by minimum.
@@ -197,7 +198,8 @@ def quasistatic_shear(
     from jamlab.flow.quasistatic_shear import quasistatic_shear as flow
 
     how: dict[str, Any] = {"cycles": cycles, "direction": direction, "pressure": pressure, "walls": walls}
-    how |= {"until_jammed": until_jammed, "snapshot_every": snapshot_every, "force_tolerance": force_tolerance}
+    how |= {"until_jammed": until_jammed, "snapshot_every": snapshot_every, "event_width": event_width}
+    how |= {"force_tolerance": force_tolerance}
     _give_shear(job, job.drive(flow, "shear", strain if len(strain) > 1 else strain[0], strain_step, **how))
 
 

@@ -160,7 +160,7 @@ def event_sizes(
     Example:
         >>> p = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2, 3, 4)]
         >>> runs = [jamlab.quasistatic_shear(each, 0.2, strain_step=1e-2) for each in p]
-        >>> s = jamlab.event_sizes(runs, "stress_drop", discard=0.05, truncated=False)
+        >>> s = jamlab.event_sizes(runs, "stress_drop", truncated=False)
         >>> s.quantity, bool(s.exponent_low < s.exponent < s.exponent_high)
         ('stress_drop', True)
     """

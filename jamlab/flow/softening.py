@@ -77,7 +77,7 @@ class Softening(Result):
         unit: of eigenvalues, for labels.
 
     Example:
-        >>> p = jamlab.pack(16, 1e-2, seed=1, law={"exponent": 2.5})
+        >>> p = jamlab.pack(16, 0.2, seed=5)
         >>> run = jamlab.quasistatic_shear(p, strain=0.05, strain_step=5e-3, event_width=1e-6)
         >>> soft = jamlab.softening(run)
         >>> soft.ending, bool(abs(soft.exponent - 0.5) < 0.05)
@@ -109,7 +109,7 @@ class Softening(Result):
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the eigenvalue over the distance to the critical strain, or, without one, to the end of the bracket.
 
-        >>> p = jamlab.pack(16, 1e-2, seed=1, law={"exponent": 2.5})
+        >>> p = jamlab.pack(16, 0.2, seed=5)
         >>> run = jamlab.quasistatic_shear(p, strain=0.05, strain_step=5e-3, event_width=1e-6)
         >>> ax = jamlab.softening(run).plot()
         """

@@ -123,7 +123,7 @@ def _most_likely(log: float, mean: float, steep: float, largest: float) -> tuple
     point = np.array([min(steep, 1.5), 1 / largest])
     value = _likelihood(point, log, mean)
     for _ in range(SIZE_FIT.steps):
-        _, means, spread = _moments(*point, 0.0)
+        _, means, spread = _moments(float(point[0]), float(point[1]), 0.0)
         slope = means - (log, mean)
         step = np.linalg.solve(spread, slope)
         gain = float(slope @ step)  # twice what the likelihood may still grow by
@@ -142,7 +142,7 @@ def _most_likely(log: float, mean: float, steep: float, largest: float) -> tuple
 
 def _likelihood(point: Array, log: float, mean: float) -> float:
     """Mean log-likelihood of a size."""
-    return float(-point @ (log, mean) - np.log(_moments(*point, 0.0)[0]))
+    return float(-point @ (log, mean) - np.log(_moments(float(point[0]), float(point[1]), 0.0)[0]))
 
 
 @cache
