@@ -22,6 +22,7 @@ NEWEST = {
     "cryptography": "50.0.2",
     "dask-jobqueue": "0.9.0",
     "distributed": "2026.8.0",
+    "ducc0": "0.42.0",
     "edt": "3.1.2",
     "gsd": "5.0.1",
     "h5py": "3.16.0",
