@@ -23,8 +23,11 @@ from jamlab.mechanics.masses import Masses
 from jamlab.mechanics.vibrations import Modes, modes_of
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.plotting.drawable import LEGEND, drawn, label_axes, merged_line
+from jamlab.plotting.drawable import LEGEND, drawn, label_axes, label_decades, merged_line
 from jamlab.plotting.palette import COLOURS, ordered_colours
+
+
+LEAST = 0.3  # of the mean, to which bands are drawn down
 
 
 @dataclass(frozen=True)
@@ -89,12 +92,13 @@ class DensityBySize(Result):
             x, factor = each.omega[seen] * n**share, n ** (self.omega_exponent * share)
             plain = {"color": colour, "marker": "o", "markersize": 3, "label": f"$N$ = {n}, {each.packings} packings"}
             axes.loglog(x, factor * each.density[seen], **merged_line(plain, style))
-            low = np.where(each.density_low > 0, each.density_low, np.nan)
+            low = np.maximum(each.density_low, LEAST * each.density)  # a logarithm has no 0
             ends = (factor * low[seen], factor * each.density_high[seen])
             axes.fill_between(x, *ends, color=merged_line(plain, style)["color"], alpha=0.2, linewidth=0)
         power = f"{self.omega_exponent:g}"
         unit = f"  [$\\sqrt{{{self.unit}/m}}$]" if self.unit else ""
         label_axes(axes, rf"$\omega\,N^{{1/(1+{power})}}$" + unit, rf"$D\,N^{{{power}/(1+{power})}}$")
+        label_decades(axes)
         axes.legend(fontsize=LEGEND)
 
 

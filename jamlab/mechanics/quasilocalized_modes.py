@@ -101,6 +101,7 @@ class QuasilocalizedModes(Result):
         axes.plot(self.frequencies, self.participation, **merged_line(plain, style))
         unit = self.unit and f"$\\sqrt{{{self.unit}/m}}$"
         label_axes(axes, in_unit(r"frequency $\omega$", unit), "participation ratio")
+        axes.set_ylim(bottom=0.0)
         axes.legend(fontsize=LEGEND)
 
 

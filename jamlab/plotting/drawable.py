@@ -92,6 +92,18 @@ def label_axes(axes: Any, x: str, y: str) -> None:
     axes.set_axisbelow(True)
 
 
+def label_decades(axes: Any) -> None:
+    """Label 1, 2 and 5 of each decade of logarithmic axes that span few of them, where more labels would overlap."""
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        if high <= 100 * low:
+            axis.set_minor_locator(LogLocator(subs=(2, 5)))
+            axis.set_minor_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+
+
 def in_unit(text: str, unit: str) -> str:
     """Add a unit in brackets to a label; nothing where none is known."""
     return f"{text}  [{unit}]" if unit else text

@@ -20,7 +20,7 @@ from jamlab.mechanics.stiffness import free_coordinates
 from jamlab.mechanics.vibrations import participation_ratio
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, label_decades, merged_line
 from jamlab.plotting.palette import BLUE
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw
@@ -111,6 +111,7 @@ class DampedVibrations(Result):
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
         axes.loglog(self.frequencies[shown], self.attenuation[shown], **merged_line(plain, style))
         label_axes(axes, in_unit(r"frequency Im $s$", r"$1/\tau_1$"), in_unit(r"attenuation $-$Re $s$", r"$1/\tau_1$"))
+        label_decades(axes)
         axes.legend(fontsize=LEGEND)
 
 
