@@ -29,7 +29,7 @@ def test_each_degree_of_freedom_has_half_the_temperature(quenched):
         "one": jamlab.Packing("sp", [[2.0, 0], [0, 2.0]], [[1.0, 1.0]], {"eps": 3.0}, "eps", [1.0]),
     }
     for name, p in kinds.items():
-        found = jamlab.anneal(p, 1e-3, 400 if p.n > 1 else 4000, seed=2)
+        found = jamlab.anneal(p, 1e-3, 250 if p.n > 1 else 3000, seed=2)
         mean, error = _heat(found)
         assert abs(mean - 1) < 4 * error + 0.005 and error < 0.04, name
         fixed = p.frame.fixed

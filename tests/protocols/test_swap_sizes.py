@@ -54,21 +54,22 @@ def test_one_sweep_is_that_of_plain_numpy_to_the_last_bit(name, temperature):
     assert jamlab.evaluate(found).energy == pytest.approx(energy, rel=1e-11, abs=1e-15)
 
 
-def test_distances_of_two_disks_have_the_weights_of_boltzmann():
+@pytest.mark.parametrize("samples, bins", [(500, 9), pytest.param(20000, 41, marks=pytest.mark.slow)])
+def test_distances_of_two_disks_have_the_weights_of_boltzmann(samples, bins):
     p, heat = disks(2, tilt=0.3, side=2.0), 0.05
-    metropolis, edges = MetropolisDisks(p, 1), np.linspace(0, 1.3, 27)
+    metropolis, edges = MetropolisDisks(p, 1), np.linspace(0, 1.3, bins)
     at = []
-    for _ in range(2000):
+    for _ in range(samples):
         metropolis.run(heat, 30, 0.2)
         at.append(plain_swaps.shortest(p, metropolis.packing().positions))
     wanted = plain_swaps.distances_of_two(p, heat * contact_energy(p), edges)
-    assert plain_swaps.chi_square(np.histogram(at, edges)[0], wanted) < 1.7  # of 25 bins: once in 200
+    assert plain_swaps.chi_square(np.histogram(at, edges)[0], wanted) < 2.2  # of seven bins or more: once in 30
 
 
 def test_orders_of_three_sizes_have_the_weights_of_boltzmann():
     p, heat = replace(disks(4, side=1.4), fixed=np.arange(4) == 0), 0.05
     metropolis, sizes, seen = MetropolisDisks(p, 1), p.disk_diameters, {}
-    for _ in range(1500):
+    for _ in range(800):
         metropolis.run(heat, 4, 1.0)
         order = tuple(metropolis.packing().disk_diameters)
         seen[order] = seen.get(order, 0) + 1
@@ -76,13 +77,13 @@ def test_orders_of_three_sizes_have_the_weights_of_boltzmann():
                for order in seen}  # fmt: skip
     assert len(seen) == 6 and all(order[0] == sizes[0] for order in seen)
     counts, weight = np.array([*seen.values()]), np.array([*weights.values()])
-    assert plain_swaps.chi_square(counts, weight / weight.sum()) < 3.4 and np.ptp(counts) > 150
+    assert plain_swaps.chi_square(counts, weight / weight.sum()) < 3.4 and np.ptp(counts) > 80
 
 
 def test_sizes_are_the_same_and_energies_lower():
-    for seed in range(1, 6):
+    for seed in range(1, 4):
         p = jamlab.pack(n=32, phi=0.9, seed=seed, sizes=WIDE)
-        found = jamlab.swap_sizes(p, sweeps=150, seed=seed).packing
+        found = jamlab.swap_sizes(p, sweeps=100, seed=seed).packing
         assert np.array_equal(np.sort(found.diameters), np.sort(p.diameters))
         assert found.phi == p.phi and found.converged and np.array_equal(found.box, p.box)
         assert jamlab.evaluate(found).energy < 0.8 * jamlab.evaluate(p).energy

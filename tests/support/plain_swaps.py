@@ -55,7 +55,7 @@ def sweep(packing, random, temperature, move, swap_share):
     return x, d, before
 
 
-def distances_of_two(packing, temperature, edges, points=300):
+def distances_of_two(packing, temperature, edges, points=150):
     """Probabilities that two disks, anywhere in the cell, lie at distances between edges: those of Boltzmann."""
     places = np.stack(np.meshgrid(*2 * [(np.arange(points) + 0.5) / points]), axis=-1).reshape(-1, 2) @ packing.box
     apart = np.hypot(*np.moveaxis(places[:, None] + IMAGES @ packing.box, -1, 0))
