@@ -28,8 +28,8 @@ class AdhesiveLaw(RimLaw):
     two rims in contact has the energy -(eps/2) l1 l2. l2 = 2 l1 is the force of sticky disks.
 
     The energy belongs to vertices, however long their edges: vertices slide into the contact and gather there. Edges
-    that shrink to nothing need an `eta` above 0. In the forms in which a vertex meets every edge nearby, outlines
-    collapse: two droplets of 24 vertices had 420 meetings.
+    that shrink to nothing need an `eta` above 0, or elastic edges. In the forms in which a vertex meets every edge
+    nearby, outlines collapse: two droplets of 24 vertices had 420 meetings.
     """
 
     name: ClassVar[str] = "adhesive"

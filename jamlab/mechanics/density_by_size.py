@@ -26,7 +26,6 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, label_axes, label_decades, merged_line
 from jamlab.plotting.palette import COLOURS, ordered_colours
 
-
 LEAST = 0.3  # of the mean, to which bands are drawn down
 
 

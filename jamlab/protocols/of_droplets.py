@@ -84,8 +84,8 @@ class MakingOfDroplets(Making):
         law = law_class(params, "rims").of(params, "eps")
         if law.range:
             raise InputError(
-                f"{law}: what attracts has no onset at zero contact energy; use droplets_from_disks(disks, law=...), or "
-                "jam without adhesion and relax(p.with_state(params={**p.params, 'adhesion': ...}))"
+                f"{law}: what attracts has no onset at zero contact energy; use droplets_from_disks(disks, law=...), "
+                "or jam without adhesion and relax(p.with_state(params={**p.params, 'adhesion': ...}))"
             )
         usual = usual_force_tolerance(self.name)
         self.check_stiffness(params, usual if recipe.force_tolerance is None else recipe.force_tolerance)

@@ -7,6 +7,7 @@ from packings_by_hand import SQUARE, droplets
 from scipy import integrate
 
 import jamlab
+from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.laws.adhesive import AdhesiveLaw
 from jamlab.laws.sticky import StickyLaw
 from jamlab.mechanics.stiffness import forces, hessian
@@ -99,6 +100,29 @@ def test_one_vertex_is_pulled_at_most_by_the_adhesion():
     assert pulls.max() == pytest.approx(0.08 / 0.25, rel=1e-12)
     assert gaps[pulls.argmax()] == pytest.approx(0.25 * 1.08, rel=1e-12)
     assert (pulls[gaps > 0.25 * 1.3] == 0).all() and (pulls[(gaps > 0.2501) & (gaps < 0.25 * 1.299)] > 0).all()
+
+
+@pytest.mark.parametrize("pull, reach", [(0.02, 0.2), (0.05, 0.2)])
+def test_the_contact_angle_is_that_of_young_and_dupre(pull, reach):
+    """Where elastic edges keep vertices apart: cos a = 1 - w/(2 gamma), with the energy w of the vertices in contact
+    over its length. The contact ends at a vertex: one corner of the free polygon is allowed."""
+    nv, extra = 48, {"gamma": 0.4, "ka": 300.0, "eta": 1e-3, "kl": 1.0}
+    p, _ = facing(0.25, nv, (0.7, 2.1), adhesion=pull, adhesion_range=reach, **extra)
+    p = jamlab.relax(p)
+    met = vertex_contacts(p)
+    bound = np.unique(met.vertex[met.distance < 0.25 * (1 + pull)])
+    angles, length = [], 0.0
+    for ring in np.arange(2 * nv).reshape(2, nv):
+        own = np.intersect1d(ring, bound)
+        length += np.ptp(p.positions[own, 1])
+        for step in (1, -1):
+            free = np.setdiff1d(np.roll(ring, -step)[np.isin(ring, own)], own)
+            before = np.array([np.roll(ring, step)[np.flatnonzero(ring == k)[0]] for k in free])
+            away = np.abs(p.positions[free] - p.positions[before])
+            angles += list(np.degrees(np.arctan2(*away.T)))
+    work = 2 * len(bound) * pull * reach / 2 / length
+    assert p.converged and np.mean(angles) == pytest.approx(np.degrees(np.arccos(1 - work / 0.8)), abs=360 / nv)
+    assert np.mean(angles) > 2 * 360 / nv  # beyond the corner of the free polygon
 
 
 def test_twice_the_adhesion_is_the_force_of_sticky_disks():

@@ -49,6 +49,8 @@ def packings():
     files = {"dp": "few_droplets.h5", "square": "droplets_at_onset.h5"}
     droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
     droplets["dp"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
+    adhesion = {"adhesion": 0.05, "adhesion_range": 0.2}
+    droplets["adhesive"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | adhesion))
     law = {"eps": 1.7, "exponent": 3.0}
     p = _disks(n=12, pressure=3e-3, seed=2, size_ratio=3.0)
     disks = {
@@ -137,7 +139,8 @@ def together(model):
 def scaled(packing, s, k):
     """The same packing with lengths times s and stresses times k."""
     powers = {"eps": ENERGY, "k": STRESS, "gamma": (1, -1), "ka": (1, -4), "delta": LENGTH, "eta": LENGTH, "a0": AREA}
-    powers |= dict.fromkeys(("exponent", "stickiness"), NUMBER)  # other laws say here what theirs are measured in
+    # other laws say here what theirs are measured in
+    powers |= dict.fromkeys(("exponent", "stickiness", "adhesion", "adhesion_range"), NUMBER)
     powers |= {"kappa": (1, 1), "kp": STRESS, "kl": STRESS, **dict.fromkeys(("theta0", "p0"), NUMBER)}
     numbers = {name: value for name, value in packing.params.items() if not isinstance(value, str)}
     params = {name: value * _unit(powers[name], s, k) for name, value in numbers.items()}
@@ -323,7 +326,7 @@ CASES = {
     ),
     "dynamical_matrices": Case(matrices, but=IMAGES),
     "elastic_tensor": Case(_elastic),
-    "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps")),
+    "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps", "adhesive")),
     "flow_curve": Case(
         _one(lambda p: jamlab.flow_curve(p, [1.0], strain=1.2, discard=0.1).stress, STRESS),
         FLOW,
@@ -387,7 +390,7 @@ CASES = {
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
-    "relax": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
+    "relax": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky", "adhesive")),
     "relax_radii": Case(lambda v: _at_minimum(jamlab.relax_radii(v.packing)), MINIMUM, ("hertz",), PER_CELL),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
@@ -398,7 +401,7 @@ CASES = {
         FLOW,
         LONG,
     ),
-    "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky")),
+    "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky", "adhesive")),
     "nonaffine_response": Case(_slow, models=DISKS),
     "spectral_density": Case(waves(jamlab.spectral_density, AREA), but=WAVES),
     "structure_factor": Case(waves(jamlab.structure_factor, NUMBER), but=WAVES),
