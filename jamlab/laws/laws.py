@@ -93,9 +93,9 @@ def law_class(params: Mapping[str, Any], between: Surfaces = "disks") -> type[Pa
             raise InputError(f"law {name!r} acts between {law.between}, not {between}: {_known(between)}")
         return law
     usual, *others = UNNAMED[between].items()
-    name = next((law for own, law in others if params.get(own)), usual[1])
-    for own, law in others:
-        idle = LAWS.get(law).parameters.keys() - LAWS.get(name).parameters.keys()
+    name = next((other for own, other in others if params.get(own)), usual[1])
+    for own, other in others:
+        idle = LAWS.get(other).parameters.keys() - LAWS.get(name).parameters.keys()
         if given := sorted(each for each in idle if params.get(each)):
             raise InputError(f"{given[0]} = {params[given[0]]!r} without {own}: give {own} above 0, or leave it out")
     if name == "sticky" and (exponent := params.get("exponent", 2.0)) != 2:

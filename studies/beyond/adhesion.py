@@ -16,6 +16,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relax import relax
+from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import mean_over_packings, of_packings
 from studies.panels import Drawing, drawing, label, scale, style
@@ -88,13 +89,13 @@ def pull_of_circles(pull: float) -> float:
         return float(slope[0] * ahead / (distance + radius))
 
     gaps = DELTA * np.linspace(0.9, 1.3, 81)
-    return VERTICES / np.pi * max(integrate.quad(along, -1.2, 1.2, (gap,), limit=200)[0] for gap in gaps)
+    return float(VERTICES / np.pi * max(integrate.quad(along, -1.2, 1.2, (gap,), limit=200)[0] for gap in gaps))
 
 
 def rumpf(z: Array, phi: Array, force: Array) -> Array:
     """Tension at which all contacts of force F part at once, z phi F/(pi d) of disks of diameter d = 2/sqrt(pi): Rumpf,
     Chem. Ing. Tech. 42, 538 (1970), in two dimensions."""
-    return z * phi * force / (np.pi * 2 / np.sqrt(np.pi))
+    return np.asarray(z * phi * force / (np.pi * 2 / np.sqrt(np.pi)))
 
 
 def draw_adhesion(tables: EnsembleTables) -> Drawing:
@@ -130,7 +131,8 @@ def draw_adhesion(tables: EnsembleTables) -> Drawing:
         if name:
             values = values / circles
         mean = mean_over_packings([values])[0]
-        for pull, one in zip(pulls, mean, strict=True):
+        for k, pull in enumerate(pulls):
+            one = Interval(mean.value[k], mean.low[k], mean.high[k])
             out.values[f"{name or 'tensile strength over that of Rumpf'}, adhesion {pull:g}"] = one
     label(axes[0], "adhesion", r"pull-off force  [$\epsilon/l$]", loc="best")
     axes[1].set_xticks(np.arange(0.0, STEP * STEPS + 0.01, 0.05))

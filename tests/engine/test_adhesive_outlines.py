@@ -1,6 +1,7 @@
 """pair_style circuloline with adhesion: energies and forces of droplets, walls and disks beside plain numpy, on ranks,
 in files, in runs that change it, in flows."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -57,8 +58,10 @@ def test_droplets_walls_and_disks_beside_plain_numpy(lmp, tmp_path, form):
 
 def test_no_polygon_adheres_to_itself(lmp, tmp_path):
     """Contacts with itself repel, whatever its vertices do to others."""
-    state = outlines.scene(32, foreign=False)
-    state.near = 0.06
+    corners = [(0, 0), (2, 0), (2, 1.2), (1.14, 1.2), (1.14, 0.3), (0.86, 0.3), (0.86, 1.2), (0, 1.2)]  # a slit of 0.28
+    ends = np.array([*corners, corners[0]], dtype=float)
+    parts = [a + np.linspace(0, 1, 4, endpoint=False)[:, None] * (b - a) for a, b in itertools.pairwise(ends)]
+    state = outlines.Scene([outlines.Outline(np.concatenate(parts) + 1.0)], np.array([5.0, 5.0]), 0.06)
     more = outlines.FORCE.splitlines()[6] + " self 0.06\n" + coefficients() + "run 0\n"
     outlines.start(lmp, tmp_path, state, more)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, laws), rel=1e-12)
