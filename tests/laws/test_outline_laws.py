@@ -194,8 +194,23 @@ def test_sweeps_moduli_and_response():
     assert moduli[0] == pytest.approx(moduli[1], rel=1e-4)
     slow = jamlab.complex_modulus(q, [1e-9]).storage[0]
     assert slow == pytest.approx(jamlab.shear_modulus(q, direction="simple"), rel=1e-5)
-    run = jamlab.shear(q, 1e-2, 0.01)
-    assert run.packing.params["kl"] == 0.5
+
+
+FLOWS = (
+    (1, {"kappa": 0.05, "theta0": 0.0}),
+    (2, {"kp": 2.0, "p0": 3.6}),
+    (2, {"gamma": 0.0, "kl": 2.0, "p0": 3.6, "kappa": 0.05}),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "law"), FLOWS)
+def test_flow_answers_as_linear_response(seed, law):
+    p = jamlab.jam(8, "dp", seed=seed, law=law)
+    *_, q = jamlab.compress(p, to=p.phi + 0.08, step=0.02)
+    linear, run = jamlab.complex_modulus(q, [0.1]), jamlab.oscillate(q, 0.1, 1e-4)
+    assert run.storage == pytest.approx(linear.storage[0], rel=1e-3)
+    assert run.loss == pytest.approx(linear.loss[0], rel=5e-3)
 
 
 @pytest.mark.parametrize("ending", ["h5", "data", "dump"])
