@@ -39,7 +39,8 @@ def _with_outline_laws(nv: Indices, free: Array, params: Mapping[str, Any], rest
     kinds, first, number = np.unique(np.column_stack([nv, free]), axis=0, return_index=True, return_inverse=True)
     found = np.empty(len(kinds))
     for kind, k in enumerate(first):
-        low, high = rest[k] / 4, 4 * rest[k]
+        collapse = 3 * (0.5 * params["gamma"] / params["ka"] * np.sqrt(nv[k] * np.tan(np.pi / nv[k]))) ** (2 / 3)
+        low, high = max(rest[k] / 4, (1 + 1e-9) * collapse), 4 * rest[k]
         if off(low, k) * off(high, k) > 0:
             raise InputError(
                 f"params: with these laws of outlines no rest area near {rest[k]:.4g} gives a free droplet of area "
@@ -64,6 +65,8 @@ def length_scale(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: b
     else:  # from the smallest droplet that tension does not shrink to a point
         tension = params["gamma"] / params["ka"] * np.sqrt(nv * np.tan(np.pi / nv))
         low = float(np.sqrt(((0.5 * tension) ** (2 / 3) / free).max()))
+        if laws_that_act(params):  # which leave no droplet that small
+            low = max(low, 0.5 * high)
     if excess(low) >= 0:
         ratio = params["gamma"] / params["ka"]
         raise InputError(f"gamma/ka = {ratio:g} l^3 compresses droplets to less than half their size: use a larger ka")

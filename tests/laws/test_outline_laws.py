@@ -179,6 +179,16 @@ def test_free_droplets_are_at_rest(law):
     np.testing.assert_allclose(rest_areas_of(nv, free_area(nv, params), params), params["a0"], rtol=1e-11)
 
 
+@pytest.mark.parametrize("rims", [False, True])
+def test_droplets_from_outlines_have_their_areas(rims):
+    square = np.array([[0, 0], [2, 0], [2, 2], [0, 2.0]])
+    law = {"kl": 2.0, "p0": 3.7, "kappa": 0.05, "theta0": 0.3}
+    p = jamlab.droplets_from_outlines([square, square + 4.0], [8, 8], law=law, vertices=12, rims=rims)
+    area = (free_area if rims else free_polygon_area)(np.diff(p.offsets), p.params)
+    np.testing.assert_allclose(area * (8 / p.box[0, 0]) ** 2, 4.0, rtol=1e-10)
+    np.testing.assert_allclose(p.params["a0"], 1.0, rtol=1e-12)
+
+
 def test_a_droplet_of_a_long_perimeter_has_its_rest_area():
     params = {"gamma": 0.1, "ka": 40.0, "delta": 0.2, "a0": np.array([1.0]), "kp": 2.0, "p0": 4.0}
     assert free_polygon_area(np.array([12]), params) == 1.0
