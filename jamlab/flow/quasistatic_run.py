@@ -111,7 +111,7 @@ class QuasistaticShear(ShearRun):
             sides = [tuple(self.frames[place[row]] for row in rows) for rows in ((k - 1).tolist(), k.tolist())]
         energy, units = lost * float(self.area[0]), self.packing.unit_names
         own = "ε" if self.packing.units == "eps" else f"{units.stress} {units.length}²"
-        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step), energy, *sides, own)
+        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step), energy, sides[0], sides[1], own)
 
     @property
     def drops(self) -> StressDrops:
