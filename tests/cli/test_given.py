@@ -82,7 +82,14 @@ VALUES = {  # of options: another than the default, and than in WAYS
     **{"strain_step": "0.01", "walls": "", "rows": "5", "snapshot_every": "0.1", "within": "1e9", "discard": "0.5"},
     **{"workers": "2", "omega": "2", "amplitude": "0.2", "cycles": "3", "points_per_cycle": "64", "duration": "2"},
     **{"step_time": "0.1", "quantity": "g", "rho": "0.88", "dry_run": "", "vertices": "7", "rims": "", "wrapped": ""},
-    **{"stress": "2e-4", "largest_strain": "2", "memory": "2", "trajectory_error": "", "until_jammed": ""},
+    **{
+        "stress": "2e-4",
+        "largest_strain": "2",
+        "memory": "2",
+        "trajectory_error": "",
+        "until_jammed": "",
+        "event_width": "1e-4",
+    },
 }
 LIBRARY = (
     *("estimates.estimate.estimate", "estimates.estimate.estimate_cost"),
