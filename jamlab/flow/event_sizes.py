@@ -160,9 +160,9 @@ def event_sizes(
     Example:
         >>> p = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2, 3, 4)]
         >>> runs = [jamlab.quasistatic_shear(each, 0.2, strain_step=1e-2) for each in p]
-        >>> s = jamlab.event_sizes(runs, "stress_drop", truncated=False)
+        >>> s = jamlab.event_sizes(runs, "energy", truncated=False)
         >>> s.quantity, bool(s.exponent_low < s.exponent < s.exponent_high)
-        ('stress_drop', True)
+        ('energy', True)
     """
     if not (is_number(discard) and discard >= 0):
         raise InputError(f"{named('discard', discard)}: give a strain, 0 or more")

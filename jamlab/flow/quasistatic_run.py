@@ -105,13 +105,14 @@ class QuasistaticShear(ShearRun):
         """Plastic events, with the packings on both sides where `event_width` was given."""
         k = np.flatnonzero(self.event)
         step, fall, lost = (values[k] - values[k - 1] for values in (self.strain, self.stress, self.dissipated))
-        sides: list[tuple[Packing, ...]] = [(), ()]
+        before: tuple[Packing, ...] = ()
+        after: tuple[Packing, ...] = ()
         if self.event_width is not None:
             place = {row: number for number, row in enumerate(self.frame_rows.tolist())}
-            sides = [tuple(self.frames[place[row]] for row in rows) for rows in ((k - 1).tolist(), k.tolist())]
+            before, after = (tuple(self.frames[place[row]] for row in rows) for rows in ((k - 1).tolist(), k.tolist()))
         energy, units = lost * float(self.area[0]), self.packing.unit_names
         own = "ε" if self.packing.units == "eps" else f"{units.stress} {units.length}²"
-        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step), energy, sides[0], sides[1], own)
+        return PlasticEvents(self.strain[k], -np.sign(step) * fall, lost, np.abs(step), energy, before, after, own)
 
     @property
     def drops(self) -> StressDrops:

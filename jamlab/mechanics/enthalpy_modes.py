@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.factors import SymmetricFactors
 from jamlab.mechanics.force_network import force_network
@@ -50,7 +50,7 @@ def lowest_of_enthalpy(packing: Packing, count: int, pressure: float | None = No
     return values[lowest], found
 
 
-def _second_derivatives(packing: Packing, pressure: float | None) -> tuple[sparse.csc_array, Array, int]:
+def _second_derivatives(packing: Packing, pressure: float | None) -> tuple[sparse.csc_array, Indices, int]:
     """The matrix, the place of each of its rows among all coordinates, and their number."""
     from scipy import sparse
 
