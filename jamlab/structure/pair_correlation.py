@@ -16,6 +16,7 @@ import numpy as np
 from jamlab.arrays import Array, ArrayLike, Indices
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
+from jamlab.motion.between_states import Run
 from jamlab.packing.magnitudes import ROUNDING
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.packing import Packing
@@ -116,7 +117,7 @@ class PairCorrelation(Result):
 
 @checked
 def pair_correlation(
-    packings: Packing | Sequence[Packing] | Campaign,
+    packings: Packing | Sequence[Packing] | Run | Campaign,
     r: ArrayLike,
     size_classes: int | ArrayLike | None = None,
     *,
@@ -129,7 +130,7 @@ def pair_correlation(
     within r counts.
 
     Args:
-        packings: one; or several of one kind, or frames of one flow, over which g is averaged. Or a campaign, whose
+        packings: one; or several of one kind, or a flow with its frames, over which g is averaged. Or a campaign, whose
             converged states are taken.
         r: edges of the bins of distance, ascending from 0 or more; or the largest distance, with bins from 0 on of
             about 0.02 mean sizes.

@@ -25,6 +25,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.boundary_pieces import Pieces
 from jamlab.geometry.voids.boundary_loops import trace
+from jamlab.motion.between_states import Run
 from jamlab.packing.packing import Packing
 from jamlab.statistics.rows_of_one_kind import Campaign, Select
 from jamlab.structure.structure_factor import ValuesAtWavevectors, Waves, without_walls
@@ -70,7 +71,7 @@ class SpectralDensity(ValuesAtWavevectors):
 
 @checked
 def spectral_density(
-    packings: Packing | Sequence[Packing] | Campaign,
+    packings: Packing | Sequence[Packing] | Run | Campaign,
     k_max: float,
     method: CoverMethod = "exact",
     *,
@@ -83,7 +84,7 @@ def spectral_density(
     (2018), sec. 3.2). Half of the wavevectors are given, since chi_V(-k) = chi_V(k).
 
     Args:
-        packings: one; or several of one kind, or frames of one flow: their values follow each other, and
+        packings: one; or several of one kind, or a flow with its frames: their values follow each other, and
             `SpectralDensity.shells` averages over them. Or a campaign, whose converged states are taken.
         k_max: longest wavevector, 1/length.
         method: what is covered, as in `jamlab.packing_fraction`:

@@ -17,6 +17,7 @@ from jamlab.arrays import Array, ArrayLike, Complex, Indices
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
 from jamlab.mechanics.like_packings import packings_of_one_kind
+from jamlab.motion.between_states import Run
 from jamlab.packing.neighbors import reduced_cell
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -227,7 +228,7 @@ class StructureFactor(ValuesAtWavevectors):
 
 @checked
 def structure_factor(
-    packings: Packing | Sequence[Packing] | Campaign, k_max: float, *, select: Select | None = None
+    packings: Packing | Sequence[Packing] | Run | Campaign, k_max: float, *, select: Select | None = None
 ) -> StructureFactor:
     """Compute S(k) = |sum over particles of exp(-i k.x)|^2/n of the centres (SP) or area centroids (DP).
 
@@ -235,7 +236,7 @@ def structure_factor(
     wavevectors are given, since S(-k) = S(k) (Hansen & McDonald, Theory of Simple Liquids, 4th ed. (2013), sec. 4.1).
 
     Args:
-        packings: one; or several of one kind, or frames of one flow: their values follow each other, and
+        packings: one; or several of one kind, or a flow with its frames: their values follow each other, and
             `StructureFactor.shells` averages over them. Or a campaign, whose converged states are taken.
         k_max: longest wavevector, 1/length.
         select: of a campaign: columns of its table "states" and their values in the states that are wanted, such as
@@ -263,9 +264,12 @@ def structure_factor(
     return StructureFactor._of(without_walls(packings, select, "S(k)"), k_max, one, "")
 
 
-def without_walls(packings: Packing | Sequence[Packing] | Campaign, select: Select | None, what: str) -> list[Packing]:
+def without_walls(
+    packings: Packing | Sequence[Packing] | Run | Campaign, select: Select | None, what: str
+) -> list[Packing]:
     """Packings of one kind, or frames of one flow; refused between walls, where space is not uniform."""
-    each = packings_of_one_kind(packings, select, frames=True)
+    several = packings.frames if isinstance(packings, Run) else packings
+    each = packings_of_one_kind(several, select, frames=True)
     for number, packing in enumerate(each):
         if packing.frame.has_walls:
             raise InputError(

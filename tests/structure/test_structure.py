@@ -220,6 +220,7 @@ def test_frames_of_a_flow_have_a_mean_and_states_of_a_sweep_none():
     run = jamlab.shear(jamlab.pack(12, 1e-2, seed=1), rate=1e-2, strain=0.02, snapshot_every=0.01)
     frames = list(run.frames)
     assert len(frames) > 1
+    assert np.array_equal(jamlab.structure_factor(run, K_MAX).values, jamlab.structure_factor(frames, K_MAX).values)
     mean = jamlab.pair_correlation(frames, EDGES).g
     assert mean == pytest.approx(np.mean([jamlab.pair_correlation(p, EDGES).g for p in frames], axis=0))
     onset = jamlab.jam(8, seed=1)
