@@ -119,7 +119,7 @@ def spectral_density(
 
     def one(packing: Packing, waves: Waves) -> Array:
         covered = _of_disks if method == "nominal" else _of_union
-        return np.square(np.abs(covered(packing, waves)) / np.sqrt(packing.area))
+        return np.asarray(np.square(np.abs(covered(packing, waves)) / np.sqrt(packing.area)))
 
     return SpectralDensity._of(each, k_max, one, "{}²")
 
