@@ -130,7 +130,7 @@ FIELD = (
             "hydrostatic lubrication hydrodynamics polymer granular cohesion adhesion_energy wetting "
             "coalescence charge charges electrostatics dielectric magnetic", "", LIMITS),
     Concept("thermostat langevin nvt nve temperature annealing simulated_annealing thermal_annealing", "",
-            "`jamlab.anneal({p}, 1e-2)`"),
+            "`jamlab.anneal({p}, 1e-5)`"),
     Concept("monte_carlo swap swap_monte_carlo swap_mc ultrastable ideal_packing swap_particles", "",
             "`jamlab.swap_sizes`, of disks, or `jamlab.anneal`"),
     # pictures

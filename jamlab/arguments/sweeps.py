@@ -104,7 +104,6 @@ SWEEPS = (
         highest=1,
         above=True,
         default=(1e-3, 1e-6),
-        otherwise=dict.fromkeys(("anneal", "jamlab anneal"), (1e-2, 1e-6)),
         each="temperature",
         habits="kT kbt temp temperatures t_start t_stop tstart tstop schedule",
     ),

@@ -190,8 +190,8 @@ class MetropolisDisks:
                     "use a box less sheared, or positions nearer to it"
                 )
             total, energy = total + counts, energy + float(energies[1:].sum())
-        shares = [done / tried if tried else float("nan") for tried, done in (total[:2], total[2:])]
-        return energy / (sweeps * unit * n), *shares
+        moved, swapped = (float(done / tried) if tried else float("nan") for tried, done in (total[:2], total[2:]))
+        return energy / (sweeps * unit * n), moved, swapped
 
     def packing(self) -> Packing:
         """The state reached."""

@@ -24,6 +24,7 @@ from studies.papers.statements import caption
 from studies.study import Study
 
 N, SEEDS = 256, 20
+HEAT = (1e-2, 1e-6)  # of thermal annealing
 START = 0.94  # phi at which sizes are swapped: above every onset
 LOW, HIGH = 1e-5, 1e-3  # pressures, k: phi at the lower one is that of onset to 1e-4; moduli are of the higher one
 SIZES = {"power-law:-3,0.4243,1": "power law, width 0.246", "lognormal:0.2": "lognormal, width 0.2"}
@@ -41,7 +42,7 @@ def measure_stable(sizes: str, seed: int) -> list[dict[str, Any]]:
     start = pack(N, phi=START, seed=seed, sizes=sizes)
     made: dict[str, Packing] = {"0": start}
     made |= {str(sweeps): swap_sizes(start, sweeps=sweeps, seed=seed).packing for sweeps in SWEEPS[1:]}
-    made |= {"radii": relax_radii(start), "thermal": anneal(start, seed=seed).packing}
+    made |= {"radii": relax_radii(start), "thermal": anneal(start, HEAT, seed=seed).packing}
     return [{"sizes": sizes, "seed": seed, "way": way, **_measure(packing)} for way, packing in made.items()]
 
 
@@ -68,9 +69,9 @@ def draw_stable(tables: EnsembleTables) -> Drawing:
     scale(axes[1])
     for panel, (column, title) in zip(axes, COLUMNS.items(), strict=True):
         for k, (sizes, name) in enumerate(SIZES.items()):
-            for way, found in _means(rows[rows["sizes"] == sizes], column).items():
-                out.values[f"{column}, {name}, {LINES.get(way, f'{way} sweeps')}"] = found
             found = _means(rows[rows["sizes"] == sizes], column)
+            for way, mean in found.items():
+                out.values[f"{column}, {name}, {LINES.get(way, f'{way} sweeps')}"] = mean
             swaps = [way for way in found if way not in LINES]
             curve = side_by_side(found[way] for way in swaps)
             out.curve(panel, f"swaps, {name}", [int(way) for way in swaps], curve, band=False, **style(k))

@@ -29,7 +29,7 @@ for ax, (name, p) in zip(axes, {"quenched": start, "swapped": runs[5000].packing
 
 pressures = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4]
 made = {"quenched": start} | {f"{sweeps} sweeps": found.packing for sweeps, found in runs.items()}
-made |= {"transient radii": jamlab.relax_radii(start), "thermal": jamlab.anneal(start, duration=200).packing}
+made |= {"transient radii": jamlab.relax_radii(start), "thermal": jamlab.anneal(start, [1e-2, 1e-6], 200).packing}
 figure, ax = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
 for name, p in made.items():
     phi = []
