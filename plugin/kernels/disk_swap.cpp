@@ -23,7 +23,10 @@ struct Random {
   void *state;
 
   double operator()() const { return next(state); }
-  int64_t below(std::size_t m) const { return static_cast<int64_t>((*this)() * static_cast<double>(m)); }
+  int64_t below(std::size_t m) const
+  {
+    return static_cast<int64_t>((*this)() * static_cast<double>(m));
+  }
 };
 
 // Flat walls are two lines along x; disks stay between them.
@@ -46,7 +49,8 @@ class Disks {
  public:
   Disks(int64_t n, double *positions, double *diameters, const int64_t *fixed, const double *box,
         Planes planes, Law law, double step)
-      : n(n), x(positions), d(diameters), lattice(box), planes(planes), law(law), step(step), first(n + 1), built(n)
+      : n(n), x(positions), d(diameters), lattice(box), planes(planes), law(law), step(step),
+        first(n + 1), built(n)
   {
     for (int64_t i = 0; i < n; ++i) {
       if (!fixed[i]) loose.push_back(i);
@@ -63,12 +67,13 @@ class Disks {
     const jamlab::Reaching all{n, x, reach.data()};
     std::vector<std::pair<int64_t, Near>> found;
     double search[5];
+    const auto keep = [&](const jamlab::Neighbor &pair) {
+      const Vector shift = lattice.translation(pair.shift);
+      found.push_back({pair.i, {pair.j, shift}});
+      if (pair.i != pair.j) found.push_back({pair.j, {pair.i, Vector{0, 0} - shift}});
+    };
     const int64_t refused =
-        visit_neighbors(all, all, lattice, true, MOST_COPIES, search, [&](const jamlab::Neighbor &pair) {
-          const Vector shift = lattice.translation(pair.shift);
-          found.push_back({pair.i, {pair.j, shift}});
-          if (pair.i != pair.j) found.push_back({pair.j, {pair.i, Vector{0, 0} - shift}});
-        });
+        visit_neighbors(all, all, lattice, true, MOST_COPIES, search, keep);
     if (refused) return refused;
     std::fill(first.begin(), first.end(), 0);
     for (const auto &[i, _] : found) ++first[i + 1];
@@ -163,7 +168,8 @@ class Disks {
     if (!planes.there) return sum;
     const double y = at.y - std::floor(at.y / planes.height) * planes.height;
     if (!(planes.low < y && y < planes.high)) return std::numeric_limits<double>::infinity();
-    return sum + law.energy(0.5 * diameter, y - planes.low) + law.energy(0.5 * diameter, planes.high - y);
+    return sum + law.energy(0.5 * diameter, y - planes.low) +
+           law.energy(0.5 * diameter, planes.high - y);
   }
 
   double energy_at(int64_t i, const Vector &at, double diameter, int64_t without = -1) const

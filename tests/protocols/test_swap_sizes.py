@@ -62,7 +62,7 @@ def test_distances_of_two_disks_have_the_weights_of_boltzmann(samples, bins):
     for _ in range(samples):
         metropolis.run(heat, 30, 0.2)
         at.append(plain_swaps.shortest(p, metropolis.packing().positions))
-    wanted = plain_swaps.distances_of_two(p, heat * contact_energy(p), edges)
+    wanted = plain_swaps.distances_of_two(p, heat * contact_energy(p), edges, 15 * bins)
     assert plain_swaps.chi_square(np.histogram(at, edges)[0], wanted) < 2.2  # of seven bins or more: once in 30
 
 
