@@ -25,7 +25,8 @@ class BendingLaw(OutlineLaw):
     length, with kappa = k_b l_0. Without rest lengths that form leaves sharp corners free, because an angle that is
     shared out among ever shorter edges costs ever less. With the length an outline costs what a smooth one does,
     (kappa/2) times the integral of the squared curvature (Helfrich, Z. Naturforsch. C 28, 693 (1973)): pi kappa/R of a
-    ring of radius R.
+    ring of radius R. A corner that two vertices share, with an edge of no length between them, costs what one vertex
+    does, so stiff outlines need elastic edges (`PerimeterLaw`, kl) to keep vertices apart.
     """
 
     name: ClassVar[str] = "bending"

@@ -15,7 +15,7 @@ import jamlab
 
 LAWS = {
     "line tension": {},
-    "bending stiffness": {"kappa": 0.2, "theta0": 0.0},
+    "bending stiffness": {"kappa": 0.2, "theta0": 0.0, "kl": 5.0},
     "preferred shape": {"gamma": 0.0, "kl": 5.0, "p0": 3.8, "kappa": 0.02},
 }
 figure, axes = plt.subplots(1, 3, figsize=(13, 5), layout="constrained")
