@@ -51,12 +51,12 @@ def draw_onsets(tables: EnsembleTables) -> Drawing:
     scale(*axes, x="linear", y="linear")
     groups = [jammed[jammed["p0"] == index] for index in INDICES]
     shapes = np.array([each["shape_of_polygons"].mean() for each in groups])
+    out.curve(axes[0], "confluent, Boromand et al. 2018", [CONFLUENT] * 2, [0.8, FRACTION], **PAPER)
     for panel, column, title in zip(axes, ("rho", "z"), (r"onset $\rho_J$", "contact number $z_J$"), strict=True):
         mean = mean_over_packings([each[column].to_numpy(dtype=float) for each in groups])
         out.curve(panel, f"N = {N}", shapes, mean, band=False, **style(0))
         out.values |= {f"{column}, p0 = {index:g}": mean[k] for k, index in enumerate(INDICES)}
         label(panel, r"shape factor $\mathcal{A}$ of the polygons", title, loc="best")
-    out.curve(axes[0], "confluent, Boromand et al. 2018", [CONFLUENT] * 2, [0.8, FRACTION], **PAPER)
     found = rows.groupby("p0")["found"].agg(["sum", "size"])
     out.caption = caption(out.name, n=N, made=int(found["size"].min()), found=int(found["sum"].min()))
     return out
