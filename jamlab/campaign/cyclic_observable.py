@@ -24,11 +24,11 @@ class CyclicShearing(FileTable):
 
 class CyclicShearOfStates(Observable):
     """Limit cycles at each amplitude, at the area of the state, see `LimitCycle` and `ShearCycles`: the period is 0 and
-    the transient nan of packings that do not repeat. `displacement` is the mean of the last cycle; `dissipated`,
+    `cycles_before` nan of packings that do not repeat. `displacement` is the mean of the last cycle; `dissipated`,
     `plastic_events` and `hysterons` are means over the cycles of a period. Converged: repeats, by minima alone."""
 
     name, needs = "cyclic_shear", "a table with amplitudes"
-    _OF_LIMIT: ClassVar = ("transient", "dissipated", "plastic_events", "hysterons")
+    _OF_LIMIT: ClassVar = ("cycles_before", "dissipated", "plastic_events", "hysterons")
     columns = ("phi", "rho", *STATE, "amplitude", "cycles", "period", *_OF_LIMIT, "displacement", "converged")
 
     cyclic_shear: CyclicShearing
@@ -51,7 +51,7 @@ class CyclicShearOfStates(Observable):
         row: Row = {"cycles": len(cycles), "period": run.period, "converged": bool(run.period and run.converged.all())}
         row["displacement"] = cycles.displacement[-1] if len(cycles) else np.nan
         if limit is not None:
-            row |= {"transient": limit.transient, "dissipated": limit.dissipated / limit.period}
+            row |= {"cycles_before": limit.cycles_before, "dissipated": limit.dissipated / limit.period}
             row |= {"plastic_events": limit.events / limit.period, "hysterons": len(limit.hysterons) / limit.period}
         return [row]
 

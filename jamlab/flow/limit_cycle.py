@@ -90,7 +90,7 @@ class LimitCycle(Result):
 
     Attributes:
         period: number of cycles until the state returns.
-        transient: number of cycles before.
+        cycles_before: number of cycles before it, of the transient.
         distance: largest distance of a particle that is no rattler between the state that returned and the earlier
             one, in units of the mean particle size; of packings that are unjammed, of any particle.
         dissipated: energy that one period dissipates, over the area at the start.
@@ -100,7 +100,7 @@ class LimitCycle(Result):
     """
 
     period: int
-    transient: int
+    cycles_before: int
     distance: float
     dissipated: float
     events: int

@@ -150,7 +150,7 @@ class QuasistaticShear(ShearRun):
         hysterons = pair_events(self.strain[k], self.strain[k] - self.strain[k - 1], self.event_displacements[within])
         return LimitCycle(
             period=self.period,
-            transient=len(self.cycle_rows) - 1 - self.period,
+            cycles_before=len(self.cycle_rows) - 1 - self.period,
             distance=self.return_distance,
             dissipated=float(self.dissipated[end] - self.dissipated[begin]),
             events=len(k),
@@ -204,7 +204,7 @@ class QuasistaticShear(ShearRun):
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
         whole: dict[str, Any] = {"cycles": len(self.cycle_rows) - 1} if len(self.cycle_rows) > 1 else {}
         if (limit := self.limit_cycle) is not None:
-            whole |= {"period": limit.period, "transient": limit.transient, "hysterons": len(limit.hysterons)}
+            whole |= {"period": limit.period, "cycles_before": limit.cycles_before, "hysterons": len(limit.hysterons)}
         if (found := self.jamming) is not None:
             whole |= {"jams above": found.strain_below}
         return {"direction": self.direction} | held | super().summary | events | whole
@@ -250,7 +250,7 @@ class QuasistaticShear(ShearRun):
         first = 0
         if (limit := self.limit_cycle) is not None:
             first = int(limit.rows[0])
-            label = f"transient, {limit.transient} cycle{'s' * (limit.transient != 1)}"
+            label = f"transient, {limit.cycles_before} cycle{'s' * (limit.cycles_before != 1)}"
             axes.plot(self.strain[: first + 1], self.stress[: first + 1], color=GREY, linewidth=0.9, label=label)
             plain["label"] = f"limit cycle of period {limit.period}"
         axes.plot(self.strain[first:], self.stress[first:], **merged_line(plain, style))

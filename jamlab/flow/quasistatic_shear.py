@@ -89,8 +89,8 @@ def quasistatic_shear(
 
     Returns:
         All states. `converged` is False for states that missed the force tolerance; the shear continues from them.
-        `cycles` has the displacement a cycle, `limit_cycle` period, transient and hysterons, `jamming` the strain at
-        which the packing jams.
+        `cycles` has the displacement a cycle, `limit_cycle` period, cycles before it and hysterons, `jamming` the
+        strain at which the packing jams.
     """
     packing = walled(packing, walls)
     shearing = Shearing(packing.box[0], shear_direction(packing, direction))

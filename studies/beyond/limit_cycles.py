@@ -30,7 +30,7 @@ def measure_cycles(amplitude: float, seed: int) -> list[dict[str, Any]]:
     row |= {"missed": int((~run.converged).sum())}
     if limit is None:
         return [row]
-    row |= {"transient": limit.transient, "distance": limit.distance, "events": limit.events / limit.period}
+    row |= {"transient": limit.cycles_before, "distance": limit.distance, "events": limit.events / limit.period}
     row |= {"hysterons": len(limit.hysterons) / limit.period, "dissipated": limit.dissipated / limit.period}
     return [row]
 

@@ -61,9 +61,9 @@ def test_cyclic_shear(tmp_path):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes | {"damping": None, "seeds": 1}))
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
     small, large = campaign.table("cyclic_shear").to_dict("records")
-    assert (small["amplitude"], small["period"], small["transient"], small["plastic_events"]) == (1e-3, 1, 0, 0)
+    assert (small["amplitude"], small["period"], small["cycles_before"], small["plastic_events"]) == (1e-3, 1, 0, 0)
     run = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=2e-2, seed=1), [0.01, -0.01, 0.01], 1e-3, cycles=8)
-    assert (large["period"], large["transient"]) == (run.period, run.limit_cycle.transient)
+    assert (large["period"], large["cycles_before"]) == (run.period, run.limit_cycle.cycles_before)
     assert large["displacement"] == pytest.approx(run.cycles.displacement[-1], abs=1e-9) and large["converged"]
     assert large["dissipated"] == pytest.approx(run.limit_cycle.dissipated / run.period, abs=1e-9)
     assert not {"damping", "background_drag"} & large.keys()

@@ -54,7 +54,7 @@ def test_cycles_begin_where_the_path_is_first_at_its_last_turning_point(points, 
 def test_the_state_returns_to_1e_10_and_does_so_again(packing, run):
     """By plain numpy, after one more cycle from the last state, which the run does not know of."""
     limit = run.limit_cycle
-    assert run.state == "periodic" and (limit.period, limit.transient) == (1, 1) and run.finished
+    assert run.state == "periodic" and (limit.period, limit.cycles_before) == (1, 1) and run.finished
     assert limit.distance < 1e-10 and run.converged.all()
     again = quasistatic_shear(run.packing, [-0.06, 0.0], STEP)  # from strain 0.03
     shift, bearing = plain_cycles.moved(run.packing, again.packing)
@@ -130,7 +130,7 @@ def test_limit_cycles_are_invariant(packing, run, view):
     length = seen.disk_diameters.mean() / packing.disk_diameters.mean()
     found = quasistatic_shear(seen, TURNS, STEP, cycles=20)
     limit, other = run.limit_cycle, found.limit_cycle
-    assert (other.period, other.transient, other.events) == (limit.period, limit.transient, limit.events)
+    assert (other.period, other.cycles_before, other.events) == (limit.period, limit.cycles_before, limit.events)
     assert other.hysterons.on == pytest.approx(limit.hysterons.on, abs=1e-12)
     assert other.hysterons.off == pytest.approx(limit.hysterons.off, abs=1e-12)
     assert other.hysterons.size / length == pytest.approx(limit.hysterons.size, rel=1e-6)
@@ -141,7 +141,7 @@ def test_limit_cycles_are_invariant(packing, run, view):
 def test_an_elastic_cycle_takes_no_work(packing):
     """There and back through the same minima; events on the way back have their signs."""
     run = quasistatic_shear(packing, [2e-3, -2e-3, 0.0], 1e-3, cycles=3)
-    assert not run.event.any() and len(run.cycles) == 1 and run.limit_cycle.transient == 0
+    assert not run.event.any() and len(run.cycles) == 1 and run.limit_cycle.cycles_before == 0
     assert run.strain == pytest.approx([0, 1e-3, 2e-3, 1e-3, 0, -1e-3, -2e-3, -1e-3, 0])
     assert run.stress[[0, 1]] == pytest.approx(run.stress[[4, 3]], abs=1e-12)
     assert run.stress[[4, 5]] == pytest.approx(run.stress[[8, 7]], abs=1e-12)
