@@ -7,7 +7,7 @@ have the parameters of both; the law of rims is "adhesive" where `adhesion` is a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -47,8 +47,12 @@ def _check(name: str, law: type[PairLaw]) -> None:
 LAWS: Registry[type[PairLaw]] = Registry("jamlab.laws", "force law", _check)
 
 
-def parameters_of(law: Law | None) -> dict[str, Any]:
+def parameters_of(law: Law | None, fit: Collection[str] | None = None) -> dict[str, Any]:
     """Parameters of a force law that is given by its name, or by parameters.
+
+    Args:
+        law: its name, or parameters.
+        fit: names that a message may give instead of an unknown one, default all.
 
     Raises:
         InputError: no such law is known, or a parameter is given that its name fixes.
@@ -66,7 +70,7 @@ def parameters_of(law: Law | None) -> dict[str, Any]:
         return {**NAMED[name], **given}
     if isinstance(name, str) and name not in LAWS.names():
         as_parameters = typed("law={'exponent': 2.5}", "--law exponent=2.5")
-        known = [*NAMED, *LAWS.names()]
+        known = [each for each in (*NAMED, *LAWS.names()) if fit is None or each in fit]
         near = [each for each in known if name.lower() in (each, f"{each}ian")]
         there = f"use {near[0]!r}" if near else f"known are {', '.join(known)}"
         raise InputError(

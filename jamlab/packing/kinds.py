@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from jamlab.errors import InputError
+from jamlab.laws.laws import LAWS, NAMED
 from jamlab.laws.parameter import Parameter
 from jamlab.packing.bare_packing import P
 from jamlab.packing.model import Model
@@ -43,6 +44,14 @@ def optional_parameters(model: str, params: Mapping[str, Any] | None = None) -> 
     campaigns take these."""
     every = MODELS.get(model).parameters(None, params or {})
     return {name: each for name, each in every.items() if each.default is not None}
+
+
+def laws_of(model: str) -> list[str]:
+    """Names of the force laws that packings of a model may have."""
+    kind = MODELS.get(model)
+    usual = kind.parameters(None, {})
+    named = [name for name, parameters in NAMED.items() if parameters.keys() <= usual.keys()]
+    return named + [name for name in LAWS.names() if "law" in kind.parameters(None, {"law": name})]
 
 
 def law_names(model: str, units: str, params: Mapping[str, Any]) -> list[str]:

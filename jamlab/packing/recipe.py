@@ -22,6 +22,7 @@ from jamlab.errors import InputError, named
 from jamlab.hints import Hinted, unknown_argument
 from jamlab.laws.laws import parameters_of
 from jamlab.packing.derived import frozen
+from jamlab.packing.kinds import laws_of
 
 Protocol = Literal["onset", "pressure", "phi"]
 RECIPE = "recipe"  # entry of a provenance
@@ -105,7 +106,7 @@ class Recipe(Hinted):
                 f"{named('model', self.model)}: "
                 "a packing at a pressure or phi is made of disks, sp; compress one from onset"
             )
-        self._set("law", frozen(_plain(parameters_of(self.law))))
+        self._set("law", frozen(_plain(parameters_of(self.law, laws_of(self.model)))))
         sizes = _plain(self.sizes)
         self._set("sizes", tuple(sizes) if isinstance(sizes, list) else sizes)
         self._set("changes", tuple(map(_change, self.changes)))

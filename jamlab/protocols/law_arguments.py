@@ -9,7 +9,7 @@ from jamlab.arguments.choices import Law
 from jamlab.checks import name_meant
 from jamlab.errors import InputError, typed
 from jamlab.laws.laws import parameters_of
-from jamlab.packing.kinds import MODELS
+from jamlab.packing.kinds import MODELS, laws_of
 from jamlab.protocols.makings import making_of
 
 
@@ -19,7 +19,7 @@ def law_given(law: Law | Mapping[str, Any] | None, model: str) -> dict[str, Any]
     Raises:
         InputError: an unknown law, a parameter that it does not have, that units fix, or that another model has.
     """
-    given = parameters_of(law)
+    given = parameters_of(law, laws_of(model))
     known = making_of(model).arguments(given)
     for name, value in given.items():
         if name in known:
@@ -29,6 +29,11 @@ def law_given(law: Law | Mapping[str, Any] | None, model: str) -> dict[str, Any]
             raise InputError(f"{where}: the strength of contacts and the mean diameter are always 1; leave it out")
         for other in MODELS.each().keys() - {model}:
             if name in making_of(other).arguments(given):
+                if name == "law":
+                    raise InputError(
+                        f"{where}: a law of model {other}, and this packing has model {model}; "
+                        f"use {', '.join(laws_of(model))}"
+                    )
                 raise InputError(f"{where}: {name} is a parameter of model {other}, and this packing has model {model}")
         own = f"law {given['law']!r}" if "law" in given else f"the force law of model {model}"
         use = name_meant(name, known, f"use {', '.join(known)}" if known else "leave it out")
