@@ -14,7 +14,8 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: ov
              scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices, damped_vibrations,
              displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
-             mean_flow_curve: over packings; read_flow; quasistatic_shear: without time
+             mean_flow_curve: over packings; read_flow; quasistatic_shear: without time; softening: before an event;
+             event_sizes: power laws
 Motion       local_strain: D2min; mean_square_displacement, self_overlap; t1_events: of runs, sequences and tracks
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis

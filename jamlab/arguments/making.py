@@ -140,7 +140,7 @@ MAKING = (
         limits_otherwise={
             **dict.fromkeys(("jam", "scene"), (1e-15, 1e-09)),
             **dict.fromkeys(("pack", "sweep"), (1e-15, 3e-05)),  # of a sweep from onset as of jam
-            **dict.fromkeys(("sweep.quasistatic_shear", "sweep.plastic_events"), (1e-15, 0.001)),
+            **dict.fromkeys(("sweep.quasistatic_shear", "sweep.plastic_events", "sweep.cyclic_shear"), (1e-15, 0.001)),
             **dict.fromkeys(("Packing", "Session.minimize"), (0, None)),
         },
         otherwise={
