@@ -73,7 +73,7 @@ USES = (
     Use("analyze", "channel", "with FILE", lambda v: v["file"] is not None),
     Use("analyze", "model", "with --out", lambda v: v["out"] is not None or not is_picture(v)),
     Use(
-        f"{TIMED} analyze explore convert relax compress decompress",
+        f"{TIMED} analyze explore convert relax compress decompress anneal swap-sizes relax-radii",
         "units box radii law model atom_style",
         "for files of other programs: HDF5 files of jamlab contain them",
         _is_foreign,

@@ -53,7 +53,8 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
     def balanced(q: Complex) -> Complex:
         if motion.mass is not None or not floppy.size:
             return q
-        return q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg)
+        balancing: Complex = q + least_drag(motion, floppy, motion.b_qq @ q + motion.b_qg)
+        return balancing
 
     q = balanced(-solver.solve(column))
     for _ in range(OF_ROUNDING.refinements):

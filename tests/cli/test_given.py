@@ -25,6 +25,7 @@ WAYS = {  # words of each way to run a command that computes
     "droplets": ("d.csv --box 9,9",),
     "estimate": ("z --rho 0.9 --error 0.1", "rho_J --error 0.1", "z --rho 0.9 --error 0.1 --dry-run"),
     **{name: PLAIN for name in ("relax", "explore")},
+    **{name: tuple(f"{file} --out q.h5" for file in PLAIN) for name in ("anneal", "swap-sizes", "relax-radii")},
     "convert": tuple(f"{file} q.dump" for file in PLAIN),
     "compress": tuple(f"{file} --to 0.9" for file in PLAIN),
     "decompress": tuple(f"{file} --pressure 1e-3" for file in PLAIN),
@@ -90,6 +91,7 @@ VALUES = {  # of options: another than the default, and than in WAYS
         "until_jammed": "",
         "event_width": "1e-4",
     },
+    **{"temperature": "1e-4", "sweeps": "20", "swap_share": "0.5", "radius_stiffness": "0.1"},
 }
 LIBRARY = (
     *("estimates.estimate.estimate", "estimates.estimate.estimate_cost"),
@@ -156,6 +158,9 @@ def asked(folder, monkeypatch):
         "jam",
         "pack",
         "droplets_from_outlines",
+        "anneal",
+        "swap_sizes",
+        "relax_radii",
     ):  # first: they are found in their modules when they are asked for
         monkeypatch.setattr(jamlab, name, record(name))
     for path in LIBRARY:
@@ -299,7 +304,7 @@ def test_no_command_writes_what_it_reads(asked, folder, name, how):
         written = NAMES[how].format("source", ending, folder.name)
         _, *needed = WAYS[name][0].split()
         given = ["p.h5", "--labels", source.name] if read == "labels" else [source.name]
-        line = [name, *given, *[word for word in needed if word != "q.dump"]]
+        line = [name, *given, *[word for word in needed if word not in ("q.dump", "--out", "q.h5")]]
         line += [written] if output.name == "target" else [output.opts[0], written]
         said, log = asked(*line, "--overwrite")
         assert "it is also the input" in said or "used only for pictures" in said, said

@@ -25,6 +25,7 @@ ELSEWHERE = {
     **dict.fromkeys(("packing_fraction", "particle_areas", "relative_areas", "remove_rattlers", "slab"), "geometry"),
     **dict.fromkeys(("shape_factors", "tessellation", "voids", "with_walls"), "geometry: tests/geometry"),
     **dict.fromkeys(("pair_correlation", "spectral_density", "structure_factor"), "structure: tests/structure"),
+    **dict.fromkeys(("anneal", "relax_radii", "swap_sizes"), "other minima: tests/protocols"),
     "density_of_states": "all modes, binned: tests/mechanics/test_density_of_states.py",
     "density_by_size": "the same of several N: tests/mechanics/test_density_by_size.py",
     "quasilocalized_modes": "minima: tests/mechanics/test_quasilocalized_modes.py",

@@ -8,11 +8,11 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from pathlib import Path
 
 import motion_of_views
 import numpy as np
 from motion_of_views import grown as _grown
+from packings_of_views import packings
 from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
 from tiled_packings import tiled
 from vibrations_of_views import damped, localised, matrices, modes, norms, spectrum
@@ -26,43 +26,12 @@ from jamlab.packing.quantities import QUANTITIES
 EXACT = 1e-9
 MINIMUM = 1e-6  # minima stop at forces of 1e-12, of droplets 1e-10, over the softest stiffness, 1e-3; strains are 1e-6
 FLOW = 1e-2  # the tolerance of steps, over the largest stress
-STATES = Path(__file__).parents[1] / "states"
 
 COLUMNS = {"pressure": STRESS, "max_force": FORCE, "void_area": AREA, "contact_energy": ENERGY} | {
     **{"energy": (ENERGY, ALL), "rattlers": (NUMBER, ALL), "voids": (NUMBER, ALL)},
     **dict.fromkeys(("g", "g_x", "b"), STRESS),
     **dict.fromkeys(("contact_length", "shortest_edge", "longest_edge"), LENGTH),
 }
-
-
-def _disks(sizes=None, **pack):
-    return jamlab.pack(ensemble="shear-stabilized", sizes=sizes, **pack)
-
-
-@cache
-def packings():
-    """Packings at a minimum, well above onset, which are stable in a cell of four as well: disks of either unit, with
-    rattlers, Hertzian ones of many sizes, and droplets. For single functions: dense disks, and droplets in a square.
-
-    Droplets put in the place of the disks at 1e-2 end in one of several minima, by the last digit of where they start.
-    """
-    files = {"dp": "few_droplets.h5", "square": "droplets_at_onset.h5"}
-    droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
-    droplets["dp"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
-    adhesion = {"adhesion": 0.05, "adhesion_range": 0.2}
-    droplets["adhesive"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | adhesion))
-    law = {"eps": 1.7, "exponent": 3.0}
-    p = _disks(n=12, pressure=3e-3, seed=2, size_ratio=3.0)
-    disks = {
-        "sp": _disks(n=14, pressure=3e-3, seed=6),
-        "eps": jamlab.relax(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
-        "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, law="hertz"),
-        "dense": jamlab.pack(n=12, pressure=3e-2, seed=1),
-        "sticky": _disks(n=14, pressure=-1e-3, seed=6, law={"stickiness": 0.04}),
-    }
-    law, q = {"eps": 1.7, "stickiness": 0.03}, disks["sticky"]
-    disks["sticky eps"] = jamlab.relax(jamlab.Packing("sp", q.box, q.positions, law, "eps", q.diameters))
-    return disks | droplets
 
 
 @dataclass(frozen=True)
@@ -308,7 +277,7 @@ CASES = {
     "relative_areas": Case(_one(jamlab.relative_areas, (NUMBER, EACH))),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM, LONG),
     "choose_flow": Case(_one(lambda p: _coded(jamlab.choose_flow(p, omega=1.0, amplitude=0.01).way)), models=("dp",)),
-    "complex_modulus": Case(spectrum, models=(*Case.models, "sticky", "sticky eps")),
+    "complex_modulus": Case(spectrum, models=(*Case.models, "sticky", "sticky eps", "vesicles")),
     "compress": Case(_compress, MINIMUM, LONG),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, (LENGTH, SET)), models=("dp",)),
     "contacts": Case(_contacts),
@@ -326,7 +295,7 @@ CASES = {
     ),
     "dynamical_matrices": Case(matrices, but=IMAGES),
     "elastic_tensor": Case(_elastic),
-    "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps", "adhesive")),
+    "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps", "adhesive", "vesicles")),
     "flow_curve": Case(
         _one(lambda p: jamlab.flow_curve(p, [1.0], strain=1.2, discard=0.1).stress, STRESS),
         FLOW,
@@ -344,7 +313,11 @@ CASES = {
     "rigid_clusters": Case(
         _one(lambda p: jamlab.rigid_clusters(p).sizes, (NUMBER, SET)), models=("sticky", "sticky eps"), but=PER_CELL
     ),
-    "hessian": Case(_one(lambda p: norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
+    "hessian": Case(
+        _one(lambda p: norms(jamlab.hessian(p).toarray()), (STRESS, SET)),
+        models=(*Case.models, "adhesive", "vesicles"),
+        but=IMAGES,
+    ),
     "local_strain": Case(motion_of_views.strained),
     "mean_square_displacement": Case(motion_of_views.walked),
     "self_overlap": Case(motion_of_views.kept),
@@ -390,7 +363,9 @@ CASES = {
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
-    "relax": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky", "adhesive")),
+    "relax": Case(
+        lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky", "adhesive", "vesicles")
+    ),
     "relax_radii": Case(lambda v: _at_minimum(jamlab.relax_radii(v.packing)), MINIMUM, ("hertz",), PER_CELL),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
@@ -401,7 +376,7 @@ CASES = {
         FLOW,
         LONG,
     ),
-    "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky", "adhesive")),
+    "shear_modulus": Case(_moduli(jamlab.shear_modulus), MINIMUM, (*LONG, "sticky", "adhesive", "vesicles")),
     "nonaffine_response": Case(_slow, models=DISKS),
     "spectral_density": Case(waves(jamlab.spectral_density, AREA), but=WAVES),
     "structure_factor": Case(waves(jamlab.structure_factor, NUMBER), but=WAVES),

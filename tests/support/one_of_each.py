@@ -43,6 +43,7 @@ def objects():
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(jamlab.density_of_states([p, q]), jamlab.local_strain(p, steady.packing), jamlab.local_strain(steady)),
+        *(jamlab.anneal(p, 1e-4, 1.0), jamlab.swap_sizes(p, 1e-4, 1)),
         jamlab.softening(jamlab.quasistatic_shear(p, 0.05, strain_step=0.01, event_width=5e-3)),
         jamlab.event_sizes(EVENTS, least_size=1.0),
         *(jamlab.mean_square_displacement(steady), jamlab.self_overlap(steady), jamlab.t1_events([q, q])),
