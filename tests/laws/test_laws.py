@@ -110,7 +110,7 @@ REFUSED = {
     "pack, as text": (lambda: jamlab.pack(16, "high", law="wca_here"), "high"),
     "pack, tension": (lambda: jamlab.pack(16, -1e-3, law="wca_here"), "-0.001"),
     "jam": (lambda: jamlab.jam(16, law="lj"), "unknown force law 'lj'"),
-    "droplets": (lambda: jamlab.jam(8, "dp", law="wca_here"), "parameter of model sp"),
+    "droplets": (lambda: jamlab.jam(8, "dp", law="wca_here"), "a law of model sp"),
 }
 
 

@@ -69,7 +69,7 @@ def test_files_keep_the_law(tmp_path, ending):
 
 REFUSED = {
     "of disks": (lambda: with_law(law="power"), "has no such parameter"),
-    "of rims for disks": (lambda: jamlab.pack(8, phi=0.5, law="rim"), "parameter of model dp"),
+    "of rims for disks": (lambda: jamlab.pack(8, phi=0.5, law="rim"), "a law of model dp"),
     "unknown": (lambda: with_law(law="glue"), "unknown force law 'glue'"),
     "of another law": (lambda: with_law(law="rim", power=3.0), "'power'"),
     "out of range": (lambda: with_law(law="cushion", power=9.0), "'power'] is 9.0: must be a number from 2 to 5"),
