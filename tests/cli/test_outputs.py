@@ -39,6 +39,7 @@ WRITTEN = {  # command and its option that names what is written: its other word
     ("compress", "--out"): ("source.h5 --to 0.86", "p.h5"),
     ("relax", "--out"): ("source.h5", "p.h5"),
     ("decompress", "--out"): ("source.h5 --pressure 1e-6", "p.h5"),
+    **{(name, "--out"): ("source.h5", "p.h5") for name in ("anneal", "swap-sizes", "relax-radii")},
     ("droplets", "--out"): ("d.csv --box 9,9", "p.h5"),
     ("explore", "--out"): ("source.h5", "p.html"),
     ("analyze", "--csv"): ("photo.png", "p.csv"),

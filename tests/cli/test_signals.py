@@ -136,6 +136,9 @@ ALL_OR_NOTHING = {
     "gstar",
     "explore",
     "convert",
+    "anneal",
+    "swap-sizes",
+    "relax-radii",
 }  # one result
 TASKS = {"campaign run", "campaign resume"}  # finished tasks are files in a folder
 SHORT = {"decks", "doctor", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
