@@ -177,9 +177,10 @@ def _by_parts(name: str, kinds: list[str], known: list[str]) -> str:
     return "; ".join(found[span] for span in sorted(found))
 
 
-def _parts(name: str) -> set[str]:
+@lru_cache(LIKENESS.remembered)
+def _parts(name: str) -> frozenset[str]:
     """Words of a name, in small letters and the singular."""
-    return {part.removesuffix("s") for part in name.lower().split("_")} - {""}
+    return frozenset(part.removesuffix("s") for part in name.lower().split("_")) - {""}
 
 
 def argument_hint(name: str, function: str, known: Iterable[str]) -> str:

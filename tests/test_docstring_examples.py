@@ -3,6 +3,7 @@
 import ast
 import doctest
 import functools
+import inspect
 from pathlib import Path
 
 import matplotlib
@@ -42,12 +43,17 @@ FOUND = list(examples())
 
 
 def once(function):
-    """The function, called once for the same arguments; packings are the same where they are one object."""
-    made = {}
+    """The function, called once for the same arguments, unless it writes a file; packings are the same where they are
+    one object, which lives as long as this does."""
+    made, kept, signature = {}, [], inspect.signature(function)
 
     @functools.wraps(function)
     def call(*args, **kwargs):
-        key = repr(([id(each) if isinstance(each, jamlab.Packing) else each for each in args], kwargs))
+        if "path" in kwargs or not kwargs.keys() <= signature.parameters.keys():
+            return function(*args, **kwargs)
+        given = signature.bind(*args, **kwargs).arguments
+        kept.extend(each for each in given.values() if isinstance(each, jamlab.Packing))
+        key = repr({name: id(each) if isinstance(each, jamlab.Packing) else each for name, each in given.items()})
         return made[key] if key in made else made.setdefault(key, function(*args, **kwargs))
 
     return call
@@ -55,9 +61,9 @@ def once(function):
 
 @pytest.fixture(scope="module")
 def made_once():
-    """Names that examples use; the packings that most of them start from are made once."""
+    """Names that examples use; the packings that most of them start from, and runs of these, are made once."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("jam", "pack", "flow_curve"):
+        for name in ("jam", "pack", "flow_curve", "quasistatic_shear", "shear", "complex_modulus"):
             patch.setattr(jamlab, name, once(getattr(jamlab, name)))
         yield {"jamlab": jamlab, "np": np}
 

@@ -54,7 +54,9 @@ def names_at_hand(things):
     made |= {"stop_flow": things["StoppedFlow"], "relax": packing, "mean_flow_curve": things["MeanFlowCurve"]}
     made |= {"density_of_states": things["DensityOfStates"], "mean_spectra": things["MeanSpectra"]}
     made |= {"pair_correlation": things["PairCorrelation"], "structure_factor": things["StructureFactor"]}
-    made |= {"spectral_density": things["SpectralDensity"]}
+    made |= {"spectral_density": things["SpectralDensity"], "anneal": packing, "relax_radii": packing}
+    made |= {"swap_sizes": packing, "damped_vibrations": things["DampedVibrations"]}
+    made |= {"quasilocalized_modes": things["QuasilocalizedModes"], "lowest_modes": things["Modes"]}
     own = {name: bound(getattr(jamlab, name), found) for name, found in made.items()}
     spared = types.SimpleNamespace(**{name: getattr(jamlab, name) for name in PUBLIC} | own)
     names = {"jamlab": spared, "np": np, "packing": packing, "omega": np.ones(1), "rates": [0.1], "strain": 0.1}

@@ -21,11 +21,6 @@ MOST_OF_A_FUNCTION = 60  # lines, its docstring left out: arguments and an examp
 MOST_OF_A_FILE = 500  # lines
 
 
-@cache
-def parsed(path):
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
 def lengths(tree):
     """(name, lines without its docstring) of every function; those within another are shorter than that."""
     todo = [*tree.body]
@@ -39,6 +34,30 @@ def lengths(tree):
             todo += [*getattr(node, "body", ()), *getattr(node, "orelse", ())]
 
 
+def own_names(tree):
+    """Classes and functions of a file. Commands have the names of functions that they call, parts of a model those of
+    what they answer, and protocols that of the class above which they stand for."""
+    for node in tree.body:
+        bases = node.bases if isinstance(node, ast.ClassDef) else ()
+        part = {"Part", "Protocol"} & {ast.unparse(base).partition("[")[0] for base in bases}
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_") and not part:
+            yield node.name
+
+
+@cache
+def found_in_files():
+    """Lengths of functions as `file: name`, and own names of files of the library; no tree is kept, since the garbage
+    collector would look at all of them again and again."""
+    functions, names = {}, {}
+    for path in CODE:
+        if path.suffix == ".py":
+            tree, where = ast.parse(path.read_text(encoding="utf-8")), path.relative_to(ROOT)
+            functions |= {f"{where}: {name}": lines for name, lines in lengths(tree)}
+            if where.parts[0] == "jamlab" and "cli" not in where.parts:
+                names[str(where)] = [*own_names(tree)]
+    return functions, names
+
+
 @pytest.mark.parametrize("said", ["", '        """One.\n\n    Two.\n    """\n'])
 def test_a_docstring_is_no_part_of_a_length(said):
     text = f"class A:\n  if a:\n    def f(a):\n{said}        a += 1\n        return a\n"
@@ -46,12 +65,7 @@ def test_a_docstring_is_no_part_of_a_length(said):
 
 
 def test_functions_fit_on_a_screen():
-    found = {
-        f"{path.relative_to(ROOT)}: {name}": lines
-        for path in CODE
-        if path.suffix == ".py"
-        for name, lines in lengths(parsed(path))
-    }
+    found, _ = found_in_files()
     assert len(found) > 2000 and {name: n for name, n in found.items() if n >= MOST_OF_A_FUNCTION} == {}
 
 
@@ -61,14 +75,8 @@ def test_a_file_holds_one_idea():
 
 
 def test_a_name_means_one_thing():
-    """Classes and functions of the library. Commands have the names of functions that they call, parts of a model those
-    of what they answer, and protocols that of the class above which they stand for."""
     found = {}
-    for path in CODE:
-        if path.suffix == ".py" and (where := path.relative_to(ROOT)).parts[0] == "jamlab" and "cli" not in where.parts:
-            for node in parsed(path).body:
-                bases = node.bases if isinstance(node, ast.ClassDef) else ()
-                part = {"Part", "Protocol"} & {ast.unparse(base).partition("[")[0] for base in bases}
-                if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_") and not part:
-                    found.setdefault(node.name, set()).add(str(where))
+    for where, names in found_in_files()[1].items():
+        for name in names:
+            found.setdefault(name, set()).add(where)
     assert len(found) > 700 and {name: files for name, files in found.items() if len(files) > 1} == {}

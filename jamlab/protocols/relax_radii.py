@@ -71,7 +71,7 @@ def relax_radii(
         ConvergenceError: the pressure was not reached.
 
     Example:
-        >>> p = jamlab.pack(n=64, phi=0.9, seed=1, sizes="lognormal:0.2")
+        >>> p = jamlab.pack(n=32, phi=0.9, seed=1, sizes="lognormal:0.2")
         >>> q = jamlab.relax_radii(p)
         >>> bool(jamlab.evaluate(q).energy < 0.6 * jamlab.evaluate(p).energy)
         True

@@ -157,9 +157,8 @@ def test_stress_that_falls_on_the_way_back_is_no_drop():
 
 
 @pytest.mark.slow
-def test_events_of_both_ways_are_seen_alike(packing):
+def test_events_of_both_ways_are_seen_alike(packing, run):
     """A shear to and fro is the shear by hand, leg by leg, and stress drops are along the way they go."""
-    run = quasistatic_shear(packing, TURNS, STEP)
     there = quasistatic_shear(packing, 0.03, STEP)
     back = quasistatic_shear(there.packing, -0.06, STEP)
     n, m = len(there.strain), len(back.strain)

@@ -1,5 +1,7 @@
 """Droplets that adhere: energy, forces and Hessian beside plain numpy, what pulls two of them apart, refusals."""
 
+from pathlib import Path
+
 import numpy as np
 import plain_adhesion
 import pytest
@@ -13,12 +15,14 @@ from jamlab.laws.sticky import StickyLaw
 from jamlab.mechanics.stiffness import forces, hessian
 from jamlab.models.droplets import regular_polygon
 
+STATES = Path(__file__).parents[1] / "states"
 LAW = {"adhesion": 0.08, "adhesion_range": 0.3}
 
 
 @pytest.fixture(scope="module")
 def onset():
-    return jamlab.jam(4, "dp", seed=1, law={"nv_small": 6, "nv_large": 9})
+    """Four droplets just above onset, stored."""
+    return jamlab.read(STATES / "few_droplets.h5").with_state(ensemble="fixed-box")
 
 
 def wandering(onset, seed):
@@ -136,7 +140,7 @@ def test_twice_the_adhesion_is_the_force_of_sticky_disks():
 
 def test_droplets_come_to_rest_and_hold_under_tension(onset):
     p = jamlab.relax(onset.with_state(params={**onset.params, **LAW}))
-    high, low = (list(jamlab.compress(p, to=p.phi + way, step=0.02, by="phi"))[-1] for way in (0.02, -0.02))
+    high, low = (list(jamlab.compress(p, to=p.phi + way, step=0.02, by="phi"))[-1] for way in (0.02, -0.06))
     assert p.converged and high.converged and low.converged
     assert jamlab.evaluate(low).pressure < 0 < jamlab.evaluate(high).pressure
     found = [jamlab.shear_modulus(p, direction="simple", method=m) for m in ("linear-response", "finite-strain")]

@@ -14,22 +14,24 @@ def quenched():
     return jamlab.pack(n=32, phi=0.9, seed=1, sizes=WIDE)
 
 
-def packings(quenched):
-    params = {"eps": {"eps": 1.3}, "Hertz": {"eps": 1.3, "exponent": 2.5}}
-    made = {
-        "k": quenched,
-        "sticky": jamlab.pack(n=16, phi=0.8, seed=1, sizes=WIDE, law={"stickiness": 0.05}),
-        "own images": jamlab.pack(n=2, phi=1.2, seed=1, sizes=[1.0, 1.3]),
-        "flat walls": jamlab.relax(jamlab.with_walls(quenched, flat=True)),
-        "fixed": quenched.with_state(fixed=np.arange(32) < 5),
-    }
-    state = quenched.box, quenched.positions
-    return made | {name: jamlab.Packing("sp", *state, law, "eps", quenched.diameters) for name, law in params.items()}
+def of_law(p, **law):
+    return jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)
 
 
-@pytest.mark.parametrize("name", ["k", "eps", "Hertz", "sticky", "own images", "flat walls", "fixed"])
+PACKINGS = {
+    "k": lambda p: p,
+    "eps": lambda p: of_law(p, eps=1.3),
+    "Hertz": lambda p: of_law(p, eps=1.3, exponent=2.5),
+    "sticky": lambda p: jamlab.pack(n=16, phi=0.8, seed=1, sizes=WIDE, law={"stickiness": 0.05}),
+    "own images": lambda p: jamlab.pack(n=2, phi=1.2, seed=1, sizes=[1.0, 1.3]),
+    "flat walls": lambda p: jamlab.relax(jamlab.with_walls(p, flat=True)),
+    "fixed": lambda p: p.with_state(fixed=np.arange(32) < 5),
+}
+
+
+@pytest.mark.parametrize("name", PACKINGS)
 def test_energy_and_its_derivatives(name, quenched):
-    p = packings(quenched)[name]
+    p = PACKINGS[name](quenched)
     free = p.frame.free
     energy = radii_energy(p, 0.1)
     start = np.append(p.positions[free].ravel(), np.zeros(free.sum()))
@@ -58,7 +60,7 @@ def test_stiff_radii_stay(quenched):
 
 
 def test_fixed_disks_keep_place_and_size(quenched):
-    p = packings(quenched)["fixed"]
+    p = PACKINGS["fixed"](quenched)
     q = jamlab.relax_radii(p)
     assert np.array_equal(q.diameters[:5], p.diameters[:5]) and not np.array_equal(q.diameters, p.diameters)
     assert np.allclose(q.positions[:5], p.positions[:5], rtol=0, atol=1e-13)
@@ -66,10 +68,10 @@ def test_fixed_disks_keep_place_and_size(quenched):
 
 def test_few_disks_sticky_ones_and_a_pressure(quenched):
     one = jamlab.Packing("sp", [[0.9, 0], [0.2, 0.9]], [[0.1, 0.2]], {"k": 1.0}, "k", [1.0])
-    for p in (one, packings(quenched)["own images"], jamlab.pack(n=16, phi=0.85, seed=1, sizes="monodisperse")):
+    for p in (one, PACKINGS["own images"](quenched), jamlab.pack(n=16, phi=0.85, seed=1, sizes="monodisperse")):
         q = jamlab.relax_radii(p)
         assert np.array_equal(np.sort(q.diameters), np.sort(p.diameters)) and q.converged
-    sticky = packings(quenched)["sticky"]
+    sticky = PACKINGS["sticky"](quenched)
     assert jamlab.evaluate(jamlab.relax_radii(sticky)).energy < jamlab.evaluate(sticky).energy
     q = jamlab.relax_radii(quenched, 0.1, pressure=1e-2)
     assert jamlab.evaluate(q).pressure == pytest.approx(1e-2, rel=1e-6)
