@@ -8,6 +8,12 @@ import jamlab
 
 STATES = Path(__file__).parents[1] / "states"
 TURN = 0.7  # radian
+PACKED = {}  # arguments -> packing: several features begin from one, which none changes
+
+
+def _pack(*args, **kwargs):
+    key = repr((args, kwargs))
+    return PACKED[key] if key in PACKED else PACKED.setdefault(key, jamlab.pack(*args, **kwargs))
 
 
 def _fixed(p, mask):
@@ -63,42 +69,42 @@ def _walled_droplets():
 
 MASK = np.arange(16) % 5 == 0
 FEATURES = {
-    "disks": lambda: jamlab.pack(16, 1e-2, 1),
-    "leaning": lambda: _leaning(jamlab.pack(16, 1e-2, 1), -5),
-    "rattlers": lambda: jamlab.pack(16, 1e-3, 10),
-    "shear-stabilized": lambda: jamlab.pack(16, 1e-3, 2, ensemble="shear-stabilized"),
-    "exponent 2.5": lambda: jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5}),
-    "exponent 4": lambda: jamlab.pack(16, 1e-3, 1, law={"exponent": 4}),
-    "lognormal": lambda: jamlab.pack(17, 1e-2, 2, sizes="lognormal:0.4"),
-    "other units": lambda: _in_units(jamlab.pack(16, 1e-2, 1), 2.5e-3, 40.0),
+    "disks": lambda: _pack(16, 1e-2, 1),
+    "leaning": lambda: _leaning(_pack(16, 1e-2, 1), -5),
+    "rattlers": lambda: _pack(16, 1e-3, 10),
+    "shear-stabilized": lambda: _pack(16, 1e-3, 2, ensemble="shear-stabilized"),
+    "exponent 2.5": lambda: _pack(16, 1e-2, 1, law={"exponent": 2.5}),
+    "exponent 4": lambda: _pack(16, 1e-3, 1, law={"exponent": 4}),
+    "lognormal": lambda: _pack(17, 1e-2, 2, sizes="lognormal:0.4"),
+    "other units": lambda: _in_units(_pack(16, 1e-2, 1), 2.5e-3, 40.0),
     "eps, leaning": lambda: _leaning(_of_eps(), 1),
-    "sticky, p > 0": lambda: jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.03}),
-    "sticky, p < 0": lambda: jamlab.pack(16, -1e-3, 1, law={"stickiness": 0.04}),
-    "sticky network": lambda: jamlab.pack(24, phi=0.75, seed=3, law={"stickiness": 0.1}),
-    "fixed some": lambda: _fixed(jamlab.pack(16, 1e-2, 1), MASK),
-    "fixed all but one": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 1), np.arange(16) != 3)),
-    "fixed, leaning": lambda: _leaning(_strained(_fixed(jamlab.pack(16, 1e-2, 2), MASK)), 2),
-    "fixed, exponent 2.5": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 2, law={"exponent": 2.5}), MASK)),
-    "fixed, sticky": lambda: _strained(_fixed(jamlab.pack(16, 1e-2, 1, law={"stickiness": 0.03}), MASK)),
+    "sticky, p > 0": lambda: _pack(16, 1e-2, 1, law={"stickiness": 0.03}),
+    "sticky, p < 0": lambda: _pack(16, -1e-3, 1, law={"stickiness": 0.04}),
+    "sticky network": lambda: _pack(24, phi=0.75, seed=3, law={"stickiness": 0.1}),
+    "fixed some": lambda: _fixed(_pack(16, 1e-2, 1), MASK),
+    "fixed all but one": lambda: _strained(_fixed(_pack(16, 1e-2, 1), np.arange(16) != 3)),
+    "fixed, leaning": lambda: _leaning(_strained(_fixed(_pack(16, 1e-2, 2), MASK)), 2),
+    "fixed, exponent 2.5": lambda: _strained(_fixed(_pack(16, 1e-2, 2, law={"exponent": 2.5}), MASK)),
+    "fixed, sticky": lambda: _strained(_fixed(_pack(16, 1e-2, 1, law={"stickiness": 0.03}), MASK)),
     "fixed, shear-stabilized": lambda: jamlab.relax(
-        jamlab.pack(16, 1e-2, 1).with_state(fixed=MASK, ensemble="shear-stabilized")
+        _pack(16, 1e-2, 1).with_state(fixed=MASK, ensemble="shear-stabilized")
     ),
-    "rough": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 1), 1.3),
-    "rough, leaning": lambda: _leaning(_strained(jamlab.with_walls(jamlab.pack(32, 1e-2, 1), 1.3)), 2),
-    "rough, exponent 2.5": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 2, law={"exponent": 2.5}), 1.3),
-    "rough, sticky": lambda: jamlab.with_walls(jamlab.pack(32, 1e-2, 1, law={"stickiness": 0.02}), 1.3),
-    "rough, lognormal": lambda: jamlab.with_walls(jamlab.pack(40, 1e-2, 1, sizes="lognormal:0.2"), 1.7),
-    "flat": lambda: _flat(jamlab.pack(16, 1e-2, 1)),
-    "flat, leaning": lambda: _leaning(_flat(jamlab.pack(16, 1e-2, 1)), 1),
-    "flat, exponent 2.5": lambda: _flat(jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5})),
-    "flat, sticky": lambda: _flat(jamlab.pack(32, 1e-2, 2, law={"stickiness": 0.02})),
+    "rough": lambda: jamlab.with_walls(_pack(32, 1e-2, 1), 1.3),
+    "rough, leaning": lambda: _leaning(_strained(jamlab.with_walls(_pack(32, 1e-2, 1), 1.3)), 2),
+    "rough, exponent 2.5": lambda: jamlab.with_walls(_pack(32, 1e-2, 2, law={"exponent": 2.5}), 1.3),
+    "rough, sticky": lambda: jamlab.with_walls(_pack(32, 1e-2, 1, law={"stickiness": 0.02}), 1.3),
+    "rough, lognormal": lambda: jamlab.with_walls(_pack(40, 1e-2, 1, sizes="lognormal:0.2"), 1.7),
+    "flat": lambda: _flat(_pack(16, 1e-2, 1)),
+    "flat, leaning": lambda: _leaning(_flat(_pack(16, 1e-2, 1)), 1),
+    "flat, exponent 2.5": lambda: _flat(_pack(16, 1e-2, 1, law={"exponent": 2.5})),
+    "flat, sticky": lambda: _flat(_pack(32, 1e-2, 2, law={"stickiness": 0.02})),
     "N = 1": lambda: _lattice([0.95, 0], [0.475, 0.95 * 0.75**0.5], params={"k": 1.0}),
     "N = 1, leaning": lambda: _lattice([1.9, 0], [4.75, 1.9 * 0.75**0.5], params={"eps": 2.0}, diameter=2.0),
     "N = 1, sticky": lambda: _lattice([1.01, 0], [0.505, 1.01 * 0.75**0.5], params={"k": 1.0, "stickiness": 0.05}),
     "N = 1, droplet": lambda: _one_droplet(),
-    "N = 2": lambda: jamlab.pack(2, 1e-2, 1),
-    "N = 3": lambda: jamlab.pack(3, 1e-2, 1, sizes=[1.0, 1.1, 1.3]),
-    "N = 4": lambda: jamlab.pack(4, 1e-2, 1),
+    "N = 2": lambda: _pack(2, 1e-2, 1),
+    "N = 3": lambda: _pack(3, 1e-2, 1, sizes=[1.0, 1.1, 1.3]),
+    "N = 4": lambda: _pack(4, 1e-2, 1),
     "droplets": _droplets,
     "droplets, fixed": lambda: _strained(_fixed(_droplets(), np.arange(4) == 1)),
     "droplets, rough": _walled_droplets,
@@ -107,7 +113,7 @@ FEATURES = {
 
 
 def _of_eps():
-    p = jamlab.pack(16, 1e-2, 1, law={"exponent": 2.5})
+    p = _pack(16, 1e-2, 1, law={"exponent": 2.5})
     return jamlab.relax(jamlab.Packing("sp", p.box, p.positions, {"eps": 1.7, "exponent": 3.0}, "eps", p.diameters))
 
 

@@ -182,7 +182,7 @@ class Own:
     """Own numbers of a packing."""
 
     def __init__(self, p):
-        self.p, self.n = p, len(p.positions)
+        self.p, self.n, self._found = p, len(p.positions), {}
         self.area = float(np.linalg.det(p.box))
         self.terms = disk_terms(p) if p.model == "sp" else droplet_terms(p)
         self.fixed = np.zeros(p.n, dtype=bool) if p.fixed is None else np.array(p.fixed)
@@ -221,6 +221,9 @@ class Own:
 
     def of_strain(self, m):
         """For every term (k, m, 2): first and second derivative of the positions of its images along exp(g m)."""
+        return self._once("strain", m, self._of_strain)
+
+    def _of_strain(self, m):
         g = 1e-3
         f = [exponential(m, s * g) for s in (-2, -1, 1, 2)]
         out = []
@@ -283,6 +286,14 @@ class Own:
 
     def along(self, m):
         """d2U/dg2 and d2U/du dg of the strain exp(g m)."""
+        return self._once("along", m, self._along)
+
+    def _once(self, name, m, function):
+        """What a function gives of a generator, found once for each."""
+        key = name, np.asarray(m, dtype=float).tobytes()
+        return self._found[key] if key in self._found else self._found.setdefault(key, function(m))
+
+    def _along(self, m):
         second, mixed = 0.0, np.zeros(2 * self.n)
         for term, slope, block, x in zip(self.terms, self.slopes, self.blocks, self.of_strain(m), strict=True):
             x1, x2 = (each.reshape(len(each), -1) for each in x)
@@ -304,6 +315,9 @@ class Own:
 
     def response(self, m):
         """(n_sites, 2) du/dg of the free sites, the least one."""
+        return self._once("response", m, self._response)
+
+    def _response(self, m):
         values, vectors = self.modes
         stiff = np.abs(values) > self.least_stiff
         load = self.along(m)[1][self.free] @ vectors[:, stiff]
