@@ -43,9 +43,11 @@ from typing import Any
 import lazy_loader
 
 from jamlab.face import NAMES as _NAMES
+from jamlab.face import completed as _completed
 
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _NAMES[:] = __all__
+__doc__ = _completed(__doc__ or "")
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,7 @@
 """What users of other programs type, and what they mean: the table from which hints are made.
 
-See `jamlab.hints`; `tests/test_hints.py` evaluates whatever stands between backticks on real objects.
+A public function says in its docstring what it is also called. See `jamlab.hints`; `tests/test_hints.py` evaluates
+whatever stands between backticks on real objects.
 """
 
 from __future__ import annotations
@@ -200,12 +201,8 @@ CONCEPTS = (
             "low_frequency_modes",
             "frequencies eigenvalues", "`jamlab.density_of_states({p})`, or `jamlab.lowest_modes({p}, None)`",
             {"Modes": "`density()`, or `frequencies`", "Campaign": "`jamlab.density_of_states(campaign)`"}),
-    Concept("soft_spots quasilocalized quasilocalised quasilocalised_modes qlm qlms phm pseudo_harmonic_modes "
-            "nonphononic_modes cubic_modes glassy_modes", "", "`jamlab.quasilocalized_modes({p})`",
-            {"Modes": "`jamlab.quasilocalized_modes(packing)`"}),
     Concept("damped_modes damped_eigenmodes complex_eigenvalues attenuation quality_factor damping_ratio underdamped "
             "quadratic_eigenvalue_problem", "attenuation damping_ratio", "`jamlab.damped_vibrations({p}, masses=1.0)`"),
-    Concept("finite_size_scaling n_scaling dos_by_size density_collapse", "", "`jamlab.density_by_size(packings)`"),
     Concept("values eigenvals eigvals evals eigs w2 omega2 lowest", "eigenvalues"),
     Concept("eigenvectors displacement displacements eigvecs evecs eigenvecs mode polarization polarizations "
             "mode_shapes",
@@ -444,8 +441,6 @@ CONCEPTS = (
     Concept("exceptions errors Error exception JamlabException error JammingError", "", "",
             {MODULE: "`jamlab.JamlabError`"}),
     Concept("types classes", "", "", {MODULE: "`jamlab.results`"}),
-    Concept("msd MSD mean_squared_displacement diffusion mean_squared_displacements", "",
-            "`jamlab.mean_square_displacement(run)`"),
     Concept("imsd emsd drift subtract_drift compute_drift van_hove", "", "", {MODULE: LIMITS}),
     Concept("velocity_field strain_field displacement_field piv dic optical_flow", "", "", {MODULE: LIMITS}),
     Concept("eccentricity", "", "", dict.fromkeys((MODULE, "Packing"), LIMITS)),

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from jamlab.argument_habits import INSTEAD, OF_ONE_FUNCTION
 from jamlab.arguments.table import ARGUMENTS
 from jamlab.errors import ArgumentError
+from jamlab.face import also_called
 from jamlab.field_habits import FIELD
 from jamlab.habits import CONCEPTS, LIMITS, MODULE, PACKING, Concept
 
@@ -65,7 +66,7 @@ def meant(name: str, kinds: list[str], known: Iterable[str], argument: bool = Fa
     """
     there, concepts = set(known), _concepts(name, argument)
     place = "jamlab." * (kinds[0] == MODULE)
-    if not concepts or name not in (_ARGUMENTS if argument else _ATTRIBUTES):
+    if not concepts or name not in _words(argument):
         for own in _forms(name):
             if own in there:
                 return f"`{place}{own}`"
@@ -87,7 +88,7 @@ def _targets(use: str) -> set[str]:
 
 @lru_cache(LIKENESS.remembered)
 def _concepts(name: str, argument: bool) -> list[Concept]:
-    words = _ARGUMENTS if argument else _ATTRIBUTES
+    words = _words(argument)
     if name.endswith("Error") and not argument:
         name = "exception"
     return next((words[form] for form in (name, *_forms(name)) if form in words), [])
@@ -260,4 +261,17 @@ def _by_word(concepts: Iterable[Concept]) -> dict[str, list[Concept]]:
 
 # words of arguments: what one function answers in its own way, then the words of the table
 HABITS = (*OF_ONE_FUNCTION, *(Concept(line.habits, line.name) for line in ARGUMENTS.values() if line.habits))
-_ATTRIBUTES, _ARGUMENTS = _by_word((*FIELD, *CONCEPTS)), _by_word((*HABITS, *FIELD, *CONCEPTS))
+
+
+@cache
+def _words(argument: bool) -> dict[str, list[Concept]]:
+    """What words of arguments mean, or those of attributes: what functions say that they are called comes first."""
+    return _by_word((*(HABITS if argument else _of_functions()), *FIELD, *CONCEPTS))
+
+
+def _of_functions() -> list[Concept]:
+    """What public functions say in their docstrings that they are also called."""
+    called = {f"`jamlab.{name}`": words for name, words in also_called().items()}
+    return [
+        Concept(" ".join(words), use=use, of=dict.fromkeys((MODULE, "Packing"), use)) for use, words in called.items()
+    ]

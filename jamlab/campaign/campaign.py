@@ -337,8 +337,7 @@ class Campaign(Hinted):
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
-                "quasistatic_shear", "plastic_events", "oscillation", "creep" or "cyclic_shear"; their columns are in
+            name: "states", "onset", or an observable of the sweeps, such as "spectra"; columns are in
                 `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has the columns of your own observables. Tasks of
                 one model that differ in units, force law or sizes have these as further columns.
             sweep: take the tasks of this sweep only.

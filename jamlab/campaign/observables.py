@@ -1,22 +1,18 @@
 """The observables of a campaign: `OBSERVABLES` by name; here those of geometry and linear response.
 
-A new observable is a class here, or in a file of its own, and a place in `OBSERVABLES`.
+A new observable is a class here, or in a file `..._observable.py` of its own, and a name in `TableName` of
+`jamlab.arguments.choices`.
 """
 
+import importlib
+import pkgutil
+from pathlib import Path
 from typing import Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import Field
 
 from jamlab.arguments.choices import TableName
-from jamlab.campaign.cyclic_observable import CyclicShearOfStates
-from jamlab.campaign.event_observable import PlasticEventsOfStates
-from jamlab.campaign.flow_observables import (
-    CreepOfStates,
-    OscillationOfStates,
-    QuasistaticShearOfStates,
-    SteadyFlow,
-)
 from jamlab.campaign.observable import DAMPING, STATE, Driven, Frequencies, Observable, Prestress, Row
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.hexatic_order import hexatic_order
@@ -166,12 +162,17 @@ class OrderOfStates(Observable):
         return [{}]
 
 
-OBSERVABLES: dict[str, type[Observable]] = {
-    o.name: o
-    for o in (
-        *(SpectraOfStates, Quasistatic, Correlation, ModesOfStates, VoidsOfStates, OrderOfStates),
-        *(SteadyFlow, QuasistaticShearOfStates, OscillationOfStates, CreepOfStates),
-        *(PlasticEventsOfStates, CyclicShearOfStates),
-    )
-}
+def _observables() -> dict[str, type[Observable]]:
+    """Classes with a table, of this file and of those in its folder that are named as it is, in the order of tables."""
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        if module.name.endswith(("_observable", "_observables")):
+            importlib.import_module(f"{__package__}.{module.name}")
+    kinds: list[type[Observable]] = [Observable]
+    for kind in kinds:
+        kinds += kind.__subclasses__()
+    found = {kind.name: kind for kind in kinds if "name" in vars(kind)}
+    return {name: found[name] for name in TABLES if name in found}
+
+
 TABLES: tuple[TableName, ...] = get_args(TableName)  # "states", "onset" and one of each observable
+OBSERVABLES: dict[str, type[Observable]] = _observables()

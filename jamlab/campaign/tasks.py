@@ -33,7 +33,8 @@ from jamlab.mechanics.nonaffine_response import NONAFFINE_DEFINITION
 from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.quantities import COLUMNS
 from jamlab.packing.recipe import Recipe
-from jamlab.protocols import anneal, decompression, relax_radii, relaxation, size_distributions, swap_sizes
+from jamlab.protocols import decompression, relaxation, size_distributions
+from jamlab.protocols.make import CHANGE_VERSIONS
 from jamlab.protocols.makings import making_of
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
 from jamlab.storage.verified_file import SCHEMA_VERSION
@@ -55,12 +56,7 @@ def protocol_versions(model: str, changes: Iterable[str] = ()) -> str:
         "quench": relaxation.QUENCH_PROTOCOL,
         "sizes": size_distributions.SIZES_PROTOCOL,
     }
-    own = {
-        "swap_sizes": swap_sizes.SWAP_PROTOCOL,
-        "relax_radii": relax_radii.RADII_PROTOCOL,
-        "anneal": anneal.ANNEAL_PROTOCOL,
-    }
-    return _as_text(versions | {name: version for name, version in own.items() if name in changes})
+    return _as_text(versions | {name: version for name, version in CHANGE_VERSIONS.items() if name in changes})
 
 
 def definition_versions() -> str:

@@ -128,11 +128,27 @@ def make_job(
 
 def how_to_drag(*, damping: Damping, background_drag: float | None, tolerance: float) -> dict[str, Any]:
     """Arguments that all flows in time share."""
-    return {"damping": damping, "background_drag": background_drag, "tolerance": tolerance}
+    return locals()
+
+
+def how_to_minimise(
+    *,
+    cycles: int | None,
+    direction: Direction,
+    pressure: HeldPressure,
+    until_jammed: bool,
+    walls: bool | None,
+    snapshot_every: float | None,
+    event_width: float | None,
+    force_tolerance: float | None,
+) -> dict[str, Any]:
+    """Arguments that flow without time takes as they are given."""
+    return locals()
 
 
 FromFile = Annotated[Job, MadeBy(make_job)]
 Drag = Annotated[dict[str, Any], MadeBy(how_to_drag)]
+Minima = Annotated[dict[str, Any], MadeBy(how_to_minimise)]
 
 
 def _version(path: Path) -> tuple[int, int] | None:
@@ -181,14 +197,7 @@ def quasistatic_shear(
     *,
     strain: list[float],
     strain_step: float,
-    cycles: int | None,
-    direction: Direction,
-    pressure: HeldPressure,
-    until_jammed: bool,
-    walls: bool | None,
-    snapshot_every: float | None,
-    event_width: float | None,
-    force_tolerance: float | None,
+    minima: Minima,
 ) -> None:
     """Shear a packing quasi-statically, minimum by minimum.
 
@@ -197,10 +206,7 @@ def quasistatic_shear(
     """
     from jamlab.flow.quasistatic_shear import quasistatic_shear as flow
 
-    how: dict[str, Any] = {"cycles": cycles, "direction": direction, "pressure": pressure, "walls": walls}
-    how |= {"until_jammed": until_jammed, "snapshot_every": snapshot_every, "event_width": event_width}
-    how |= {"force_tolerance": force_tolerance}
-    _give_shear(job, job.drive(flow, "shear", strain if len(strain) > 1 else strain[0], strain_step, **how))
+    _give_shear(job, job.drive(flow, "shear", strain if len(strain) > 1 else strain[0], strain_step, **minima))
 
 
 def _give_shear(job: Job, found: Any) -> None:

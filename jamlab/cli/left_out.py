@@ -6,18 +6,10 @@ A test compares these with the signatures: whatever a function takes is an optio
 BY_WORDS = {  # of every function: what stands for it in the shell
     **dict.fromkeys(("packing", "packings", "flow", "outlines", "picture", "source"), "FILE or FILES"),
     "path": "FILE, CAMPAIGN or --out",
+    "progress": "commands always show their progress, on stderr",
     "omega": "--omega-min, --omega-max and --points, where several frequencies are asked for",
 }
 LEFT_OUT = {  # function and argument -> reason
-    **dict.fromkeys(
-        (
-            *("jam.progress", "pack.progress", "compress.progress", "decompress.progress", "write_page.progress"),
-            *("measure.progress", "estimate.progress", "Campaign.run.progress", "shear.progress", "creep.progress"),
-            *("quasistatic_shear.progress", "flow_curve.progress", "oscillate.progress", "relax_stress.progress"),
-            *("stop_flow.progress", "swap_sizes.progress", "anneal.progress"),
-        ),
-        "commands always show their progress, on stderr",
-    ),
     **dict.fromkeys(("Campaign.run.done", "Campaign.cluster.tell"), "failures and messages are printed"),
     **dict.fromkeys(
         ("droplets_from_outlines.free_areas", "droplets_from_outlines.rest_areas"), "columns of the table of outlines"

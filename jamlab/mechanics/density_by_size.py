@@ -114,6 +114,8 @@ def density_by_size(
 ) -> DensityBySize:
     """Return D(omega) of packings of several N, and its collapse for D ~ omega^beta.
 
+    Also called: finite_size_scaling, n_scaling, dos_by_size, density_collapse.
+
     Args:
         packings: of several N that differ in nothing else but their random start.
         bins: number of bins of one width, or their edges, ascending; for a power law edges such as np.geomspace gives.

@@ -119,6 +119,9 @@ def quasilocalized_modes(
     Minimises C(z) = (z H z)^2 / sum_<ij> (z_ij . z_ij)^2 over pairs ij in contact, z_ij = z_j - z_i, to a residual of
     1e-9. Of a droplet z_i is the mean over its vertices, while H acts on all of them. Rattlers are left out.
 
+    Also called: soft_spots, quasilocalized, quasilocalised, quasilocalised_modes, qlm, qlms, phm,
+    pseudo_harmonic_modes, nonphononic_modes, cubic_modes, glassy_modes.
+
     Args:
         packing: SP or DP at an energy minimum, without flat walls.
         count: number of harmonic modes with a frequency above zero, the lowest, from which minimisation starts. Several

@@ -90,6 +90,8 @@ def mean_square_displacement(
     summed. States must lie so close that no particle moves by half a box beyond the flow between two of them. Means are
     over all pairs of states if these lie evenly (the last may come early, and is left out); else from the first state.
 
+    Also called: msd, MSD, mean_squared_displacement, mean_squared_displacements, diffusion.
+
     Args:
         run: a run with stored packings (`snapshot_every=...`), or packings of the same particles one after the other.
         particles: (n,) truth values or numbers of those that are followed. Default: all that are free.

@@ -206,8 +206,8 @@ class Made:
         """How it was made: `jamlab.make(packing.recipe)` makes the same bits again.
 
         Raises:
-            InputError: it was not made by jam, pack or scene, or it was changed since by something else than compress,
-                decompress, relax, swap_sizes, relax_radii, anneal, droplets_from_disks, with_walls and remove_rattlers.
+            InputError: it was not made by jam, pack or scene, or it was changed since by something else than the
+                changes that `jamlab.make` repeats.
 
         Example:
             >>> jamlab.relax(jamlab.pack(n=16, pressure=1e-2, seed=1)).recipe.changes

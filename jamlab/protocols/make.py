@@ -14,14 +14,14 @@ from jamlab.geometry.walls import with_walls
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import Recipe
 from jamlab.processes.progress import Progress
-from jamlab.protocols.anneal import anneal
+from jamlab.protocols.anneal import ANNEAL_PROTOCOL, anneal
 from jamlab.protocols.compression import compress, go_on
 from jamlab.protocols.decompression import decompress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import check_onset, onset_of
 from jamlab.protocols.relax import relax
-from jamlab.protocols.relax_radii import relax_radii
-from jamlab.protocols.swap_sizes import swap_sizes
+from jamlab.protocols.relax_radii import RADII_PROTOCOL, relax_radii
+from jamlab.protocols.swap_sizes import SWAP_PROTOCOL, swap_sizes
 from jamlab.protocols.target_pressure import check_packed, packed_by
 
 
@@ -112,3 +112,5 @@ CHANGES: Mapping[str, Callable[..., Any]] = {
     "with_walls": with_walls,
     "remove_rattlers": remove_rattlers,
 }
+# versions of those that have one of their own, see jamlab.campaign.tasks
+CHANGE_VERSIONS = {"swap_sizes": SWAP_PROTOCOL, "relax_radii": RADII_PROTOCOL, "anneal": ANNEAL_PROTOCOL}
