@@ -27,6 +27,9 @@ static constexpr int ALWAYS = -1;            // iterations from which factors pa
 static constexpr double SHIFT = 1e-8, LARGEST_SHIFT = 1e6, MORE_SHIFT = 1e3;    // of the diagonal
 static constexpr double ROUNDING = 4e-15;    // of a force on a vertex, over line tension
 
+static constexpr char STRESSES[] =
+    "{}: stresses need the virial of fix {}: use fix_modify {} virial yes";
+
 static FixPolygonArea *area_of_all(LAMMPS *lmp)
 {
   const auto found = lmp->modify->get_fix_by_style("^polygon/area$");
@@ -36,8 +39,10 @@ static FixPolygonArea *area_of_all(LAMMPS *lmp)
   if (!lmp->force->bond || !utils::strmatch(lmp->force->bond_style, "^line/tension$"))
     lmp->error->all(FLERR, "{}: droplets need bond_style line/tension", WHO);
   if (!area->thermo_virial)
-    lmp->error->all(FLERR, "{}: stresses need the virial of fix {}: use fix_modify {} virial yes",
-                    WHO, area->id, area->id);
+    lmp->error->all(FLERR, STRESSES, WHO, area->id, area->id);
+  for (const FixOutlineEnergy *const law : FixOutlineEnergy::all_of(lmp))
+    if (!law->thermo_virial)
+      lmp->error->all(FLERR, STRESSES, WHO, law->id, law->id);
   return area;
 }
 
@@ -169,7 +174,7 @@ double DropletDrag::turn_back(Field &out, FlowSums *sums)
 /* The same on all ranks, as all that solutions end by. */
 double DropletDrag::rounding() const
 {
-  const double force = ROUNDING * stiffness.largest_tension();
+  const double force = ROUNDING * stiffness.largest_tension(size);
   return force * force * lmp->atom->natoms / std::max(mean_diagonal, 1e-300);
 }
 
@@ -219,7 +224,7 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
 }
 
 /* In single precision: the mean does not depend on the order of the sum. */
-DropletDrag::Scales DropletDrag::scales() const
+DropletDrag::Scales DropletDrag::scales()
 {
   const auto &polygons = area->rings().polygons();
   double sums[2] = {0.0, 0.0};
@@ -229,13 +234,13 @@ DropletDrag::Scales DropletDrag::scales() const
     sums[1] += 1.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, lmp->world);
-  const double length = static_cast<float>(sums[0] / sums[1]);
+  size = static_cast<float>(sums[0] / sums[1]);
   int unused;
   const auto eps = static_cast<double **>(pair->extract("eps", unused));
-  double energy = length * stiffness.largest_tension();
+  double energy = size * stiffness.largest_tension(size);
   for (int i = 1; i <= lmp->atom->ntypes; i++)
     energy = std::max(energy, *std::max_element(eps[i] + 1, eps[i] + 1 + lmp->atom->ntypes));
-  return {length, energy};
+  return {size, energy};
 }
 
 /* Places are counted from the centroid of the area. Forces are 0 on all but fixed droplets. */

@@ -29,7 +29,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   struct Scales {    // of this packing: mean root of the rest areas; of contacts, or of tension
     double length, energy;
   };
-  Scales scales() const;
+  Scales scales();    // before velocities are found
 
  private:
   class LAMMPS *lmp;
@@ -41,6 +41,7 @@ class DropletDrag : public DragSystem<DropletRow> {
     double energy = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
   } evaluated;
   class Compute *wanted[2];
+  double size = 0.0;    // of droplets, the length of Scales, on all ranks
   DropletStiffness stiffness;
   std::vector<DropletMeeting> meetings;
   Field work, still;

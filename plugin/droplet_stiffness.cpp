@@ -83,8 +83,7 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
     vertices.push_back({v.i, v.prev, v.next, v.polygon, {0.5 * across.y, -0.5 * across.x},
                         rings.position(v)});
   }
-  outlines = FixOutlineEnergy::all_of(lmp);
-  for (FixOutlineEnergy *const law : outlines) law->take();
+  outlines.take();
 }
 
 Virial DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
@@ -93,8 +92,7 @@ Virial DropletStiffness::add_product(const Field &p, double strain, double facto
   add_contacts(p, strain, factor, out, virial);
   add_tension(p, strain, factor, out, virial);
   add_areas(p, strain, factor, out, virial);
-  for (const FixOutlineEnergy *const law : outlines)
-    law->add_product(p, strain, factor, out, virial);
+  outlines.add_product(p, strain, factor, out, virial);
   return virial;
 }
 
@@ -172,7 +170,7 @@ void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
     matrix.add(e.i, e.j, {-e.share * xx, -e.share * xy, -e.share * xy, -e.share * yy});
   }
   assemble_areas(factor, matrix);
-  for (const FixOutlineEnergy *const law : outlines) law->assemble(factor, matrix);
+  outlines.assemble(factor, matrix);
 }
 
 /* The formulas are those of add_contacts. */
@@ -221,11 +219,11 @@ void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) c
   }
 }
 
-double DropletStiffness::largest_tension() const
+double DropletStiffness::largest_tension(double size) const
 {
   const double *const gamma = by_bond_type(lmp, "gamma");
   double found = *std::max_element(gamma + 1, gamma + 1 + lmp->atom->nbondtypes);
   for (const FixOutlineEnergy *const law : FixOutlineEnergy::all_of(lmp))
-    found = std::max(found, law->scale());
+    found = std::max(found, law->scale(size));
   return found;
 }

@@ -3,7 +3,9 @@
 
 #include "block_assembly.h"
 #include "kernels/vector.h"
+#include "outline_stiffness.h"
 #include "slip_row.h"
+#include "virial.h"
 
 #include <vector>
 
@@ -26,24 +28,15 @@ struct DropletMeeting {
 bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &,
                    double beyond = 0.0);
 
-/* The virial of forces f between points r apart is the sums of f_x r_y, f_x r_x and f_y r_y. */
-struct Virial {
-  double xy = 0.0, xx = 0.0, yy = 0.0;
-
-  void add(const jamlab::Vector &f, const jamlab::Vector &r)
-  {
-    xy += f.x * r.y;
-    xx += f.x * r.x;
-    yy += f.y * r.y;
-  }
-};
-
 /* DropletStiffness multiplies displacements by the Hessian K of the energy of droplets, with the
    terms and formulas of jamlab.mechanics.energy_terms. Displacements are relative to an affine
    shear, which is given separately. */
 class DropletStiffness {
  public:
-  DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
+  DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) :
+      lmp(lmp), area(area), outlines(lmp)
+  {
+  }
 
   void take(const std::vector<DropletMeeting> &);
 
@@ -53,7 +46,7 @@ class DropletStiffness {
 
   void assemble(double factor, BlockAssembly<2> &) const;    // factor K
 
-  double largest_tension() const;
+  double largest_tension(double size) const;    // of droplets whose areas have this root
 
  private:
   class LAMMPS *lmp;
@@ -73,7 +66,7 @@ class DropletStiffness {
   };
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
-  std::vector<class FixOutlineEnergy *> outlines;    // laws of the outline
+  OutlineStiffness outlines;
 
   void assemble_contacts(double factor, BlockAssembly<2> &) const;
   void assemble_areas(double factor, BlockAssembly<2> &) const;

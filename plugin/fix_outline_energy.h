@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "block_assembly.h"
-#include "droplet_stiffness.h"
 #include "fix.h"
 #include "polygon_rings.h"
+#include "virial.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /* The base class of energies of outlines: what fixes for one law of the outline share. The forces
-   on all vertices of a polygon add up to zero. A law finds forces, and the product of its Hessian
-   and a displacement, as DropletStiffness does. */
+   on all vertices of a polygon add up to zero. A law finds forces, and the second derivatives of
+   its energy. */
 class FixOutlineEnergy : public Fix {
  public:
   FixOutlineEnergy(class LAMMPS *, int, char **, const char *who);
@@ -28,12 +27,20 @@ class FixOutlineEnergy : public Fix {
   void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override { return bytes(force) + rings.memory_usage(); }
 
-  // At the positions of now, of this rank's vertices.
-  virtual void take() = 0;
-  virtual void add_product(const Field &p, double strain, double factor, Field &out,
-                           Virial &) const = 0;
-  virtual void assemble(double factor, BlockAssembly<2> &) const = 0;
-  virtual double scale() const = 0;    // of its line tension, for times and rounding
+  /* The Hessian is that of a sum over vertices, each with an energy of the edges in and out, and of
+     (k/2) S^2 where S is a sum over a polygon. */
+  struct Corner {
+    int prev, i, next, polygon;
+    jamlab::Vector in, out;
+    double second[4][4];           // derivatives of the energy by the components of both edges
+    jamlab::Vector slope, part;    // derivatives of S by the vertex, and by the edge out
+  };
+  // At the present positions, of this rank's vertices.
+  virtual std::vector<Corner> corners() = 0;
+  virtual double stiffness_of_sum() const { return 0.0; }    // k
+  // of its line tension, for times and rounding, on all ranks; `size`: root of an area
+  virtual double scale(double size) const = 0;
+  const PolygonRings &outlines() const { return rings; }
 
   static std::vector<FixOutlineEnergy *> all_of(class LAMMPS *);    // those that are defined
 

@@ -4,6 +4,7 @@
 #include "atom.h"
 #include "error.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -22,8 +23,8 @@ FixPolygonBending::FixPolygonBending(LAMMPS *lmp, int narg, char **arg) :
 }
 
 /* The formulas are those of `bending` in jamlab/outline_laws/bending.py. */
-FixPolygonBending::Corner FixPolygonBending::corner(const PolygonRings::Vertex &v,
-                                                    bool with_second) const
+FixPolygonBending::Turn FixPolygonBending::turn_at(const PolygonRings::Vertex &v,
+                                                   bool with_second) const
 {
   const Edge in = edge(v.prev, v.i), out = edge(v.i, v.next);
   if (in.length == 0.0 || out.length == 0.0)
@@ -33,7 +34,7 @@ FixPolygonBending::Corner FixPolygonBending::corner(const PolygonRings::Vertex &
   const double off = std::atan2(cross(a, b), dot(a, b)) -
       theta0 * TWO_PI / rings.polygons()[v.polygon].size;
   const double l = 0.5 * (in.length + out.length), along = kappa * off / l;
-  Corner c{v.prev, v.i, v.next, a, b, 0.5 * along * off, {}, {}};
+  Turn c{a, b, 0.5 * along * off, {}, {}};
   const double across = c.energy / l;
   const double sa = in.length * in.length, sb = out.length * out.length;
   const double angle[4] = {a.y / sa, -a.x / sa, -b.y / sb, b.x / sb};
@@ -63,58 +64,28 @@ FixPolygonBending::Corner FixPolygonBending::corner(const PolygonRings::Vertex &
 void FixPolygonBending::add_forces()
 {
   for (const PolygonRings::Vertex &v : rings.vertices()) {
-    const Corner c = corner(v, false);
+    const Turn c = turn_at(v, false);
     const Vector in{c.slope[0], c.slope[1]}, out{c.slope[2], c.slope[3]};
-    force[c.prev] += in;
-    force[c.i] += out - in;
-    force[c.next] -= out;
+    force[v.prev] += in;
+    force[v.i] += out - in;
+    force[v.next] -= out;
     energy += c.energy;
     if (!vflag_either && !eflag_atom) continue;
     Virial virial;
     virial.add(in * -1.0, c.in);
     virial.add(out * -1.0, c.out);
-    tally(c.i, c.energy, virial);
+    tally(v.i, c.energy, virial);
   }
 }
 
-void FixPolygonBending::take()
+std::vector<FixPolygonBending::Corner> FixPolygonBending::corners()
 {
-  corners.clear();
-  for (const PolygonRings::Vertex &v : rings.vertices()) corners.push_back(corner(v, true));
-}
-
-void FixPolygonBending::add_product(const Field &p, double strain, double factor, Field &out,
-                                    Virial &virial) const
-{
-  for (const Corner &c : corners) {
-    const Vector in = p[c.i].xy() - p[c.prev].xy() + Vector{strain * c.in.y, 0.0};
-    const Vector away = p[c.next].xy() - p[c.i].xy() + Vector{strain * c.out.y, 0.0};
-    const double u[4] = {in.x, in.y, away.x, away.y};
-    double f[4] = {0.0, 0.0, 0.0, 0.0};
-    for (int m = 0; m < 4; m++)
-      for (int n = 0; n < 4; n++) f[m] += factor * c.second[m][n] * u[n];
-    out[c.prev] += {-f[0], -f[1], 0.0};
-    out[c.i] += {f[0] - f[2], f[1] - f[3], 0.0};
-    out[c.next] += {f[2], f[3], 0.0};
-    virial.add({f[0], f[1]}, c.in);
-    virial.add({f[2], f[3]}, c.out);
+  std::vector<Corner> found;
+  for (const PolygonRings::Vertex &v : rings.vertices()) {
+    const Turn turn = turn_at(v, true);
+    Corner c{v.prev, v.i, v.next, v.polygon, turn.in, turn.out, {}, {0.0, 0.0}, {0.0, 0.0}};
+    std::copy_n(turn.second[0], 16, c.second[0]);
+    found.push_back(c);
   }
-}
-
-void FixPolygonBending::assemble(double factor, BlockAssembly<2> &matrix) const
-{
-  // weights of the edges in and out at the vertices before, here and next
-  static constexpr double W[3][2] = {{-1.0, 0.0}, {1.0, -1.0}, {0.0, 1.0}};
-  for (const Corner &c : corners) {
-    const int site[3] = {c.prev, c.i, c.next};
-    for (int a = 0; a < 3; a++)
-      for (int b = a; b < 3; b++) {
-        double block[4] = {0.0, 0.0, 0.0, 0.0};
-        for (int k = 0; k < 4; k++)
-          for (int s = 0; s < 2; s++)
-            for (int t = 0; t < 2; t++)
-              block[k] += factor * W[a][s] * W[b][t] * c.second[2 * s + k / 2][2 * t + k % 2];
-        matrix.add(site[a], site[b], {block[0], block[1], block[2], block[3]});
-      }
-  }
+  return found;
 }

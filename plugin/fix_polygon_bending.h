@@ -11,25 +11,20 @@ namespace LAMMPS_NS {
 class FixPolygonBending : public FixOutlineEnergy {
  public:
   FixPolygonBending(class LAMMPS *, int, char **);
-  void take() override;
-  void add_product(const Field &p, double strain, double factor, Field &out,
-                   Virial &) const override;
-  void assemble(double factor, BlockAssembly<2> &) const override;
-  double scale() const override { return kappa; }
+  std::vector<Corner> corners() override;
+  double scale(double size) const override { return kappa / (size * size); }
 
  protected:
   void add_forces() override;
 
  private:
   double kappa, theta0;
-  struct Corner {    // at an owned vertex; derivatives by the components of the edges in and out
-    int prev, i, next;
+  struct Turn {    // at an owned vertex; derivatives by the components of the edges in and out
     jamlab::Vector in, out;
     double energy, slope[4], second[4][4];
   };
-  std::vector<Corner> corners;
 
-  Corner corner(const PolygonRings::Vertex &, bool with_second) const;
+  Turn turn_at(const PolygonRings::Vertex &, bool with_second) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -13,11 +13,9 @@ class FixPolygonPerimeter : public FixOutlineEnergy {
  public:
   FixPolygonPerimeter(class LAMMPS *, int, char **);
   void init() override;
-  void take() override;
-  void add_product(const Field &p, double strain, double factor, Field &out,
-                   Virial &) const override;
-  void assemble(double factor, BlockAssembly<2> &) const override;
-  double scale() const override { return (kp + kl) * largest_side; }
+  std::vector<Corner> corners() override;
+  double stiffness_of_sum() const override { return kp; }
+  double scale(double size) const override { return (kp + kl) * size; }
 
  protected:
   void add_forces() override;
@@ -26,7 +24,6 @@ class FixPolygonPerimeter : public FixOutlineEnergy {
   double kp, kl, index;
   PolygonParameter rest_area;
   std::vector<double> a0, excess, rest;    // of each polygon; rest length of its edges
-  double largest_side = 1.0;         // root of a rest area, of this rank
   bigint parameters_of = -1;
   struct Side {    // edges in and out of an owned vertex
     int prev, i, next, polygon;

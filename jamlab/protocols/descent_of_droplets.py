@@ -92,7 +92,7 @@ def descend_droplets(
 
 def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
     """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
-    return largest_force < LOOSE_FORCE and session.contact_energy() < contact_energy
+    return largest_force < LOOSE_FORCE and abs(session.contact_energy()) < contact_energy
 
 
 def undo_if_folded(session: Session, before: Array) -> None:

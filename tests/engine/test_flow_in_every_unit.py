@@ -48,6 +48,11 @@ bond_coeff * {gamma} {eta}
 pair_coeff * * {energy}
 fix area all polygon/area {ka} d_a0
 """
+LAWS = """
+pair_coeff * * {energy} adhesion 0.004 0.6
+fix bend all polygon/bending {kappa} 0.5
+fix perimeter all polygon/perimeter {kp} {kl} 3.7 d_a0
+"""
 DROPLET_DRAG = "drag {time} 0.5 1 "
 DRIVES = {
     "rate": "rate {rate} ",
@@ -79,8 +84,8 @@ def scale_file(path, units):
     path.write_text("\n".join(lines) + "\n")
 
 
-def flow(folder, packing, units, drive, steps=20):
-    """Numbers of the fix, places and velocities after a run, in units of 1."""
+def flow(folder, packing, units, drive, steps=20, laws=""):
+    """Numbers of the fix, places and velocities after a run, in units of 1; `laws`: lines of other laws."""
     droplets = packing.model == "dp"
     path = folder / f"{units}.data"
     jamlab.write(path, packing)
@@ -94,13 +99,14 @@ def flow(folder, packing, units, drive, steps=20):
         **{"small": scale(1 / 1.2, 1), "large": scale(1.4 / 1.2, 1), "half_stiffness": scale(0.5, -2, 1)},
         **{"delta": scale(0.25, 1), "longest": scale(1.5, 1), "gamma": scale(0.4, -1, 1), "eta": scale(1e-3, 1)},
         **{"ka": scale(300.0, -4, 1), "background": scale(1e-2, -2, 1, 1), "rate": scale(0.05, 0, 0, -1)},
+        **{"kappa": scale(0.5, 1, 1), "kp": scale(0.4, -2, 1), "kl": scale(0.2, -2, 1)},
         **{"stress": scale(0.02, *STRESS), "fluid": scale(0.1, -2, 1, 1)},
     }
     fix = DRIVES[drive] + (DROPLET_DRAG if droplets and drive != "walls" else "") + "background {background}"
     with start_lammps() as lmp:
         for line in [
             *[f"units {units}", "dimension 2", "atom_modify map array"],
-            *(DROPLETS if droplets else DISKS).format(**values).strip().splitlines(),
+            *((DROPLETS if droplets else DISKS) + laws).format(**values).strip().splitlines(),
             *[f"neighbor {scale(0.1, 1)} bin", f"group wall {'molecule' if droplets else 'id'} 1"],
             *[f"fix flow all overdamped {fix.format(**values)}", f"run {steps} post no"],
         ]:
@@ -122,10 +128,20 @@ def packings():
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("model", ["sp", "dp"])
 def test_flows_are_those_of_lj_units(tmp_path, packings, model, drive):
-    row, *places = flow(tmp_path, packings[model], "lj", drive)
+    same_in_all_units(tmp_path, packings[model], drive)
+
+
+@pytest.mark.parametrize("drive", ["walls", pytest.param("stress", marks=pytest.mark.slow)])
+def test_flows_with_laws_of_outlines_too(tmp_path, packings, drive):
+    """And droplets that adhere; energies and times are those of the drag where contacts have none."""
+    same_in_all_units(tmp_path, packings["dp"], drive, LAWS)
+
+
+def same_in_all_units(folder, packing, drive, laws=""):
+    row, *places = flow(folder, packing, "lj", drive, laws=laws)
     assert row["time"] > 0.0
     for units in UNITS.keys() - {"lj"}:
-        same, *there = flow(tmp_path, packings[model], units, drive)
+        same, *there = flow(folder, packing, units, drive, laws=laws)
         assert same == pytest.approx(row, rel=1e-13, abs=1e-300), units
         for found, wanted in zip(there, places, strict=True):
             assert found == pytest.approx(wanted, rel=1e-13, abs=1e-18), units

@@ -8,6 +8,7 @@ import outlines
 import pytest
 import yaml
 from folded_outlines import folded
+from plain_outline_laws import bending, perimeter
 
 from jamlab.protocols.random_start import random_disks
 
@@ -30,6 +31,13 @@ def stated(case, field, columns=slice(None)):
     """Numbers of a field; of vectors, x and y alone."""
     rows = [row.split() for row in str(case[field]).splitlines()]
     return np.array(rows, dtype=float)[:, 1:3] if len(rows) > 1 else np.array(rows[0], dtype=float)[columns]
+
+
+def adhesive(i, j):
+    """Eps, width and adhesion of two types."""
+    pulls, ranges = zip(*(force_styles.ADHESION[k] for k in (i, j)), strict=True)
+    pull = np.sqrt(np.prod(pulls))
+    return *outlines.mixed(i, j), pull, np.mean(ranges) * (pull > 0)
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
@@ -57,10 +65,11 @@ def test_testers_find_the_numbers_of_the_files(cases, tmp_path, ranks):
 def test_numbers_of_the_files_are_those_of_the_laws(cases):
     """Contacts, tension and areas of the outlines; energies of disks."""
     _, found = cases
-    own = ("self", folded(), "segment/smooth")
-    for name, state, form in (*((form.replace("/", "_"), outlines.scene(3), form) for form in outlines.FORMS), own):
+    of_form = [(form.replace("/", "_"), outlines.scene(3), form, outlines.mixed) for form in outlines.FORMS]
+    own = ("self", folded(), "segment/smooth", outlines.mixed)
+    for name, state, form, law in (*of_form, ("adhesion", outlines.scene(3), "outline", adhesive), own):
         case, forces = found[f"mol-pair-circuloline-{name}"], np.zeros_like(state.points)
-        contacts = outlines.contacts(state, form=form)
+        contacts = outlines.contacts(state, law, form)
         for c in contacts:
             for number, share in ((c.vertex, 1.0), (c.tail, c.t - 1.0), (c.head, -c.t)):
                 forces[number] += share * c.force
@@ -75,13 +84,19 @@ def test_numbers_of_the_files_are_those_of_the_laws(cases):
     tension = force_styles.GAMMA * np.hypot(edges, force_styles.ETA).sum()
     assert found["bond-line_tension"]["init_energy"] == pytest.approx(tension, rel=1e-12)
 
-    area = found["fix-timestep-polygon_area"]
-    off = stated(area, "run_pos") - state.points
-    end, energy = state.points + off - np.rint(off / state.box) * state.box, 0.0
-    for first, o in zip(state.starts, state.outlines, strict=False):
-        if o.type == outlines.RING:
-            energy += outlines.area_force(end[first : first + len(o.points)], force_styles.KA, force_styles.A0)[0]
-    assert area["global_scalar"] == pytest.approx(energy, rel=1e-10)
+    of_outlines = {
+        "area": lambda ring: outlines.area_force(ring, force_styles.KA, force_styles.A0)[0],
+        "bending": lambda ring: bending(ring, force_styles.KAPPA, force_styles.THETA0),
+        "perimeter": lambda ring: perimeter(ring, force_styles.A0, force_styles.KP, force_styles.KL, force_styles.P0),
+    }
+    for name, energy_of in of_outlines.items():
+        case = found[f"fix-timestep-polygon_{name}"]
+        off = stated(case, "run_pos") - state.points
+        end, energy = state.points + off - np.rint(off / state.box) * state.box, 0.0
+        for first, o in zip(state.starts, state.outlines, strict=False):
+            if o.type == outlines.RING:
+                energy += energy_of(end[first : first + len(o.points)])
+        assert case["global_scalar"] == pytest.approx(energy, rel=1e-10), name
 
     disks, energy = random_disks(24, 11, phi=0.9, units="k"), 0.0
     for i, j in zip(*np.triu_indices(disks.n, 1), strict=True):

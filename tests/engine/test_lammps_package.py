@@ -87,8 +87,9 @@ def test_manual_pages_render(name):
     assert text.isascii()
     assert not re.search(r"jamlab|\]\(|\{cite|\$|\b(fix|compute|group|atom|molecule) IDs?\b", text)
     assert {"Build_package"} <= pages_linked(document)
-    labels = {label for label in document.nameids if label.endswith("-boromand")}
-    assert labels == ({f"{name.replace('_', '-')}-boromand"} if "{cite" in markdown else set())
+    cited = {manual_page.author(key) for key in re.findall(r"\{cite:t\}`(\w+)`", markdown)}
+    labels = {name for name, of_target in document.nametypes.items() if of_target and "-" in name}
+    assert labels == {f"{name.replace('_', '-')}-{author}".lower() for author in cited}
 
 
 def test_other_pages_of_the_manual_render():

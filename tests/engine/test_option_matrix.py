@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import option_table
+import outline_law_table
 import outlines
 import pytest
 from folded_outlines import folded
@@ -112,7 +113,7 @@ def deck(row):
     own = row.head.splitlines()
     standard = [key(line) for line in (HEAD + AGAIN).splitlines()]
     first = "".join(f"{line}\n" for line in own if key(line) not in standard)
-    head, again = first + merged(HEAD, own), merged(AGAIN, own)
+    head, again = first + merged(HEAD, own), merged(AGAIN, own) + row.after
     ends = "run " in row.lines or "minimize " in row.lines
     body = row.lines + ("\n" if ends else f"\nrun {STEPS}\n")
     for name, text in {
@@ -157,7 +158,12 @@ def path(scene, law):
     return verlet(state_of(scene), velocities, law, STEP, STEPS)
 
 
-@pytest.mark.parametrize("row", option_table.PATHS, ids=lambda row: row.name)
+PATHS = [*option_table.PATHS, *outline_law_table.PATHS]
+STATES = [*option_table.STATES, *outline_law_table.STATES]
+REFUSALS = [*option_table.REFUSALS, *outline_law_table.REFUSALS]
+
+
+@pytest.mark.parametrize("row", PATHS, ids=lambda row: row.name)
 def test_paths_forces_and_energies(tmp_path, row):
     state, forces, numbers, _ = ended(tmp_path, row)
     check(row, state, forces, numbers)
@@ -166,12 +172,12 @@ def test_paths_forces_and_energies(tmp_path, row):
     assert np.abs(away).max() < 1e-11
 
 
-@pytest.mark.parametrize("row", option_table.STATES, ids=lambda row: row.name)
+@pytest.mark.parametrize("row", STATES, ids=lambda row: row.name)
 def test_forces_and_energies(tmp_path, row):
     check(row, *ended(tmp_path, row)[:3])
 
 
-@pytest.mark.parametrize("row", option_table.REFUSALS, ids=lambda row: row.name)
+@pytest.mark.parametrize("row", REFUSALS, ids=lambda row: row.name)
 def test_refusals(tmp_path, row):
     (tmp_path / "data").write_text(start(row.scene)[1])
     code, output = launch(tmp_path, deck(row), row.ranks)
@@ -180,5 +186,5 @@ def test_refusals(tmp_path, row):
 
 
 def test_no_row_stands_twice():
-    rows = [*option_table.PATHS, *option_table.STATES, *option_table.REFUSALS]
+    rows = [*PATHS, *STATES, *REFUSALS]
     assert len({row.name for row in rows}) == len(rows)

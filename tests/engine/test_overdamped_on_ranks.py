@@ -16,6 +16,7 @@ FIX = {
     "sp": "tolerance 0.1 solver 1e-10 longest 0.01",
     "dp": "tolerance 0.1 solver 1e-11 longest 0.02 drag 1 1 1 background 5",
 }
+LAWS = {"adhesion": 0.01, "adhesion_range": 0.2, "kappa": 0.05, "theta0": 0.5, "kp": 1.0, "kl": 0.5, "p0": 3.7}
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 
@@ -89,10 +90,12 @@ def droplets():
         pytest.param(4, "off", 6, "rate 0.1", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.parametrize("laws", [{}, LAWS])
 @pytest.mark.slow
-def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps, drive):
+def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps, drive, laws):
     """Though every rank has factors of its own part of the drag."""
     held = ["group held molecule 1 4"]
+    droplets = droplets.with_state(params=droplets.params | laws)
     alone = flow(tmp_path, droplets, 1, "on", steps, drive=drive, tiles=held)
     found = flow(tmp_path, droplets, ranks, newton, steps, drive=drive, tiles=held)
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
@@ -116,9 +119,10 @@ def test_bodies_fall_alike_on_two_ranks(tmp_path, packing, droplets, model, newt
         assert rows[1][name] == pytest.approx(rows[0][name], rel=1e-6), name
 
 
-def test_a_rank_without_droplets_goes_on_with_the_others(tmp_path):
+@pytest.mark.parametrize("more", ["", "fix laws all polygon/perimeter 300 100 3.6 0.7"])
+def test_a_rank_without_droplets_goes_on_with_the_others(tmp_path, more):
     """The upper half of the box is empty; whether a solution has converged, all ranks say alike."""
-    lines = [*HEAD.splitlines(), *falling("droplets", tmp_path), DOWN.format(WEIGHT["droplets"])]
+    lines = [*HEAD.splitlines(), *falling("droplets", tmp_path), more, DOWN.format(WEIGHT["droplets"])]
     fix = f"fix flow all overdamped rate 0 fixed held {KINDS['droplets']} solver 1e-11"
     rows = []
     for ranks in (1, 2):

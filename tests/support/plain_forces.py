@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import outlines
+import plain_outline_laws
 from outlines import RING, WALL
 
 FAR = 1e4  # edge of a box without images
@@ -32,13 +33,20 @@ class Law:
     push: tuple = (0.0, 0.0)  # on all atoms
     held: tuple = ()  # molecules whose forces are set to zero
     closed: bool = False  # no images
+    adhesion: tuple = ()  # of each type the pull and its range, over the width
+    bend: tuple = ()  # kappa, theta0
+    perimeter: tuple = ()  # kp, kl, p0
 
     def of(self, i, j):
-        """Eps, width and form of two types."""
+        """Eps, width and form of two types; pull and range where types adhere."""
         for one, two, *given in self.pairs:
             if {one, two} == {i, j}:
                 return given
-        return np.sqrt(self.eps[i - 1] * self.eps[j - 1]), (self.width[i - 1] + self.width[j - 1]) / 2, self.form
+        own = np.sqrt(self.eps[i - 1] * self.eps[j - 1]), (self.width[i - 1] + self.width[j - 1]) / 2, self.form
+        if not self.adhesion:
+            return own
+        pull = np.sqrt(self.adhesion[i - 1][0] * self.adhesion[j - 1][0])
+        return *own, pull, (self.adhesion[i - 1][1] + self.adhesion[j - 1][1]) / 2 * (pull > 0)
 
 
 @dataclass
@@ -79,7 +87,7 @@ class Found:
         self.virial[kind] += np.sum(np.asarray(r)[..., [0, 1, 0]] * np.asarray(forces)[..., [0, 1, 1]], axis=0)
 
 
-KINDS = ("pair", "bond", "area")
+KINDS = ("pair", "bond", "area", "outline")
 
 
 def evaluate(state, law):
@@ -92,6 +100,8 @@ def evaluate(state, law):
         if one.type == RING:
             energy, push = outlines.area_force(one.points, law.ka, one.a0)
             found.add("area", energy, one.tags, push, one.points - one.points.mean(axis=0))
+            if law.bend or law.perimeter:
+                add_outline_laws(found, one, law)
     for pair in np.array(law.bonds, dtype=int).reshape(-1, 2) - 1:
         add_tension(found, pair[None], nearest(np.subtract(*state.points[pair[::-1]]), state.box)[None], law)
     if law.soft:
@@ -115,6 +125,22 @@ def add_tension(found, atoms, r, law):
     found.add("bond", 0.0, atoms[:, 1], -pull, r)
 
 
+def add_outline_laws(found, one, law):
+    """Bending of a ring, and elasticity of its perimeter and edges: forces by complex steps, counter-clockwise."""
+
+    def energy(points):
+        ring = points if one.area > 0 else points[::-1]
+        own = plain_outline_laws.bending(ring, *law.bend) if law.bend else 0.0
+        return own + (plain_outline_laws.perimeter(ring, one.a0, *law.perimeter) if law.perimeter else 0.0)
+
+    points, push = one.points - one.points.mean(axis=0), np.zeros_like(one.points)
+    for k in np.ndindex(*points.shape):
+        moved = points.astype(complex)
+        moved[k] += 1e-30j
+        push[k] = -energy(moved).imag / 1e-30
+    found.add("outline", energy(points), one.tags, push, points)
+
+
 def add_contacts(found, all_outlines, molecules, box, law):
     lines = [one for one in all_outlines if one.type == WALL and len(one.points) == 1]
     rest = [one for one in all_outlines if not (one.type == WALL and len(one.points) == 1)]
@@ -130,16 +156,17 @@ def add_contacts(found, all_outlines, molecules, box, law):
         for end, share in ((c.tail, c.t - 1), (c.head, -c.t)):
             found.forces[end] += share * c.force
     for line in lines:
-        eps, width, _ = law.of(RING, WALL)
+        eps, width, _, pull, reach = [*law.of(RING, WALL), 0.0, 0.0][:5]
         for one in rest:
             if one.type != RING:
                 continue
             y = one.points[:, 1] - line.points[0, 1]
             y -= np.round(y / box[1, 1]) * box[1, 1]
-            near = np.flatnonzero(np.abs(y) < width)
+            near = np.flatnonzero(np.abs(y) < width * (1 + reach))
             r = np.column_stack([0 * y, y])[near]
-            push = eps / width * (1 - np.abs(r) / width) * np.sign(r) * [0, 1]
-            found.add("pair", np.sum(eps / 2 * (1 - np.abs(y[near]) / width) ** 2), one.tags[near], push, r)
+            each = np.array([outlines.of_rims(d, eps, width, pull, reach) for d in np.abs(y[near])]).reshape(-1, 2)
+            push = each[:, 1:] * np.sign(r) * [0, 1]
+            found.add("pair", each[:, 0].sum(), one.tags[near], push, r)
             found.forces[line.tags[0]] -= push.sum(axis=0)
 
 

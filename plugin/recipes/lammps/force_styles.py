@@ -21,12 +21,15 @@ sys.path += [str(ROOT), str(ROOT / "tests" / "support")]
 
 import outlines  # noqa: E402  droplets, a wall and disks
 from folded_outlines import NEAR, folded  # noqa: E402
+from outlines import DISK, RING, WALL  # noqa: E402
 
 import jamlab  # noqa: E402
 from jamlab.engine.installation import start_lammps  # noqa: E402
 from jamlab.protocols.random_start import random_disks  # noqa: E402
 
 KA, A0, GAMMA, ETA, STEP, SPEED = 20.0, 1.1, 0.13, 0.05, 0.01, 0.02
+KAPPA, THETA0, KP, KL, P0 = 0.02, 0.6, 0.3, 0.2, 3.7
+ADHESION = {RING: (0.1, 0.3), WALL: (0.05, 0.2), DISK: (0.0, 0.0)}  # pull and range of each type
 STRENGTH, DIAMETERS = {"1 1": 0.7, "1 2": 1.1, "2 2": 0.9}, (5 / 6, 7 / 6)
 INPUT = """\
 variable newton_pair index on
@@ -55,6 +58,7 @@ read_data ${data_file} nocoeff
 change_box all triclinic"""
 FLOW = "rate 0.05 tolerance 0.1 solver 1e-13 longest 1e-5 stop 5e-5"  # ends there, within eight steps
 FLOWN = "f_flow[2] f_flow[4] f_flow[7] f_flow[8]"  # strain, shear stress, pressure, normal stress difference
+NO_RESPA = ("overdamped", "polygon/bending", "polygon/perimeter")
 ENERGY = {"pair": "evdwl", "bond": "ebond", "fix": "f_test"}
 Case = Mapping[str, object]
 
@@ -92,7 +96,7 @@ def cases() -> dict[str, dict[str, object]]:
     def add(name: str, kind: str, style: str, of: str, post: list[str], **more: object) -> None:
         atoms = "atom atomic" if of == "disks" else "atom molecular"
         found[name] = {
-            "tags": "no_respa" if style == "overdamped" else "",
+            "tags": "no_respa" if style in NO_RESPA else "",
             "epsilon": 1e-10 if style == "overdamped" else 2e-11,
             "skip_tests": more.pop("skip", ""),
             "prerequisites": f"{atoms}\n{kind} {style}\n",
@@ -105,12 +109,20 @@ def cases() -> dict[str, dict[str, object]]:
 
     own = [f"{k} {k} {outlines.EPS[k]} {outlines.WIDTH[k]}" for k in outlines.EPS]
     mixed = [*own, "1 2 1.3 0.28 segment/smooth", "1 3 2.1 0.7 outline"]
+    adhesive = [
+        f"{line} outline adhesion {pull} {reach}" for line, (pull, reach) in zip(own, ADHESION.values(), strict=True)
+    ]
     for name, form, lines in (
         *((form.replace("/", "_"), form, own) for form in outlines.FORMS),
         ("mixed", "outline", mixed),
+        ("adhesion", "outline", adhesive),
     ):
         style = f"circuloline {outlines.WIDTH[outlines.RING]} 1.2 contact {form} walls 2 disks 3"
-        more = {"pair_style": style, "pair_coeff": "\n".join([*lines, ""]), "extract": "delta 2\neps 2\n"}
+        more = {
+            "pair_style": style,
+            "pair_coeff": "\n".join([*lines, ""]),
+            "extract": "delta 2\neps 2\nadhesion 2\nrange 2\n",
+        }
         add(f"mol-pair-circuloline-{name}", "pair", "circuloline", "outlines", ["bond_coeff *"], **more)
     style = f"circuloline {outlines.WIDTH[outlines.RING]} 1.2 contact segment/smooth self {NEAR}"
     more |= {"pair_style": style, "pair_coeff": f"* * {outlines.EPS[outlines.RING]}\n"}
@@ -121,8 +133,13 @@ def cases() -> dict[str, dict[str, object]]:
     more = {"bond_style": "line/tension", "bond_coeff": f"1 {GAMMA} {ETA}\n", "equilibrium": "1 0", "skip": "single"}
     add("bond-line_tension", "bond", "line/tension", "outlines", ["pair_coeff * *"],
         extract="gamma 1\neta 1\n", **more)  # fmt: skip
-    post = ["fix move all nve", f"fix test rings polygon/area {KA} {A0}", "fix_modify test virial yes"]
-    add("fix-timestep-polygon_area", "fix", "polygon/area", "outlines", post)
+    for style, values in (
+        ("area", f"{KA} {A0}"),
+        ("bending", f"{KAPPA} {THETA0}"),
+        ("perimeter", f"{KP} {KL} {P0} {A0}"),
+    ):
+        post = ["fix move all nve", f"fix test rings polygon/{style} {values}", "fix_modify test virial yes"]
+        add(f"fix-timestep-polygon_{style}", "fix", f"polygon/{style}", "outlines", post)
     post = [f"fix flow all overdamped {FLOW}", f"fix test all ave/time 1 1 1 {FLOWN}"]
     add("fix-timestep-overdamped", "fix", "overdamped", "disks", post)
     return found

@@ -25,12 +25,15 @@ RESTART = {  # what LAMMPS calls the section between Description and Restriction
 SECTIONS = ("Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default")
 PLUGIN = "is part of the jamlab plugin"
 PACKAGE = "is part of the POLYGON package, with which LAMMPS must be built: see :doc:`Build package <Build_package>`"
-PACKED = "bond_line_tension|compute_polygon|compute_polygon_contact|fix_polygon_area|pair_circuloline"  # pages of it
+PACKED = (  # pages of it
+    "bond_line_tension|compute_polygon|compute_polygon_contact|fix_polygon_area|fix_polygon_bending|"
+    "fix_polygon_perimeter|pair_circuloline"
+)
 OTHERS = (r"`?jamlab\b", rf"(?:(?!\n\n)[^.])*\]\((?!lammps:|(?:{PACKED})\.md)")  # sentences about other parts of jamlab
 ASCII = dict(
     zip(
-        "δεηγφατ²⁴₀−–×’éµ≥≤·",
-        "delta epsilon eta gamma phi alpha tau ^2 ^4 _0 - - x ' e mu >= <= *".split(),
+        "δεηγφατπ²⁴₀−–×’éµ≥≤·",
+        "delta epsilon eta gamma phi alpha tau pi ^2 ^4 _0 - - x ' e mu >= <= *".split(),
         strict=True,
     )
 )
@@ -201,7 +204,8 @@ def code(token: Token, inside: str) -> list[str]:
 def fields(key: str) -> dict[str, str]:
     """Of a paper, from the bibliography of the docs."""
     entry = (DOCS / "references.bib").read_text(encoding="utf-8").partition(f"{{{key},")[2].partition("\n}")[0]
-    return dict(re.findall(r"(\w+) = \{([^}]*)\}", entry))
+    plain = re.sub(r"\{\\\W(\w)\}", r"\1", entry).replace("--", "-")  # letters with accents
+    return dict(re.findall(r"(\w+)\s+= \{([^}]*)\}", plain))
 
 
 def author(key: str) -> str:

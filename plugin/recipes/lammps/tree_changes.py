@@ -58,8 +58,8 @@ POLYGON package
 **Contents:**
 
 Deformable polygons in two dimensions, as models of droplets, bubbles, or cells:
-rings of bonded atoms with line tension, with an elastic area, and with contacts between their rims, also to
-walls and disks.
+rings of bonded atoms with line tension, with an elastic area, with bending stiffness and an elastic perimeter,
+and with contacts between their rims, also to walls and disks, which may adhere.
 
 .. versionadded:: TBD
 
@@ -71,6 +71,8 @@ walls and disks.
 * src/POLYGON/README
 * :doc:`bond_style line/tension <bond_line_tension>`
 * :doc:`fix polygon/area <fix_polygon_area>`
+* :doc:`fix polygon/bending <fix_polygon_bending>`
+* :doc:`fix polygon/perimeter <fix_polygon_perimeter>`
 * :doc:`compute polygon <compute_polygon>`
 
 ----------
@@ -140,6 +142,8 @@ def first_request(files: list[str]) -> list[Change]:
         ("doc/src/Packages_details.rst", r"^\.\. _PKG-PTM:", DETAILS),
         *listed("bond", "line/tension", "bond_line_tension", "tension that does not depend on the length"),
         *listed("fix", "polygon/area", "fix_polygon_area", "elastic area of polygons"),
+        *listed("fix", "polygon/bending", "fix_polygon_bending", "bending stiffness of polygons"),
+        *listed("fix", "polygon/perimeter", "fix_polygon_perimeter", "elastic perimeter and edges of polygons"),
         *listed("compute", "polygon", "compute_polygon", "area, perimeter and shape of polygons"),
     ]
 

@@ -21,12 +21,14 @@ ROOT = SOURCE.parent
 STYLES = {  # header: macro of registration, style, class
     "bond_line_tension": ("Bond", "line/tension", "BondLineTension"),
     "fix_polygon_area": ("Fix", "polygon/area", "FixPolygonArea"),
+    "fix_polygon_bending": ("Fix", "polygon/bending", "FixPolygonBending"),
+    "fix_polygon_perimeter": ("Fix", "polygon/perimeter", "FixPolygonPerimeter"),
     "fix_polygon_outline": ("Fix", "POLYGON/OUTLINE", "FixPolygonOutline"),  # upper case: LAMMPS' own, not for inputs
     "compute_polygon": ("Compute", "polygon", "ComputePolygon"),
     "pair_circuloline": ("Pair", "circuloline", "PairCirculoline"),
     "compute_polygon_contact": ("Compute", "polygon/contact", "ComputePolygonContact"),
 }
-REQUESTS = {1: list(STYLES)[:4], 2: list(STYLES)[4:]}
+REQUESTS = {1: list(STYLES)[:6], 2: list(STYLES)[6:]}
 HOWTO = Path(__file__).parent / "Howto_polygon.rst"
 AUTHOR = """\
 /* ----------------------------------------------------------------------
@@ -151,16 +153,17 @@ without suffixes; make check in src and doc; the examples on 1 and 4 ranks.
 """
 FIRST = {
     "summary": """Package POLYGON: deformable polygons as rings of bonds in two dimensions. bond_style line/tension
-pulls with a force that does not depend on the length of a bond; fix polygon/area holds the area of every ring; compute
-polygon gives area, perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
+pulls with a force that does not depend on the length of a bond; fix polygon/area holds the area of every ring, fix
+polygon/perimeter its perimeter and edges, fix polygon/bending its turning angles; compute polygon gives area,
+perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """An internal fix, POLYGON/OUTLINE, finds the rings from bonds and molecule IDs, on any number of ranks
 and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet; fix polygon/area has a
-level of respa. Virials are tallied per atom. Restart files keep the coefficients of the bond style; fix polygon/area
-must be given again. Examples come with the pair style.""",
+level of respa, the other two refuse it. Virials are tallied per atom. Restart files keep the coefficients of the bond
+style; fixes must be given again. Examples come with the pair style.""",
 }
 SECOND = {
     "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
-in two contact forms, and of a polygon with itself; compute polygon/contact lists contacts.
+in two contact forms, with adhesion, and of a polygon with itself; compute polygon/contact lists contacts.
 Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
 pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
@@ -194,7 +197,7 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
     changed = ", ".join(dict.fromkeys([*(name for name, *_ in changes), tree_changes.DICTIONARY]))
     (folder / "pull_request.md").write_text(TEXT.format(lines=changed, **(FIRST if request == 1 else SECOND)))
     if request == 1:
-        words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
+        words = "Deformable polygons as rings of bonds: tension, area, perimeter, bending; contacts and adhesion.\n"
         (package / "README").write_text(words + "\nContributing author: AUTHOR (AFFILIATION), E-MAIL\n")
         return files
     (pages / HOWTO.name).write_text(HOWTO.read_text())
