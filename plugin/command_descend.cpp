@@ -138,12 +138,13 @@ double CommandDescend::largest_force() const
   return std::sqrt(largest);
 }
 
-/* The descent has converged, or forces are too small to press droplets together again. */
+/* The descent has converged, or forces are too small to press droplets together again. The energy of
+   contacts that pull is negative. */
 bool CommandDescend::ended() const
 {
   const double largest = largest_force();
   return largest <= numbers.force ||
-         (largest < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
+         (largest < numbers.loose_force && std::fabs(pair->eng_vdwl) < numbers.loose_energy);
 }
 
 bool CommandDescend::assemble(double beyond)

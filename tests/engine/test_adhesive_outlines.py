@@ -13,7 +13,9 @@ from engine.test_plugin_on_ranks import run
 from outlines import DISK, EPS, RING, WALL, WIDTH
 
 import jamlab
+from jamlab.engine.session import Session
 from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.protocols.descent_of_droplets import DROPLET_STEPS, FAR, descend_droplets
 
 OWN = {RING: (0.1, 0.3), WALL: (0.05, 0.2), DISK: (0.0, 0.0)}
 PAIRS = {(RING, DISK): (0.08, 0.25)}
@@ -167,6 +169,22 @@ def test_flows_balance_their_energy(packing):
     found = jamlab.shear(packing, rate=1e-2, strain=5e-3)
     assert "energy balance to better than" in repr(found)
     assert len(found.stress) and np.isfinite(found.stress).all()
+
+
+def test_a_descent_ends_at_its_force(packing):
+    """Contacts that pull have a negative energy, which says nothing of contacts that are gone."""
+    with Session(packing.with_state(params=packing.params | {"adhesion": 0.05, "adhesion_range": 0.3})) as session:
+        state = descend_droplets(session, 1e-10, FAR, DROPLET_STEPS.settle)
+        assert session.contact_energy() < 0.0 and state.max_force <= 1e-10
+
+
+@pytest.mark.parametrize("law", ["bend", "perimeter"])
+def test_flows_need_the_virials_of_laws(tmp_path, packing, law):
+    packing = packing.with_state(params=packing.params | {"kappa": 0.1, "kp": 1.0, "p0": 3.7})
+    with DropletFlow(tmp_path, packing, "rate 0.01", CONTACT) as flow:
+        flow.lmp.command(f"fix_modify {law} virial no")
+        with pytest.raises(Exception, match=f"stresses need the virial of fix {law}: use fix_modify {law} virial yes"):
+            flow.run(1)
 
 
 def test_flat_walls_adhere(packing):

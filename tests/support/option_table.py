@@ -3,8 +3,8 @@
 To add one, add a row to the list whose heading says what must hold. A row has a name and the lines that follow HEAD and
 AGAIN; `head`: lines that take the place of those of HEAD and AGAIN with the same first word (of `fix`, the first two),
 or come first; `after`: lines after AGAIN; `ranks`; `law`: what plain numpy must know; `words` of the command line;
-`scene`: where it starts; `said`: words of a refusal. In lines, {head} is the head again, after `clear`, {head:kept} that of the data file "kept",
-{again} what restart files do not hold, {thermo} the lines of output.
+`scene`: where it starts; `said`: words of a refusal. In lines, {head} is the head again, after `clear`, {head:kept}
+that of the data file "kept", {again} what restart files do not hold, {thermo} the lines of output.
 """
 
 import math

@@ -1,15 +1,13 @@
-"""Rows of `option_table` with adhesion, bending and elastic perimeters at once: those of its rows that choose no laws of
-their own, and rows of laws that change."""
+"""Rows of `option_table` with adhesion, bending and elastic perimeters at once, and rows of their own."""
 
 from dataclasses import replace
 
 import option_table
-from option_table import FLAT, HEAD, NEARER, OWN, TILES, Row, on
+from option_table import FLAT, HEAD, OWN, PLAIN, TILES, Row
 from plain_forces import Law
 
 ADHESION = ((0.1, 0.3), (0.05, 0.2), (0.02, 0.035))  # of each type: pull and range, over the width
-BEND, PERIMETER = (0.02, 0.6), (0.3, 0.2, 3.7)
-LAW = Law(adhesion=ADHESION, bend=BEND, perimeter=PERIMETER)
+LAW = Law(adhesion=ADHESION, bend=(0.02, 0.6), perimeter=(0.3, 0.2, 3.7))
 COEFFICIENTS = [line for line in HEAD.splitlines() if line.startswith("pair_coeff")]
 STICKY = "".join(f"{line} adhesion {a} {b}\n" for line, (a, b) in zip(COEFFICIENTS, ADHESION, strict=True))
 FIXES = """\
@@ -21,31 +19,28 @@ OTHER = ("pair_coeff", "pair_style", "respa", "{head", "bond_coeff", "polygon/",
 
 
 def with_laws(rows):
-    """Those on at most three ranks that choose no law, and start where all meet."""
+    """Those of at most three ranks and no law of their own, which start where all meet: all have one path of plain
+    numpy, which takes 15 s of CPU time."""
     for row in rows:
-        if row.ranks > MOST_RANKS or row.scene != "all" or any(word in row.head + row.lines for word in OTHER):
-            continue
-        law = replace(row.law, adhesion=ADHESION, bend=BEND, perimeter=PERIMETER)
-        yield replace(row, name=f"outline laws, {row.name}", head=f"{row.head}\n{STICKY}".lstrip(), after=FIXES, law=law)
+        own = row.law != PLAIN or row.scene != "all" or any(word in row.head + row.lines for word in OTHER)
+        if not own and row.ranks <= MOST_RANKS:
+            yield sticky(row.name, row.lines, row.head, row.ranks, words=row.words)
 
 
-def own(name, lines="", head="", ranks=1, **more):
-    law = replace(more.pop("law", Law()), adhesion=ADHESION, bend=BEND, perimeter=PERIMETER)
-    return Row(name, lines, f"{head}\n{STICKY}".lstrip(), ranks, after=FIXES, law=law, **more)
+def sticky(name, lines, head, ranks, law=LAW, **more):
+    return Row(f"outline laws, {name}", lines, f"{head}\n{STICKY}".lstrip(), ranks, law, after=FIXES, **more)
 
 
-SELF_LAW = replace(LAW, near=0.1, eps=(1.7,) * 3, width=(0.25,) * 3, adhesion=(ADHESION[0],) * 3)
 SELF = OWN.replace("pair_coeff * * 1.7", "pair_coeff * * 1.7 adhesion 0.1 0.3")
+FOLDED = {"law": replace(LAW, near=0.1), "scene": "folded", "after": FIXES}
 PATHS = [
     *with_laws(option_table.PATHS),
-    *(
-        Row(f"outline laws, self{words}, {n} ranks", lines, SELF + extra, n, scene="folded", law=SELF_LAW, after=FIXES)
-        for n, words, lines, extra in ((1, "", "", ""), (2, ", newton off", "thermo 1", "\nnewton off"), (3, "", TILES, ""))
-    ),
-    *(own(f"outline laws, flat, {n} ranks", head=FLAT, ranks=n, scene="flat") for n in (1, 3)),
-    own("outline laws, flat, newton off", head=f"{FLAT}\nnewton off", ranks=2, scene="flat"),
+    Row("outline laws, self", "", SELF, 1, **FOLDED),
+    Row("outline laws, self, newton off", "thermo 1", f"{SELF}\nnewton off", 2, **FOLDED),
+    Row("outline laws, self, tiled", TILES, SELF, 3, **FOLDED),
+    *(sticky(f"flat, {n} ranks", "", FLAT, n, scene="flat") for n in (1, 3)),
+    sticky("flat, newton off", "", f"{FLAT}\nnewton off", 2, scene="flat"),
 ]
 STATES = list(with_laws(option_table.STATES))
-REFUSALS = [
-    Row("bending and respa", "run_style respa 2 1 bond 1 pair 2\nrun 1", after=FIXES, said="works without run_style respa"),
-]
+RESPA = "run_style respa 2 1 bond 1 pair 2\nrun 1"
+REFUSALS = [Row("bending and respa", RESPA, after=FIXES, said="works without run_style respa")]
