@@ -10,8 +10,9 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.density_by_size import density_by_size
-from jamlab.mechanics.quasilocalized_modes import quasilocalized_modes
+from jamlab.mechanics.quasilocalized_modes import QuasilocalizedModes, quasilocalized_modes
 from jamlab.mechanics.vibrations import lowest_modes
+from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, mean_over_packings
@@ -49,8 +50,18 @@ def measure_localised(n: int, first: int) -> list[dict[str, Any]]:
         lowest = np.flatnonzero(~modes.zero)[0]
         row = {"omega": found.frequencies[0], "participation": found.participation[0], "minima": len(found.cost)}
         row |= {"harmonic": modes.frequencies[lowest], "harmonic_participation": modes.participation[lowest]}
+        row |= _between_pairs(packing, found)
         rows.append({"n": n, "pressure": DENSE, "seed": seed, "residual": found.residual.max(), **row})
     return rows
+
+
+def _between_pairs(packing: Packing, found: QuasilocalizedModes) -> dict[str, float]:
+    """Pairs in contact that take part in the softest mode, (sum z_ij^2)^2/sum z_ij^4, and its frequency where the sum
+    of z_ij^2 is 1 instead of that of z_i^2: the far field of a mode counts less."""
+    pairs, z = packing.kind.pairs(packing), found.vectors[0]
+    apart = ((z[pairs.j] - z[pairs.i]) ** 2).sum(axis=1)
+    total = float(apart.sum())
+    return {"pairs": total**2 / float((apart**2).sum()), "pair_omega": found.frequencies[0] / np.sqrt(total)}
 
 
 def _tasks() -> dict[str, Task]:
