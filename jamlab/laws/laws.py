@@ -69,8 +69,9 @@ def parameters_of(law: Law | None, fit: Collection[str] | None = None) -> dict[s
             )
         return {**NAMED[name], **given}
     if isinstance(name, str) and name not in LAWS.names():
-        as_parameters = typed("law={'exponent': 2.5}", "--law exponent=2.5")
         known = [each for each in (*NAMED, *LAWS.names()) if fit is None or each in fit]
+        own, value = ("exponent", 2.5) if "power" in known else ("adhesion", 0.1)
+        as_parameters = typed(f"law={{{own!r}: {value}}}", f"--law {own}={value}")
         near = [each for each in known if name.lower() in (each, f"{each}ian")]
         there = f"use {near[0]!r}" if near else f"known are {', '.join(known)}"
         raise InputError(
