@@ -25,6 +25,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 sys.path.append(str(Path(__file__).parents[1]))  # studies; last, so that the jamlab under test is the installed one
 
 gc.set_threshold(20_000)  # of 700 by default: collecting garbage took a tenth of the time of figures
+gc.disable()  # until all tests are collected, which live as long as the run
 
 __all__ = ["browser", "kept_folder"]  # fixtures of pages and of benchmarks
 
@@ -56,6 +57,7 @@ def pytest_collection_modifyitems(items):
 def pytest_collection_finish():
     """Modules and collected tests live as long as the run: the garbage collector need not look at them again."""
     gc.freeze()
+    gc.enable()
 
 
 def _cpu_seconds(*who):

@@ -54,9 +54,9 @@ def test_events_are_those_of_every_quadruple():
 
 def test_packings_in_flow_and_the_same_in_other_images():
     p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-    run = jamlab.quasistatic_shear(p, strain=0.2, strain_step=1e-2, snapshot_every=1e-2)
+    run = jamlab.quasistatic_shear(p, strain=0.2, strain_step=2e-2, snapshot_every=2e-2)
     found = jamlab.t1_events(run)
-    assert len(found) > 3 and found.steps.tolist() == list(range(1, 21)) and found.counts.sum() == len(found)
+    assert len(found) > 3 and found.steps.tolist() == list(range(1, 11)) and found.counts.sum() == len(found)
     assert len(jamlab.t1_events([p, p])) == 0
     order = np.random.default_rng(2)
     moved = []

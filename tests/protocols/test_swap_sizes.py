@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import plain_swaps
@@ -81,7 +82,7 @@ def test_orders_of_three_sizes_have_the_weights_of_boltzmann():
 
 
 def test_sizes_are_the_same_and_energies_lower():
-    for seed in range(1, 4):
+    for seed in (1, 2):
         p = jamlab.pack(n=32, phi=0.9, seed=seed, sizes=WIDE)
         found = jamlab.swap_sizes(p, sweeps=100, seed=seed).packing
         assert np.array_equal(np.sort(found.diameters), np.sort(p.diameters))
@@ -161,7 +162,7 @@ def test_what_cannot_swap_is_refused_by_name():
     sticky = jamlab.pack(n=16, phi=0.8, seed=1, law={"stickiness": 0.05})
     with pytest.raises(jamlab.InputError, match=r"sticky disks of stickiness 0.05 .* use jamlab.anneal"):
         jamlab.swap_sizes(sticky)
-    droplets = jamlab.jam(4, "dp", seed=1)
+    droplets = jamlab.read(Path(__file__).parents[1] / "states" / "few_droplets.h5")
     for function in (jamlab.swap_sizes, jamlab.relax_radii):
         with pytest.raises(jamlab.InputError, match=r"model 'dp': .* jamlab.anneal"):
             function(droplets)
