@@ -58,8 +58,10 @@ def sweep(packing, random, temperature, move, swap_share):
 def distances_of_two(packing, temperature, edges, points=150):
     """Probabilities that two disks, anywhere in the cell, lie at distances between edges: those of Boltzmann."""
     places = np.stack(np.meshgrid(*2 * [(np.arange(points) + 0.5) / points]), axis=-1).reshape(-1, 2) @ packing.box
-    apart = np.hypot(*np.moveaxis(places[:, None] + IMAGES @ packing.box, -1, 0))
-    reach = np.full(apart.shape, 0.5 * packing.disk_diameters.sum())
+    reach, vectors = 0.5 * packing.disk_diameters.sum(), IMAGES @ packing.box
+    vectors = vectors[np.hypot(*vectors.T) < np.hypot(*places.T).max() + max(reach, edges[-1])]  # others are too far
+    apart = np.hypot(*np.moveaxis(places[:, None] + vectors, -1, 0))
+    reach = np.full(apart.shape, reach)
     weight = np.exp(-of(packing, reach, apart).sum(axis=1) / temperature)
     found, _ = np.histogram(apart.min(axis=1), edges, weights=weight)
     return found / weight.sum()
