@@ -4,18 +4,18 @@ called.
 Nothing below may import the package itself, which names all that lies above.
 """
 
+import os
 import re
 from functools import cache
-from pathlib import Path
 
 NAMES: list[str] = []
-_STUB = Path(__file__).with_name("__init__.pyi")
+_FOLDER = os.path.dirname(__file__)
 
 
 @cache
 def modules() -> dict[str, str]:
     """Public name -> module within jamlab, as `__init__.pyi` has it."""
-    lines = re.findall(r"^from \.([\w.]+) import \w+ as (\w+)", _STUB.read_text(encoding="utf-8"), re.MULTILINE)
+    lines = re.findall(r"^from \.([\w.]+) import \w+ as (\w+)", _read("__init__.pyi"), re.MULTILINE)
     return {name: module for module, name in lines}
 
 
@@ -33,8 +33,13 @@ def also_called() -> dict[str, list[str]]:
     """Function -> what its docstring says behind "Also called:"; sources are read, since to import all takes long."""
     found = {}
     for name, module in modules().items():
-        source = _STUB.parent.joinpath(*module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
+        source = _read(f"{module.replace('.', os.sep)}.py")
         body = re.search(rf"^def {name}\(.*?(?=^(?:def|class|@)|\Z)", source, re.MULTILINE | re.DOTALL)
         if body and (words := re.search(r"\n    Also called: ([\w,\s]+)\.\n", body[0])):
             found[name] = re.findall(r"\w+", words[1])
     return found
+
+
+def _read(name: str) -> str:
+    with open(os.path.join(_FOLDER, name), encoding="utf-8") as file:  # pathlib would be loaded for this alone
+        return file.read()
