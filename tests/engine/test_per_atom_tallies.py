@@ -2,6 +2,7 @@
 
 import numpy as np
 import outlines
+import plain_outline_laws as plain
 import pytest
 from engine.test_plugin_on_ranks import columns, run
 from outlines import DISK, RING
@@ -115,6 +116,56 @@ def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
     found = run(tmp_path, deck, ranks)
     assert len(found) == 2 * len(ends)
     for row in found.values():
+        close(row[4:], row[:4])
+
+
+KAPPA, THETA0, KP, KL, P0 = 0.02, 0.6, 0.3, 0.2, 3.7
+OUTLINE_LAWS = f"""
+fix bend rings polygon/bending {KAPPA} {THETA0}
+fix perimeter rings polygon/perimeter {KP} {KL} {P0} d_a0
+"""
+
+
+def strained(energy, points):
+    """Energy of points and its derivatives by strain xx, yy, xy: minus the virial."""
+    found = [energy(points)]
+    for a, b in ((0, 0), (1, 1), (0, 1)):
+        moved = points.astype(complex)
+        moved[:, a] += 1e-30j * points[:, b]
+        found.append(energy(moved).imag / 1e-30)
+    return found
+
+
+def outline_parts(state):
+    """Of bending the vertex where an outline turns has all; of a perimeter all have the same, and the edge ahead."""
+    rows = np.zeros((len(state.points), 4))
+    for start, o in zip(state.starts, state.outlines, strict=False):
+        if o.type != RING:
+            continue
+        n, rest = len(o.points), P0 * np.sqrt(o.a0)
+        excess = outlines.lengths(o).sum() - rest
+        for k in range(n):
+            corner = o.points[[k - 1, k, (k + 1) % n]]
+            rows[start + k] += strained(lambda x, n=n: plain.corner(*x, KAPPA, THETA0 * 2 * np.pi / n), corner)
+            edge = o.points[[k, (k + 1) % n]]
+            length = strained(lambda x: plain.size(x[1] - x[0]), edge)
+            spring = strained(lambda x, n=n, rest=rest: KL * n / 2 * (plain.size(x[1] - x[0]) - rest / n) ** 2, edge)
+            rows[start + k] += spring
+            rows[start + k] += [KP / 2 * excess**2 / n, *(KP * excess * np.array(length[1:]))]
+    return rows
+
+
+@RANKS
+def test_atoms_have_their_shares_of_laws_of_outlines(tmp_path, ranks):
+    state = outlines.scene(14)
+    (tmp_path / "data").write_text(outlines.data(state))
+    deck = ""
+    for newton in ("on", "off"):
+        here = outlines.deck("data", newton) + OUTLINE_LAWS + TALLIES
+        deck += here + "run 0\n" + SHOW.format(newton) + DUMP.format(newton)
+    wanted = outline_parts(state) + (area_parts(state) + contact_parts(state) + bond_parts(state)) * [1, -1, -1, -1]
+    for name, row in run(tmp_path, deck, ranks).items():
+        close(columns(tmp_path / f"{name.removeprefix('state-')}.dump", 9), wanted)
         close(row[4:], row[:4])
 
 

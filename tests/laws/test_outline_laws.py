@@ -169,7 +169,7 @@ def test_free_droplets_are_at_rest(law):
 
         def energy(side, count=count, a0=a0):
             ring = regular_polygon(count, side**2)
-            length = plain._size(ring[1] - ring[0]) * count
+            length = plain.size(ring[1] - ring[0]) * count
             own = plain.bending(ring, law.get("kappa", 0.0), law.get("theta0", 1.0))
             own += plain.perimeter(ring, a0, **{k: law[k] for k in ("kp", "kl", "p0") if k in law})
             return 0.4 * length + 20.0 * (side**2 - a0) ** 2 + own

@@ -5,18 +5,19 @@ import numpy as np
 
 def bending(ring, kappa, theta0=1.0):
     """(kappa/2) sum (theta - theta_0)^2/l of one ring (nv, 2)."""
-    energy, nv = 0, len(ring)
-    for i in range(nv):
-        before, here, after = ring[i - 1], ring[i], ring[(i + 1) % nv]
-        a, b = before - here, after - here
-        inner = _arc_cosine_of(a, b)
-        energy += 0.5 * kappa * (np.pi - inner - theta0 * 2 * np.pi / nv) ** 2 / (0.5 * (_size(a) + _size(b)))
-    return energy
+    nv = len(ring)
+    return sum(corner(ring[i - 1], ring[i], ring[(i + 1) % nv], kappa, theta0 * 2 * np.pi / nv) for i in range(nv))
+
+
+def corner(before, here, after, kappa, turn):
+    """(kappa/2) (theta - turn)^2/l of one vertex."""
+    a, b = before - here, after - here
+    return 0.5 * kappa * (np.pi - _arc_cosine_of(a, b) - turn) ** 2 / (0.5 * (size(a) + size(b)))
 
 
 def perimeter(ring, a0, kp=0.0, kl=0.0, p0=3.5449077018110318):
     """(kp/2)(p - P)^2 + (kl nv/2) sum (l - P/nv)^2 of one ring."""
-    lengths, rest, nv = [_size(ring[i] - ring[i - 1]) for i in range(len(ring))], p0 * np.sqrt(a0), len(ring)
+    lengths, rest, nv = [size(ring[i] - ring[i - 1]) for i in range(len(ring))], p0 * np.sqrt(a0), len(ring)
     return 0.5 * kp * (sum(lengths) - rest) ** 2 + 0.5 * kl * nv * sum((each - rest / nv) ** 2 for each in lengths)
 
 
@@ -50,7 +51,7 @@ class _One:
         self.params, self.offsets = params, offsets
 
 
-def _size(r):
+def size(r):
     return np.sqrt(r[0] * r[0] + r[1] * r[1])
 
 
