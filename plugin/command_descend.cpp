@@ -138,8 +138,8 @@ double CommandDescend::largest_force() const
   return std::sqrt(largest);
 }
 
-/* The descent has converged, or forces are too small to press droplets together again. The energy of
-   contacts that pull is negative. */
+/* The descent has converged, or forces are too small to press droplets together again. The energy
+   of contacts that pull is negative. */
 bool CommandDescend::ended() const
 {
   const double largest = largest_force();
