@@ -79,8 +79,8 @@ struct ContactLaws {
 
 /* With the overlap x = 1 - d/width at a distance d, the energy is E = (eps/2)(x^2 - adhesion range)
    down to x = -adhesion, and E = -(eps/2) falls (x + range)^2 from there to x = -range, where
-   falls = adhesion/(range - adhesion). Without adhesion it ends at contact. Loops over contacts take
-   the laws from one table, which is made anew for every evaluation. */
+   falls = adhesion/(range - adhesion). Without adhesion it ends at contact. Loops over contacts
+   take the laws from one table, which is made anew for every evaluation. */
 struct PairLaw {
   double eps, width, per_width, reachsq;    // square of the distance up to which contacts are found
   double adhesion = 0.0, range = 0.0, falls = 0.0;
