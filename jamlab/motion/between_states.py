@@ -85,20 +85,52 @@ def flow_strain(packing: Packing, otherwise: float = np.nan) -> float:
     return float(packing.provenance.get("flow_strain", otherwise))
 
 
-_STRETCH = 0.05  # of the width of the box, over the strain, from which on the shear was not along x
+def flow_between(before: Packing, after: Packing) -> tuple[float, float]:
+    """Strain and time of the flow from one state to another; 0 where they carry none.
+
+    Both count from the start of a run. Where the box tells that the second state is of a run that the first one began,
+    such as the last state of a run before, its own strain and time are taken."""
+    (strain, _), of_one = _carried(before, after)
+    own, earlier = (float(each.provenance.get("flow_time", 0.0)) for each in (after, before))
+    return strain, own - earlier if of_one and own >= earlier else own
+
+
+_STRETCH = 0.05  # over the strain: of the width of the box, or in what its lattice says, from which it was another
 
 
 def box_gradient(before: Packing, after: Packing) -> Array:
     """(2, 2) deformation gradient F of the box, rows of boxes go from b to F b, over all boxes of the second lattice.
 
-    F is nearest to 1; between states of a run that were sheared along x, nearest to their difference in strain. A state
-    without strain is the start of the run."""
-    expected = np.eye(2)
+    F is nearest to 1; between states of runs that were sheared along x, nearest to the strain of the flow from one to
+    the other, if the lattices agree with it. A state without strain is the start of the run."""
+    return _carried(before, after)[0][1]
+
+
+def _carried(before: Packing, after: Packing) -> tuple[tuple[float, Array], bool]:
+    """Strain of the flow from one state to another, with the gradient of the box; and whether both are of one run."""
+    own, earlier = flow_strain(after, 0.0), flow_strain(before, 0.0)
     size = np.sqrt(before.area / after.area)
     stretch = after.box[0, 0] / before.box[0, 0] * size  # 1 in simple shear along x
-    strain = flow_strain(after, 0.0) - flow_strain(before, 0.0)
-    if abs(stretch - 1) < _STRETCH * abs(strain):
-        expected[0, 1] = strain
+    most = _STRETCH * max(abs(own - earlier), abs(own))
+    agreed = []
+    for strain, of_one in ((own - earlier, True), (own, False)):
+        gradient = _nearest(before, after, strain)
+        off = abs(float(gradient[0, 1] * size) - strain)
+        if max(abs(stretch - 1), off) <= most:
+            agreed.append((off, abs(strain), (strain, gradient), of_one))
+    if not agreed:
+        return (own - earlier, _nearest(before, after, 0.0)), True
+    nearest = min(each[0] for each in agreed)
+    return min((each for each in agreed if each[0] <= nearest + _SAME), key=lambda each: each[1])[2:]
+
+
+_SAME = 1e-3  # strains that lattices do not tell apart: then the smaller one is taken
+
+
+def _nearest(before: Packing, after: Packing, strain: float) -> Array:
+    """(2, 2) gradient of the box nearest to a simple shear along x, but for its size."""
+    expected = np.array([[1.0, strain], [0.0, 1.0]])
+    size = np.sqrt(before.area / after.area)
     start = np.linalg.inv(before.box)
     wanted = np.rint(before.box @ expected.T @ np.linalg.inv(after.box * size)).astype(np.int64)
     best, found = np.inf, np.eye(2)

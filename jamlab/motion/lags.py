@@ -15,7 +15,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
-from jamlab.motion.between_states import Run, between_states, flow_strain, states_of
+from jamlab.motion.between_states import Run, between_states, flow_between, states_of
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import in_unit
 
@@ -46,8 +46,8 @@ def lags_of(run: Run | Iterable[Packing], particles: Any) -> Lags:
     chosen = _chosen(states[0], particles)
     steps = [between_states(*pair).displacements[chosen] for pair in pairwise(states)]
     moved = np.concatenate([np.zeros((1, len(chosen), 2)), np.cumsum(steps, axis=0)])
-    strain = np.cumsum(np.abs(np.diff([flow_strain(each, 0.0) for each in states])))
-    time = np.cumsum(np.diff([float(each.provenance.get("flow_time", 0.0)) for each in states]))
+    flowed = np.array([flow_between(*pair) for pair in pairwise(states)])
+    strain, time = np.cumsum(np.abs(flowed), axis=0).T
     clock = next((each for each in (time, strain) if (np.diff(each, prepend=0.0) > 0).all()), None)
     intervals = np.ones(len(steps)) if clock is None else np.diff(clock, prepend=0.0)
     even = np.abs(intervals / intervals[0] - 1) < _EVEN
@@ -74,6 +74,8 @@ def _chosen(packing: Packing, particles: Any) -> Indices:
         raise InputError(f"particles has the shape {given.shape}: give {packing.n} truth values, or numbers")
     if given.min() < 0 or given.max() >= packing.n:
         raise InputError(f"particles from {given.min()} to {given.max()}: must be from 0 to {packing.n - 1}")
+    if len(np.unique(given)) < len(given):
+        raise InputError("particles names one twice: give each number once, or it counts twice")
     return given.astype(np.int64)
 
 

@@ -121,6 +121,30 @@ def test_strain_of_a_run_tells_boxes_of_one_lattice_apart():
     np.testing.assert_allclose(box_gradient(before, grown), 1.5 * np.eye(2), atol=1e-12)
 
 
+@pytest.mark.parametrize("first", [0.8, 1.0, -1.7])
+def test_a_run_that_begins_where_another_ended_counts_its_own_strain(first):
+    """Strain counts from the start of each run, so that the difference of two is that of no flow."""
+    start = disks(12)
+    ends, total = [], 0.0
+    for strain in (first, 0.1, 0.05):
+        total += strain
+        after, _ = deformed(start, np.array([[1.0, total], [0.0, 1.0]]))
+        box = after.box.copy()
+        box[1] -= np.round(box[1, 0] / box[0, 0]) * box[0]
+        marks = {"flow_strain": strain, "flow_time": 2.0}
+        ends.append(after.with_state(box=box, provenance=marks))
+    for k, strain in ((1, 0.1), (2, 0.15)):
+        found = jamlab.local_strain(ends[0], ends[k])
+        assert found.box_strain[0, 1] == pytest.approx(strain, abs=1e-12)
+        assert np.nanmax(found.d2min) < 1e-24
+    relaxed = ends[0].with_state(positions=ends[0].positions + 1e-3)  # what follows a run carries its strain
+    assert box_gradient(ends[0], relaxed)[0, 1] == pytest.approx(0.0, abs=1e-12)
+    moved = jamlab.mean_square_displacement([start, *ends])
+    steps = np.abs([first, 0.1, 0.05])
+    np.testing.assert_allclose(moved.strain, np.cumsum(steps)[moved.lag - 1], atol=1e-12)
+    np.testing.assert_allclose(moved.time, 2.0 * moved.lag)
+
+
 @pytest.fixture(scope="module")
 def run():
     p = jamlab.pack(n=32, pressure=1e-2, seed=1)

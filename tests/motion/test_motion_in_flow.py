@@ -110,6 +110,7 @@ BAD = {
     "negative particle": (lambda: jamlab.self_overlap(S, particles=[-1]), "must be from 0 to 19"),
     "no particle": (lambda: jamlab.self_overlap(S, particles=np.zeros(N, dtype=bool)), "give 20 truth values"),
     "other mask": (lambda: jamlab.self_overlap(S, particles=np.ones(3, dtype=bool)), "give 20 truth values"),
+    "twice": (lambda: jamlab.self_overlap(S, particles=[1, 2, 1]), "names one twice"),
     "length 0": (lambda: jamlab.self_overlap(S, 0.0), "length = 0"),
     "length nan": (lambda: jamlab.self_overlap(S, float("nan")), "length = nan"),
     "one packing": (lambda: jamlab.self_overlap(S[0]), "run = "),
