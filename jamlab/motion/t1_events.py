@@ -96,7 +96,7 @@ def t1_events(run: Run | Iterable[Packing] | DataFrame) -> T1Events:
 
     Raises:
         InputError: fewer than two states, boxes so small that a pair of particles meets twice, or a table without these
-            columns, with one frame, or with a particle twice in a frame.
+            columns, with one frame, with a particle twice in a frame, or with numbers that are not whole.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -174,6 +174,10 @@ def checked_tracks(table: Any) -> Any:
     values = table[[*TRACKED]].to_numpy()
     if values.dtype.kind not in "iuf" or not np.isfinite(values.astype(np.float64)).all():
         raise InputError("run: frame, particle, x and y of tracks must be finite numbers: drop the other rows")
+    for name in ("frame", "particle"):
+        if (broken := np.flatnonzero(table[name] % 1 != 0)).size:
+            value = table[name].iloc[broken[0]]
+            raise InputError(f"run: {name} = {value:g} in row {broken[0]} of tracks: must be a whole number")
     table = table.reset_index(drop=True)  # trackpy names the index frame too
     if table["frame"].nunique() < 2:
         raise InputError(f"run: the tracks have {table['frame'].nunique()} frame(s): give two or more")

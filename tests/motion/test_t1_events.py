@@ -136,6 +136,8 @@ BAD = {
     "twice": (lambda: jamlab.t1_events(pd.concat([GOOD, GOOD.iloc[:1]])), "particle 0 is twice in frame 0"),
     "nan": (lambda: jamlab.t1_events(GOOD.assign(x=np.nan)), "must be finite numbers: drop"),
     "text": (lambda: jamlab.t1_events(GOOD.assign(x="a")), "must be finite numbers: drop"),
+    "half a frame": (lambda: jamlab.t1_events(GOOD.assign(frame=0.5 * GOOD["frame"])), "frame = 0.5 in row 4.*whole"),
+    "half a particle": (lambda: jamlab.t1_events(GOOD.assign(particle=0.5 * GOOD["particle"])), "particle = 0.5 in"),
     "array": (lambda: jamlab.t1_events(GOOD.to_numpy()), "run = array"),
     "nothing": (lambda: jamlab.t1_events([]), r"run has 0 packing\(s\)"),
 }
