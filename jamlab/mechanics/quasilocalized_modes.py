@@ -179,7 +179,8 @@ def _given(packing: Packing, starts: ArrayLike) -> Array:
     given = finite_array("starts", starts, (None, len(packing.positions), 2))
     if not len(given):
         raise InputError("starts: give one displacement or more, or leave it out")
-    return given
+    largest = np.abs(given).max(axis=(1, 2), keepdims=True)
+    return given / np.where(largest > 0, largest, 1.0)  # the cost does not depend on the size
 
 
 def _harmonic(packing: Packing, count: int, prestress: bool) -> Array:

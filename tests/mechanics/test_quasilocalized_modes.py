@@ -95,6 +95,14 @@ def test_modes_of_a_wave_are_refined_to_a_spot():
     assert found.frequencies[0] >= harmonic.frequencies[first] and 1 < len(found.cost) <= 12
 
 
+@pytest.mark.parametrize("size", [1e-200, 1e200])
+def test_starts_of_any_length_end_in_the_same_minimum(size):
+    p = jamlab.pack(16, 1e-2, 1)
+    start = np.random.default_rng(2).standard_normal((1, 16, 2))
+    one, other = (jamlab.quasilocalized_modes(p, starts=each) for each in (start, size * start))
+    assert other.cost[0] == pytest.approx(one.cost[0], rel=1e-9)
+
+
 def test_masses_change_frequencies_alone():
     p = jamlab.pack(64, 1e-1, 2)
     plain, heavy = jamlab.quasilocalized_modes(p, 5), jamlab.quasilocalized_modes(p, 5, masses=4.0)
