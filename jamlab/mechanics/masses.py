@@ -18,6 +18,7 @@ from jamlab.packing.packing import Packing
 Masses = ArrayLike | Mapping[str, Any]  # what `masses` takes
 
 DENSITY = "density"
+CONTRAST = 1e4  # heaviest over lightest: 1e-9 of a stiffness times this is below that of the softest modes
 LARGEST, LEAST = 1e100, 1e-100  # squares of frequencies times masses stay within float64
 
 
@@ -36,6 +37,19 @@ def particle_masses(packing: Packing, masses: Masses) -> Array:
         raise InputError(
             f"masses: particle {outside[0]} has the mass {found[outside[0]]:.6g}: must be positive, from {LEAST:g} to "
             f"{LARGEST:g}; leave out masses for motion without inertia"
+        )
+    return found
+
+
+def comparable_masses(packing: Packing, masses: Masses) -> Array:
+    """`particle_masses` where one threshold tells zero modes of light and of heavy particles from soft ones."""
+    found = particle_masses(packing, masses)
+    free = found[packing.frame.free]
+    if free.max() > CONTRAST * free.min():
+        raise InputError(
+            f"masses from {free.min():.6g} to {free.max():.6g}: modes that cost nothing cannot be told from slow ones "
+            f"of heavy particles; give masses of a ratio of at most {CONTRAST:g}, or fix the heavy particles by "
+            "packing.with_state(fixed=...)"
         )
     return found
 

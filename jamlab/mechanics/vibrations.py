@@ -17,7 +17,7 @@ from jamlab.geometry.contact_network import contacts, remove_rattlers
 from jamlab.mechanics.density_of_states import HISTOGRAM, DensityOfStates, density_of
 from jamlab.mechanics.factors import SOFT, SymmetricFactors
 from jamlab.mechanics.like_packings import packings_of_one_kind
-from jamlab.mechanics.masses import Masses, particle_masses, site_masses
+from jamlab.mechanics.masses import Masses, comparable_masses, particle_masses, site_masses
 from jamlab.mechanics.stiffness import energy_terms, free_coordinates, hessian
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -168,7 +168,8 @@ def lowest_modes(
             of their droplet. Default: 1 for each disk or vertex.
 
     Raises:
-        InputError: count out of range, too many coordinates for a dense matrix, or a mass that is not positive.
+        InputError: count out of range, too many coordinates for a dense matrix, a mass that is not positive, or
+            masses whose ratio is above 1e4.
         ConvergenceError: the eigenvalue iteration did not end, or missed one of several equal eigenvalues.
 
     Example:
@@ -184,7 +185,7 @@ def lowest_modes(
     count = size if count is None else count
     if isinstance(count, bool) or not 0 < count <= size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size}, or None for all")
-    weight = None if masses is None else site_masses(packing, particle_masses(packing, masses))
+    weight = None if masses is None else site_masses(packing, comparable_masses(packing, masses))
     matrix, root = _free_hessian(packing, prestress), np.ones(size)
     if weight is not None:
         root = np.sqrt(np.repeat(weight, 2)[moving])

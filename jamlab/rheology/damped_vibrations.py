@@ -15,7 +15,7 @@ import numpy as np
 from jamlab.arrays import Array, Complex, Indices, Mask
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.mechanics.masses import Masses, mass_matrix_diagonal, particle_masses, site_masses
+from jamlab.mechanics.masses import Masses, comparable_masses, mass_matrix_diagonal, site_masses
 from jamlab.mechanics.stiffness import free_coordinates
 from jamlab.mechanics.vibrations import participation_ratio
 from jamlab.packing.packing import Packing
@@ -131,8 +131,8 @@ def damped_vibrations(
         prestress: False replaces contacts by unstressed springs; SP only.
 
     Raises:
-        InputError: too many coordinates, a mass that is not positive, droplets without pre-stress, drag that is not
-            linear.
+        InputError: too many coordinates, a mass that is not positive, masses whose ratio is above 1e4, droplets without
+            pre-stress, drag that is not linear.
 
     Example:
         >>> p = jamlab.pack(n=16, pressure=1e-2, seed=1)
@@ -140,7 +140,7 @@ def damped_vibrations(
         >>> found.free >= 2  # translations, and rattlers
         True
     """
-    weight = particle_masses(packing, masses)
+    weight = comparable_masses(packing, masses)
     k, b = dynamical_matrices(packing, damping or ContactDamping(), prestress=prestress)
     sites, spins = len(packing.positions), packing.kind.rotations(packing)
     turning = 2 * sites + np.flatnonzero(packing.frame.free[:spins])

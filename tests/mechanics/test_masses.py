@@ -132,6 +132,7 @@ BAD = {
     "two axes": (np.ones((16, 2)), r"shape \(any\), got \(16, 2\)"),
     "nan": ([float("nan")] * 16, r"masses\[0\] is nan"),
     "huge": (1e120, "to 1e.100"),
+    "far apart": (np.geomspace(1, 1e5, 16), "masses from 1 to 100000: .* at most 10000"),
     "text": ("heavy", "masses = 'heavy'"),
     "another key": ({"rho": 1.0}, "give {'density': mass per area}"),
     "no key": ({}, "give {'density': mass per area}"),
@@ -147,3 +148,13 @@ def test_bad_masses_are_refused(name):
     for call in (jamlab.lowest_modes, jamlab.damped_vibrations, jamlab.density_of_states):
         with pytest.raises(jamlab.InputError, match=words):
             call(p, masses=masses)
+
+
+def test_unequal_masses_change_no_number_of_zero_modes():
+    for p in (FEATURES["rattlers"](), FEATURES["droplets"]()):
+        masses, zero = np.geomspace(1, 1e4, p.n), jamlab.count_zero_modes(p)
+        assert jamlab.lowest_modes(p, None, masses=masses).zero.sum() == zero
+        assert jamlab.damped_vibrations(p, masses=masses).free == zero
+        masses[0] = 1e9  # of a particle that does not move
+        held = p.with_state(fixed=np.arange(p.n) == 0)
+        assert jamlab.lowest_modes(held, None, masses=masses).zero.sum() == jamlab.count_zero_modes(held)
