@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -112,7 +112,9 @@ class ComplexModulus(Result):
             InputError: method "direct" finds none.
         """
         if self._spectrum is None:
-            raise InputError(f"method {self.method!r} finds no relaxation spectrum: use method 'dense' or 'reduced'")
+            raise InputError(
+                f"method {self.method!r} finds no relaxation spectrum: use 'dense' or 'reduced', which take no masses"
+            )
         return self._spectrum
 
     @property
@@ -211,7 +213,7 @@ def linear_modulus(
     network.check_at_rest()
     motion = equation_of_motion(network, law, prestress=prestress, direction=direction)
     free = free_droplets(network, law, direction)
-    limits = find_limits(motion)
+    limits = find_limits(motion, inertia=inertia is not None)
     if method == "auto":
         method = "dense" if motion.moving <= (DENSE.size if limits.floppy.size else SOLVING.small) else "reduced"
     method = method if inertia is None else "direct"
@@ -223,8 +225,6 @@ def linear_modulus(
         modulus = modulus + free.modulus(frequencies)
     else:  # inertia, of omega^2, is less than drag at low frequency and more at high: g0 and eta0 stay
         heavy = _motion_with_masses(network, law, inertia, prestress=prestress, direction=direction)
-        eta_inf = heavy.b_gg / heavy.area
-        limits = replace(limits, eta_inf=eta_inf, eta_inf_bound=OF_ROUNDING.entries * eta_inf)
         modulus, error, elements = _solve_direct(heavy, limits, frequencies)
         modulus = modulus + free_droplets_with_inertia(network, law, direction, inertia, frequencies)
     error = error + SOLVING.sums * (1 + 1j)

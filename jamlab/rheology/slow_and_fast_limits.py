@@ -32,8 +32,9 @@ class ShiftedSolver:
         # 0, 1 or 2 rotations in an entry
         self._turning = np.add(keys % motion.size >= motion.moving, keys // motion.size >= motion.moving, dtype=np.int8)
 
-    def factorise(self, shift: float) -> None:
-        """Factorise K + s B for a shift s, 1/tau_1."""
+    def factorise(self, shift: float, otherwise: str = ", or method='direct'") -> None:
+        """Factorise K + s B for a shift s, 1/tau_1. `otherwise`: remedy of one that fails, besides frequency and
+        beta."""
         self._root = float(np.sqrt(shift))
         values = self._k + np.array([shift, self._root, 1.0])[self._turning] * self._b
         pattern = self._pattern
@@ -43,7 +44,7 @@ class ShiftedSolver:
         except ConvergenceError as error:
             raise ConvergenceError(
                 f"K + s B loses all digits to rounding at s = {shift:.2g}: use less extreme frequencies or "
-                f"beta, or method='direct' ({error})"
+                f"beta{otherwise} ({error})"
             ) from error
 
     def forget(self) -> None:
@@ -106,11 +107,12 @@ class Limits:
         return not (self.g0 or self.eta0)
 
 
-def find_limits(motion: EquationOfMotion) -> Limits:
-    """Find the slow and the fast limit of the response, and the moduli that follow from them."""
+def find_limits(motion: EquationOfMotion, *, inertia: bool = False) -> Limits:
+    """Find the slow and the fast limit of the response, and the moduli that follow from them. `inertia`: the fast
+    response is the affine motion, whatever the drag."""
     slow, floppy = _solve_slow(motion)
     solver = ShiftedSolver(motion)
-    fast = _solve_fast(motion, solver)
+    fast = np.zeros(motion.size) if inertia else _solve_fast(motion, solver)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
     b = motion.b
     fast_drag, rounding = _form(b, strained_fast)
@@ -165,7 +167,7 @@ def _solve_fast(motion: EquationOfMotion, solver: ShiftedSolver) -> Array:
     B by about 1 + s over the fastest rate."""
     moving = motion.moving
     shift = STEPS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
-    solver.factorise(shift)
+    solver.factorise(shift, otherwise="")  # every method needs this limit
     q = -solver.solve(motion.k_qg + shift * motion.b_qg)
     last = np.inf
     for _ in range(STEPS.most_steps):

@@ -10,6 +10,7 @@ from scipy import optimize
 
 import jamlab
 from jamlab.rheology import damped_vibrations as module
+from jamlab.rheology import slow_and_fast_limits
 
 OMEGA = np.logspace(-4, 4, 9)
 NAMED = (
@@ -87,6 +88,22 @@ def test_light_particles_answer_as_overdamped_ones():
         light = jamlab.complex_modulus(p, omega, masses=mass, prestress=False)
         off.append(np.abs(light.storage + 1j * light.loss - plain.storage - 1j * plain.loss).max())
     assert off[0] < 1e-2 and off[1] == pytest.approx(off[0] / 10, rel=0.05)  # linear in the mass
+
+
+def test_modulus_with_masses_needs_no_fast_limit_of_drag(monkeypatch):
+    """Inertia makes the fast motion affine: drag whose fast limit is lost to rounding is none the less solved."""
+    p, law = FEATURES["disks"](), jamlab.ContactDamping(beta=0.0)
+    masses = np.linspace(1.0, 2.0, p.n)
+    expected = jamlab.complex_modulus(p, [0.3, 3.0], law, masses=masses)
+
+    def lost(*_):
+        raise jamlab.ConvergenceError("the fast limit is lost")
+
+    monkeypatch.setattr(slow_and_fast_limits, "_solve_fast", lost)
+    found = jamlab.complex_modulus(p, [0.3, 3.0], law, masses=masses)
+    assert np.array_equal(found.storage, expected.storage) and found.eta_inf == expected.eta_inf
+    matrices = jamlab.dynamical_matrices(jamlab.remove_rattlers(p), law)
+    assert found.eta_inf == pytest.approx(matrices[1].toarray()[-1, -1] / p.area)
 
 
 def test_storage_and_loss_obey_kramers_and_kronig():
