@@ -152,7 +152,7 @@ def _neighbors(packing: Packing, number: int) -> _Pairs:
     if len(found) < len(i) or (i == j).any():
         raise InputError(
             f"state {number} of run: a pair of particles, n = {packing.n}, meets across the box and within it: T1 "
-            "events need a larger packing, such as n = 32"
+            "events need a larger packing, of a box several particles wide"
         )
     return found
 
