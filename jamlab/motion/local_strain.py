@@ -226,7 +226,8 @@ def local_strain(
 
     Particles are disks at their centres or droplets at their area centroids. Vectors to neighbours go from one state to
     the next at the image nearest to the affine motion of the box, so that tilted, flipped and strained boxes and
-    wrapped particles need nothing. Of two boxes far apart the smallest strain is taken, or that of the run.
+    wrapped particles need nothing. Of two boxes far apart the smallest strain is taken, or that of the run, which
+    counts from its start, such as the end of the run before.
 
     Args:
         before: the first state; or, without `after`, a run or packings one after the other, for every step from one

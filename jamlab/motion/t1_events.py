@@ -171,14 +171,15 @@ def checked_tracks(table: Any) -> Any:
     missing = [name for name in TRACKED if name not in getattr(table, "columns", ())]
     if missing:
         raise InputError(f"run: the table has no column {missing[0]!r}: give tracks with {', '.join(TRACKED)}")
-    values = table[[*TRACKED]].to_numpy()
-    if values.dtype.kind not in "iuf" or not np.isfinite(values.astype(np.float64)).all():
+    numbers = [getattr(table[name].dtype, "kind", "O") in "iuf" for name in TRACKED]  # whole ones with gaps too
+    values = table[[*TRACKED]].astype(np.float64) if all(numbers) else None
+    if values is None or not np.isfinite(values.to_numpy()).all():
         raise InputError("run: frame, particle, x and y of tracks must be finite numbers: drop the other rows")
     for name in ("frame", "particle"):
-        if (broken := np.flatnonzero(table[name] % 1 != 0)).size:
-            value = table[name].iloc[broken[0]]
+        if (broken := np.flatnonzero(values[name] % 1 != 0)).size:
+            value = values[name].iloc[broken[0]]
             raise InputError(f"run: {name} = {value:g} in row {broken[0]} of tracks: must be a whole number")
-    table = table.reset_index(drop=True)  # trackpy names the index frame too
+    table = table.assign(**values).reset_index(drop=True)  # trackpy names the index frame too
     if table["frame"].nunique() < 2:
         raise InputError(f"run: the tracks have {table['frame'].nunique()} frame(s): give two or more")
     if (twice := table.duplicated(["frame", "particle"])).any():

@@ -125,6 +125,13 @@ def test_tracked_pictures_have_strains():
     assert later["strain_yy"].abs().median() < 0.01 and later["d2min"].median() < 1.0 and (later["t1"] == 0).all()
 
 
+def test_numbers_with_room_for_gaps_are_numbers():
+    tracks = table(FLIP, FLIP[::-1])
+    gaps = tracks.astype({"frame": "Int64", "particle": "Int64", "x": "Float64"})
+    one, two = jamlab.t1_events(tracks), jamlab.t1_events(gaps)
+    assert len(one) == 1 and np.array_equal(one.met_i, two.met_i) and np.array_equal(one.place, two.place)
+
+
 SMALL = jamlab.jam(4)
 GOOD = table(FLIP, FLIP)
 BAD = {
@@ -138,6 +145,7 @@ BAD = {
     "text": (lambda: jamlab.t1_events(GOOD.assign(x="a")), "must be finite numbers: drop"),
     "half a frame": (lambda: jamlab.t1_events(GOOD.assign(frame=0.5 * GOOD["frame"])), "frame = 0.5 in row 4.*whole"),
     "half a particle": (lambda: jamlab.t1_events(GOOD.assign(particle=0.5 * GOOD["particle"])), "particle = 0.5 in"),
+    "categories": (lambda: jamlab.t1_events(GOOD.astype({"particle": "category"})), "must be finite numbers: drop"),
     "array": (lambda: jamlab.t1_events(GOOD.to_numpy()), "run = array"),
     "nothing": (lambda: jamlab.t1_events([]), r"run has 0 packing\(s\)"),
 }
