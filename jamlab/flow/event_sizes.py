@@ -22,7 +22,7 @@ from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.statistics.confidence import bootstrap
-from jamlab.statistics.rows_of_one_kind import Campaign, DataFrame, Select, rows_of_one_kind
+from jamlab.statistics.rows_of_one_kind import Campaign, DataFrame, Select, check_packings_once, rows_of_one_kind
 from jamlab.statistics.size_distribution import SizeLaw, fit_sizes
 
 SizeOf = Literal["energy", "stress_drop", "participation"]
@@ -232,5 +232,6 @@ def _of_runs(runs: list[QuasistaticShear], of: SizeOf, discard: float) -> tuple[
 
 def _of_rows(source: Campaign | DataFrame, of: SizeOf, discard: float, select: Select | None) -> list[Array]:
     """Sizes of the events of each packing of a campaign."""
-    rows = rows_of_one_kind(source, TABLE, select, _MEASURED, (of, "strain", "task", "state"))
+    rows = rows_of_one_kind(source, TABLE, select, _MEASURED, (of, "strain", "task", "state", "seed"))
+    check_packings_once(rows, "event_sizes")
     return [part[of].to_numpy(np.float64)[part["strain"].abs() > discard] for _, part in rows.groupby("task")]

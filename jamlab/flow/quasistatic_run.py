@@ -159,6 +159,10 @@ class QuasistaticShear(ShearRun):
         )
 
     @property
+    def _inner(self) -> Indices:
+        return self.inner_rows
+
+    @property
     def _first_part(self) -> tuple[float, float]:
         if not len(self.turning_points):
             return super()._first_part

@@ -86,8 +86,10 @@ class ShearRun(FlowRun):
 
     @property
     def velocity_profile(self) -> VelocityProfile:
-        """Mean velocity at each height, between the packings that were kept."""
-        return velocity_profile(self.frames)
+        """Mean velocity at each height, between the packings that were kept; not across the brackets of events, whose
+        strain is next to none."""
+        rows = self.frame_rows
+        return velocity_profile([self.frames[k] for k in np.flatnonzero(~np.isin(rows, self._inner))])
 
     @property
     def path(self) -> Array:
@@ -98,6 +100,11 @@ class ShearRun(FlowRun):
     def least_stress(self) -> float:
         """Stress below which a change is rounding."""
         return EVENTS.rounding * natural_scales(self.packing).stress
+
+    @property
+    def _inner(self) -> Indices:
+        """Rows that stand within steps, beside those at equal strains of which means are taken."""
+        return np.zeros(0, dtype=np.int64)
 
     @property
     def _first_part(self) -> tuple[float, float]:
@@ -176,7 +183,8 @@ class ShearRun(FlowRun):
 
     def _steady_rows(self, discard: float) -> Indices:
         """(m,) rows beyond a strain of start-up, the first of which only begins the average."""
-        rows = np.flatnonzero(self.path >= (self._last_part + discard) * (1 - 1e-9))
+        beyond = self.path >= (self._last_part + discard) * (1 - 1e-9)
+        rows = np.setdiff1d(np.flatnonzero(beyond), self._inner)
         if len(rows) <= 2 * AVERAGES.blocks:
             last = float(self.path[-1])
             remedy = "shear further, or ask for more rows"

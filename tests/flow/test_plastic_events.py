@@ -1,5 +1,7 @@
 """Plastic events: brackets, what each event changes, the mode that softens, the distribution of sizes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -82,8 +84,19 @@ def test_a_run_that_was_stopped_goes_on(start, run, tmp_path):
 
 
 def test_means_leave_out_rows_within_steps(run):
+    """And so do velocity profiles: a bracket has no strain to divide by."""
     rows = np.setdiff1d(np.arange(len(run.strain)), run.inner_rows)
     assert run.strain[rows] == pytest.approx([0, 1e-3], abs=1e-12)
+    profile = run.velocity_profile
+    assert len(run.frames) == 4 and np.abs(profile.velocity).max() < 10
+    assert profile.velocity.tolist() == replace(run, frames=(run.frames[0], run.frames[-1]), kept_rows=rows[[0, -1]],
+                                                inner_rows=rows[:0]).velocity_profile.velocity.tolist()  # fmt: skip
+    p = jamlab.pack(16, 1e-2, seed=3)
+    plain, found = (quasistatic_shear(p, 0.04, 2e-3, event_width=width) for width in (None, 1e-5))
+    on_grid = np.setdiff1d(np.arange(len(found.strain)), found.inner_rows)
+    assert len(found.inner_rows) and found.strain[on_grid] == pytest.approx(plain.strain, abs=1e-12)
+    assert found.steady(1e-3).stress == pytest.approx(found.stress[on_grid][2:].mean(), rel=1e-12)
+    assert found.steady(1e-3).stress == pytest.approx(plain.steady(1e-3).stress, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -162,6 +175,8 @@ def test_the_exponent_of_sizes_has_an_interval_over_packings():
     assert 200 < len(late.sizes) < 400
     with pytest.raises(jamlab.InputError, match=r"several kinds: n = .*select"):
         jamlab.event_sizes(pd.DataFrame([*rows, rows[0] | {"n": 64}]))
+    with pytest.raises(jamlab.InputError, match=r"event_sizes: seed 0 has 2 tasks.*one sweep"):
+        jamlab.event_sizes(pd.DataFrame([*rows, rows[0] | {"task": "again"}]))
 
 
 def refused(call, *words):
