@@ -55,7 +55,7 @@ def test_one_sweep_is_that_of_plain_numpy_to_the_last_bit(name, temperature):
     assert jamlab.evaluate(found).energy == pytest.approx(energy, rel=1e-11, abs=1e-15)
 
 
-@pytest.mark.parametrize("samples, bins", [(2000, 27)])
+@pytest.mark.parametrize("samples, bins", [(2000, 53)])
 def test_distances_of_two_disks_have_the_weights_of_boltzmann(samples, bins):
     p, heat = disks(2, tilt=0.3, side=2.0), 0.05
     metropolis, edges = MetropolisDisks(p, 1), np.linspace(0, 1.3, bins)
@@ -63,8 +63,14 @@ def test_distances_of_two_disks_have_the_weights_of_boltzmann(samples, bins):
     for _ in range(samples):
         metropolis.run(heat, 30, 0.2)
         at.append(plain_swaps.shortest(p, metropolis.packing().positions))
-    wanted = plain_swaps.distances_of_two(p, heat * contact_energy(p), edges, 300)
+    wanted = plain_swaps.distances_of_two(p, heat * contact_energy(p), edges, 400)
     assert plain_swaps.chi_square(np.histogram(at, edges)[0], wanted) < 2.2  # of seven bins or more: once in 30
+
+
+def test_the_shortest_distance_of_disks_that_are_many_cells_apart():
+    p = disks(2, tilt=0.3, side=2.0)
+    far = p.positions + [[0.0, 0.0], 9 * p.box[0] - 7 * p.box[1]]
+    assert plain_swaps.shortest(p, far) == pytest.approx(plain_swaps.shortest(p, p.positions), abs=1e-12)
 
 
 def test_orders_of_three_sizes_have_the_weights_of_boltzmann():

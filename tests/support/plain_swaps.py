@@ -69,7 +69,8 @@ def distances_of_two(packing, temperature, edges, points=150):
 
 def shortest(packing, positions):
     """Distance of two disks, the shortest of all images."""
-    return np.hypot(*(positions[1] - positions[0] + IMAGES @ packing.box).T).min()
+    apart = (positions[1] - positions[0]) @ np.linalg.inv(packing.box)  # disks that move may be many cells apart
+    return np.hypot(*((apart - np.round(apart) + IMAGES) @ packing.box).T).min()
 
 
 def chi_square(counts, probabilities):
