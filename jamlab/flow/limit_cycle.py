@@ -204,11 +204,12 @@ def plastic_displacements(before: Packing, after: Packing) -> Array:
     return np.where(moved.counted[:, None], moved.particles, 0.0)
 
 
-def earlier_state(ends: list[Packing], energy: Array) -> tuple[int, float]:
+def earlier_state(ends: list[Packing], energy: Array, noise: float) -> tuple[int, float]:
     """Number of cycles since the last of some states (c,) was there before, and how near it comes; 0 and nan if it was
-    not. `energy`: (c,) of these states."""
+    not. `energy`: (c,) of these states; `noise`: what residual forces leave of one, all that there is of unjammed
+    packings."""
     last = len(ends) - 1
-    near = np.abs(energy[:-1] - energy[-1]) <= RETURNS.alike * np.abs(energy[-1])
+    near = np.abs(energy[:-1] - energy[-1]) <= np.maximum(RETURNS.alike * np.abs(energy[-1]), noise)
     for k in np.flatnonzero(near)[::-1]:
         if (distance := moved_between(ends[k], ends[last]).distance) <= RETURNS.near:
             return last - int(k), distance

@@ -75,7 +75,8 @@ def quasistatic_shear(
             enthalpy over the area too, and meets the pressure to 1e-9 of itself or 3e-15 of the stiffness of a contact;
             that of sticky disks, which may vanish, to 1e-9 of the mean contact force over the mean size. A packing of
             repulsive particles that unjams is compressed until it jams, and then decompressed. Between walls the
-            pressure is the normal stress on them, at constant width. Default: constant area.
+            pressure is the normal stress on them, at constant width, and strains are over the height at the start.
+            Default: constant area.
         until_jammed: True: shear a packing that is unjammed until it jams, and stop there. The step that jams it is
             halved until it is a thousandth of `strain_step`. Default: False.
         snapshot_every: strain between stored packings, to and fro counted alike. Default: only the first, the last and
@@ -101,7 +102,7 @@ def quasistatic_shear(
     _check_pressure(packing, pressure)
     if until_jammed:
         _check_may_jam(packing, pressure)
-    task: dict[str, Any] = {"strain_step": route.step}
+    task: dict[str, Any] = {"strain_step": float(f"{route.step:.12g}")}  # whatever part of the strain it is
     if route.turns:
         task = {"strain_step": strain_step, "turning_points": route.points}
     task |= {} if shearing.along_x else {"direction": direction}

@@ -127,7 +127,9 @@ class Walk(Run[QuasistaticShear]):
         """Count a cycle that ends here, at a packing that is kept, and look whether it was there before."""
         rows = [*self.facts["cycle_rows"], len(self.rows) - 1]
         ends = [self.frames[self._kept.index(row)] for row in rows]
-        period, distance = earlier_state(ends, np.array([self.rows[row].energy for row in rows]))
+        states = [self.rows[row] for row in rows]
+        noise = self._noise(*states) ** 2 / self._scales.stress  # of contacts that bear it
+        period, distance = earlier_state(ends, np.array([state.energy for state in states]), noise)
         self.facts |= {"cycle_rows": np.array(rows), "period": period, "return_distance": distance}
 
     def follow(self, route: StrainPath, least: float | None) -> None:
@@ -212,7 +214,9 @@ class Walk(Run[QuasistaticShear]):
 
     def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
         """Strain the packing by a step, to a strain in all, and relax."""
-        gradient = self._shearing.at(before.strain).gradient(step)
+        # the upper wall moves by strain times the height at the start, so that it comes back where the strain does
+        tall = self._share(self._now.area * self._scales.length**2) if self._now.frame.has_walls else 1.0
+        gradient = self._shearing.at(before.strain).gradient(step / tall)
         self.session.load(_flipped(deformed(self._now, gradient)[0]))
         return self._relax(strain, before)
 
@@ -229,7 +233,8 @@ class Walk(Run[QuasistaticShear]):
         stress, energy = direction.conjugate(reached.stress) * unit, reached.energy / packing.area * unit * share
         work = dissipated = 0.0
         if before:  # the integral of the stress by the trapezoidal rule, and what of it is not stored
-            mean = 0.5 * (stress * share + before.stress * self._share(before.area))
+            here, there = (share, self._share(before.area)) if not packing.frame.has_walls else (1.0, 1.0)
+            mean = 0.5 * (stress * here + before.stress * there)
             work = before.work + mean * (strain - before.strain)
             stored = energy - self.rows[0].energy + (self._pressure or 0.0) * (share - 1.0)
             dissipated = work - stored

@@ -212,10 +212,10 @@ def test_the_period_is_the_number_of_cycles_since_the_same_state(packing):
     same = packing.with_state(positions=moved)
     assert len(loose), "the packing has a rattler"
     energy = np.array([1.0, 2.0, 1.0])
-    period, distance = earlier_state([packing, other, same], energy)
+    period, distance = earlier_state([packing, other, same], energy, 0.0)
     assert period == 2 and distance < 1e-12
-    assert earlier_state([other, packing], energy[:2]) == (0, pytest.approx(np.nan, nan_ok=True))
-    assert earlier_state([other, packing], np.ones(2))[0] == 0  # by its positions
+    assert earlier_state([other, packing], energy[:2], 0.0) == (0, pytest.approx(np.nan, nan_ok=True))
+    assert earlier_state([other, packing], np.ones(2), 0.0)[0] == 0  # by its positions
     assert moved_between(packing, other).distance > 1e-4
 
 
@@ -319,3 +319,22 @@ def test_what_is_no_path_is_refused(packing, arguments, said):
     with pytest.raises(jamlab.InputError, match=said) as caught:
         quasistatic_shear(packing, **{"strain_step": 0.01} | arguments)
     assert "\n" not in str(caught.value)
+
+
+def test_packings_that_are_unjammed_come_to_rest():
+    """Their energies are what residual forces leave, and tell nothing."""
+    p = jamlab.pack(n=16, phi=0.5, seed=1)
+    run = jamlab.quasistatic_shear(p, [0.02, -0.02, 0.02], 1e-2, cycles=15)
+    assert run.state == "periodic" and run.cycles.largest[-1] < 1e-6
+
+
+def test_walls_at_constant_pressure_come_back_with_the_strain():
+    p = jamlab.with_walls(jamlab.pack(24, 1e-2, seed=3), 1.3)
+    run = jamlab.quasistatic_shear(p, [0.02, -0.02, 0.02], 4e-3, cycles=3, pressure="constant")
+    assert np.ptp(run.area) > 1e-4 * run.area[0]
+    moved = [q.positions[q.fixed] - p.positions[q.fixed] for q in run.frames]
+    tall = p.box[1, 1]
+    assert [np.ptp(each[:, 0]) for each in moved] == pytest.approx(
+        [abs(q.provenance["flow_strain"]) * tall for q in run.frames], abs=1e-12
+    )
+    assert run.period == 1 and run.cycles.largest[-1] < 1e-10 and run.energy_error < 0.01

@@ -331,3 +331,10 @@ def test_events_in_which_stress_rises_are_seen_by_the_energy_they_lose():
         assert found.events.stress_drop[0] < -1e-4 and found.energy_error < 5e-3
     assert fine.events.released == pytest.approx(coarse.events.released, rel=0.1)
     assert 0.02 < fine.events.strain[0] <= coarse.events.strain[0] == pytest.approx(0.022)
+
+
+def test_a_run_resumes_to_a_strain_whose_step_rounds_otherwise(tmp_path):
+    """0.071/71 is not 1e-3."""
+    p = jamlab.Packing("sp", np.eye(2), [[0.2, 0.3]], {"k": 1.0}, "k", [1.05])
+    quasistatic_shear(p, 0.04, 1e-3, path=tmp_path / "run.h5")
+    assert quasistatic_shear(p, 0.071, 1e-3, path=tmp_path / "run.h5").strain[-1] == pytest.approx(0.071)
