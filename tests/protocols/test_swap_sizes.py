@@ -69,7 +69,7 @@ def test_distances_of_two_disks_have_the_weights_of_boltzmann(samples, bins):
 
 def test_the_shortest_distance_of_disks_that_are_many_cells_apart():
     p = disks(2, tilt=0.3, side=2.0)
-    far = p.positions + [[0.0, 0.0], 9 * p.box[0] - 7 * p.box[1]]
+    far = p.positions + np.array([[0.0, 0.0], [9.0, -7.0] @ p.box])
     assert plain_swaps.shortest(p, far) == pytest.approx(plain_swaps.shortest(p, p.positions), abs=1e-12)
 
 
