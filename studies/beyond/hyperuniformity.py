@@ -81,7 +81,7 @@ def draw_structure(tables: EnsembleTables) -> Drawing:
     x, values = of_packings(select(rows, quantity="gap"), "x", "value")
     found = bootstrap([values], partial(exponent, x, *CLOSE))
     out.values["exponent of gaps"] = found[0]
-    out.curve(axes[2], write_interval(found[0]), x, mean_over_packings([values])[0], **style(0))
+    out.curve(axes[2], f"exponent {write_interval(found[0])}", x, mean_over_packings([values])[0], **style(0))
     middle = np.geomspace(*LONG, 2)
     for name, height, power in (
         ("Maher & Torquato: 0.45", 4e-3, MAHER),
@@ -93,7 +93,7 @@ def draw_structure(tables: EnsembleTables) -> Drawing:
     axes[2].plot(close, 6.0 * (close / CLOSE[0]) ** -GAMMA, **PAPER, label=f"Charbonneau et al.: -{GAMMA:.3f}")
     label(axes[0], r"$k$  [1/d]", r"$\chi_V(k)$  [d²]", loc="upper left")
     label(axes[1], r"$k$  [1/d]", r"$S(k)$", loc="upper left")
-    label(axes[2], "gap over the distance of contact", r"$g$", loc="best")
+    label(axes[2], "gap over the distance of contact", "pair correlation $g$", loc="best")
     for part in axes[:2]:
         part.set_ylim(top=8 * part.get_ylim()[1])  # room for the legend
     counts = select(rows, quantity="chi").groupby("pressure")["seed"].nunique()

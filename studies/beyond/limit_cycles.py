@@ -43,7 +43,7 @@ def _tasks() -> dict[str, Task]:
 def draw_cycles(tables: EnsembleTables) -> Drawing:
     """Draw the share of packings that repeat and their transients over the amplitude, and their periods."""
     rows = tables.read("limit-cycles")
-    out, axes = drawing("limit-cycles", 1, 4, 4.3, 3.6)
+    out, axes = drawing("limit-cycles", 2, 2, 4.6, 3.6)
     scale(axes[0], axes[1], axes[3], x="linear", y="linear")
     scale(axes[2], x="linear")
     groups = [rows[rows["amplitude"] == a] for a in AMPLITUDES]
@@ -58,19 +58,19 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     whole = [each[each["period"] > 0] for each in groups]
     kept = [k for k, each in enumerate(whole) if len(each) >= 5]
     places = [AMPLITUDES[k] for k in kept]
-    for k, (column, name) in enumerate((("transient", "cycles before"), ("period", "period"))):
+    for k, (column, name) in enumerate((("transient", "before the limit cycle"), ("period", "its period"))):
         found = mean_over_packings([whole[j][column].to_numpy(dtype=float) for j in kept])
         out.curve(axes[1], name, places, found, band=False, **style(k))
     for k, column in enumerate(("events", "hysterons")):
         found = mean_over_packings([whole[j][column].to_numpy(dtype=float) for j in kept])
-        out.curve(axes[3], f"{column} a cycle", places, found, band=False, **style(k))
+        out.curve(axes[3], column, places, found, band=False, **style(k))
     for k, column in enumerate(("first", "last")):
         found = mean_over_packings([each[column].to_numpy() for each in groups])
         out.curve(axes[2], f"{column} cycle", AMPLITUDES, found, band=False, **style(k))
     limits = rows[rows["period"] > 0]
     longer = mean_over_packings([(limits["period"] > 1).to_numpy().astype(np.float64)])
     out.values["share of limit cycles of period above 1"] = Interval(longer.value[0], longer.low[0], longer.high[0])
-    titles = ("share that repeats", "cycles", "displacement a cycle", "number")
+    titles = ("share that repeats", "cycles", "displacement a cycle  [d]", "number a cycle")
     for part, title in zip(axes, titles, strict=True):
         label(part, r"amplitude $\gamma_0$", title, loc="best")
     numbers = {"n": PARTICLES, "p": PRESSURE, "made": rows.groupby("amplitude")["seed"].nunique().min()}

@@ -13,7 +13,7 @@ from jamlab.statistics.power_laws import fit_exponent
 from jamlab.statistics.size_distribution import fit_sizes
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, mean_over_packings
-from studies.panels import Drawing, drawing, label, scale, size_style, style
+from studies.panels import Drawing, drawing, label, scale, size_style, style, write_interval
 from studies.papers.statements import caption
 from studies.study import Study
 from studies.tables import Task
@@ -54,7 +54,8 @@ def draw_events(tables: EnsembleTables) -> Drawing:
     """Draw the share of events above a size with the law through it, and mean sizes over the number of disks."""
     rows = tables.read("plastic-events")
     rows = rows[rows["strain"] > STEADY]
-    out, axes = drawing("plastic-events", 1, 4, 4.3, 3.6)
+    out, axes = drawing("plastic-events", 2, 2, 4.6, 3.6)
+    scale(*axes)
     for n in SIZES:
         of = rows[rows["n"] == n]
         each = [part["energy"].to_numpy() for _, part in of.groupby("seed")]
@@ -71,22 +72,20 @@ def draw_events(tables: EnsembleTables) -> Drawing:
         law = fit_sizes(energies, LEAST)
         at = np.geomspace(LEAST, energies[-1], 60)
         axes[0].plot(at, law.count / len(energies) * law.beyond(at), "k:", linewidth=0.9)
-    for k, (column, text) in enumerate((("energy", "energy"), ("stress_drop", "stress drop"))):
+    for k, (column, text, unit) in enumerate((("energy", "energy", "k d²"), ("stress_drop", "stress drop", "k"))):
         groups = [
             np.array([[part[column].sum(), len(part)] for _, part in rows[rows["n"] == n].groupby("seed")])
             for n in SIZES
         ]
         means = bootstrap(groups, lambda g: [each[:, 0].sum() / each[:, 1].sum() for each in g])
         out.values[f"exponent in N of the mean {text}"] = power = bootstrap(groups, _power)
-        out.curve(axes[1 + k], f"exponent {power.value:.2f}", SIZES, means, band=False, **style(k))
+        out.curve(axes[1 + k], f"exponent {write_interval(power)}", SIZES, means, band=False, **style(k))
         line = means.value[0] * (np.array(SIZES) / SIZES[0]) ** PUBLISHED[column]
         axes[1 + k].plot(SIZES, line, "k--", linewidth=0.9, label=f"published {PUBLISHED[column]:.2f}")
-        label(axes[1 + k], "number of disks $N$", f"mean {text} of an event", loc="best")
+        label(axes[1 + k], "number of disks $N$", f"mean {text} of an event  [{unit}]", loc="best")
     taken = [[part["participation"].mean() for _, part in rows[rows["n"] == n].groupby("seed")] for n in SIZES]
-    out.curve(
-        axes[3], "by D2min", SIZES, mean_over_packings([np.array(each) for each in taken]), band=False, **style(2)
-    )
-    scale(*axes)
+    means = mean_over_packings([np.array(each) for each in taken])
+    out.curve(axes[3], r"by $D^2_{\min}$", SIZES, means, band=False, **style(2))
     axes[0].set_ylim(2e-3, 1.2)
     label(axes[0], "energy of an event  [k d²]", "share of events that are larger", loc="lower left")
     label(axes[3], "number of disks $N$", "disks that take part in an event", loc="best")

@@ -81,8 +81,9 @@ def draw_jamming(tables: EnsembleTables) -> Drawing:
     kept = [phi for phi in FRACTIONS if (loose["phi"] == phi).sum() >= 5]
     found = mean_over_packings([loose.loc[loose["phi"] == phi, "strain"].to_numpy() for phi in kept])
     out.curve(axes[1], "of packings that jam", kept, found, band=False, **style(1))
-    label(axes[0], r"packing fraction $\phi$", "share of jammed packings", loc="best")
-    label(axes[1], r"packing fraction $\phi$", r"strain $\gamma_J$ at which they jam", loc="best")
+    label(axes[0], r"packing fraction $\phi$", "share of jammed packings", legend=False)
+    out.legend_above(axes[0], ncols=3)
+    label(axes[1], r"packing fraction $\phi$", r"strain $\gamma_J$ at which they jam", legend=False)
     numbers = {"n": PARTICLES, "made": rows.groupby("phi")["seed"].nunique().min(), "step": STEP, "most": STRAIN}
     out.caption = caption(out.name, **numbers, width=float(loose["width"].max()), missed=int(rows["missed"].max()))
     return out

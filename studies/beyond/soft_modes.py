@@ -130,7 +130,7 @@ def _draw_density(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         groups.append(wide.to_numpy())
         excess.append(table.groupby("seed")["z"].mean().to_numpy())
         omega = wide.columns.to_numpy(dtype=float)
-        out.curve(axes[0], f"p = {pressure:g}", omega, mean_over_packings(list(groups[-1].T)), **style(k))
+        out.curve(axes[0], f"p = {pressure:g} k", omega, mean_over_packings(list(groups[-1].T)), **style(k))
     pressures = np.array(PRESSURES)
     stars = bootstrap(groups, lambda drawn: np.array([onset_frequency(omega, each) for each in drawn]))
     out.curve(axes[1], r"$\omega^*$", pressures, stars, band=False, **style(0))
@@ -145,7 +145,7 @@ def _draw_density(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         chosen, lambda drawn: _slope(gaps[near], np.array([onset_frequency(omega, each) for each in drawn]))
     )
     out.slope(axes[1], 0.5, (1e-3, 1e-2), 0.5 * float(stars.value[3]))
-    label(axes[0], r"$\omega$  [$\sqrt{k/m}$]", r"$D(\omega)$", loc="best")
+    label(axes[0], r"$\omega$  [$\sqrt{k/m}$]", r"$D(\omega)$  [$\sqrt{m/k}$]", loc="best")
     label(axes[1], "pressure $p$  [k]", r"$\omega^*$  [$\sqrt{k/m}$]", loc="best")
 
 
@@ -169,9 +169,8 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
     groups = [rows.loc[rows["n"] == n, "omega"].to_numpy() for n in SIZES]
     fall = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
     out.values["exponent of the lowest frequency over N"] = fall
-    for exponent, height in ((5.0, 0.02), (4.5, 0.006)):
-        start = float(np.quantile(rows.loc[rows["n"] == 256, "omega"], 0.02)) * 256**share
-        out.slope(axes[0], exponent, (start, 1.6 * start), height)
+    for exponent, start in ((5.0, 0.4), (4.5, 0.64)):
+        out.slope(axes[0], exponent, (start, 1.5 * start), 0.005)
     label(axes[0], r"$\omega_{\min} N^{1/5}$  [$\sqrt{k/m}$]", "share of packings below", loc="best")
     label(axes[1], "$N$", "participation ratio", loc="best")
 

@@ -105,8 +105,10 @@ def draw_strain_correlations(tables: EnsembleTables) -> Drawing:
             part, f"{name} {write_interval(found)}", x, mean_over_packings(list(values.T)), band=False, **style(k)
         )
         line = values.mean(axis=0)[fitted][0] * (x[fitted] / x[fitted][0]) ** (published - offset)
-        out.curve(part, f"published: {published:g}", x[fitted], line, linestyle="--", color="0.4", linewidth=1.0)
-    label(axes[0], r"wave number $q$  [1/d]", r"$\cos 4\theta$ part of $|\epsilon_{xy}(q)|^2$", loc="lower left")
+        look = {"linestyle": "--", "color": style(k)["color"], "linewidth": 1.0}
+        out.curve(part, f"published: {published:g}", x[fitted], line, **look)
+    height = r"$\cos 4\theta$ part of $|\epsilon_{xy}(q)|^2$, over its mean"
+    label(axes[0], r"wave number $q$  [1/d]", height, loc="lower left")
     label(axes[1], r"strain $\Delta\gamma$", r"$\langle\Delta r^2\rangle$  [d²]", loc="best")
     out.caption = caption(
         out.name, elastic=ELASTIC[0], flowing=FLOWING[0], many=ELASTIC[1], made=FLOWING[1], p=PRESSURE, tiny=TINY,

@@ -84,7 +84,7 @@ def draw_stable(tables: EnsembleTables) -> Drawing:
     axes[0].axhline(PUBLISHED, color=PAPER["color"], linewidth=1.3, label=f"{PUBLISHED}, Ghimenti et al.")
     out.legend_above(axes[0], fontsize=7, ncols=2)
     counts = rows.groupby(["sizes", "way"]).size()
-    numbers = {"n": N, "few": counts.min(), "most": counts.max(), "start": START, "low": LOW, "high": HIGH}
+    numbers = {"n": N, "made": counts.min(), "start": START, "low": LOW, "high": HIGH}
     out.caption = caption(out.name, **numbers, hexatic=float(rows["hexatic"].max()))
     return out
 
