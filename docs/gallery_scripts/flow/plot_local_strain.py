@@ -2,7 +2,7 @@
 Local strain of plastic events
 ==============================
 
-Left: D²min of each particle in the step of quasi-static shear that moves particles most, on a logarithmic scale.
+Left: D²min of each particle in the step of quasi-static shear with the largest D²min, on a logarithmic scale.
 Right: mean and largest D²min of each step; plastic events stand out by orders of magnitude.
 """
 

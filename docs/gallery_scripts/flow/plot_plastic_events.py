@@ -2,8 +2,8 @@
 Plastic events
 ==============
 
-Disks under quasi-static shear, whose events are bracketed to 1e-5. Left: stress. Right: the largest event, by D2min of
-each disk.
+Disks under quasi-static shear. The strain of each event is bracketed to 10⁻⁵. Left: stress over strain. Right: D²min of
+each disk in the event that loses most energy.
 """
 
 import matplotlib.pyplot as plt

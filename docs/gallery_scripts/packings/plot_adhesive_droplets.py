@@ -10,14 +10,14 @@ import matplotlib.pyplot as plt
 import jamlab
 
 # %%
-# A packing at the onset of repulsive droplets, with adhesion, expanded until it tears. Contacts that pull are red.
+# A packing at the onset of repulsive droplets, with adhesion, is expanded. Contacts that pull are red.
 
 onset = jamlab.jam(16, "dp", seed=1)
 law = {**onset.params, "adhesion": 0.05, "adhesion_range": 0.3, "eta": 1e-3}
 start = jamlab.relax(onset.with_state(params=law))
 sweep = [start, *jamlab.compress(start, to=start.phi - 0.2, step=0.01, by="phi")]
 
-figure, axes = plt.subplots(1, 3, figsize=(13, 5), layout="constrained")
+figure, axes = plt.subplots(1, 3, figsize=(13, 4.8), layout="constrained")
 for ax, p in zip(axes, (sweep[0], sweep[8], sweep[-1]), strict=True):
     p.plot(ax)
     jamlab.contacts(p).plot(ax, linewidth=1.5)
@@ -32,5 +32,5 @@ for adhesion in (0.01, 0.02, 0.05):
     p = jamlab.relax(onset.with_state(params=law | {"adhesion": adhesion}))
     states = [p, *jamlab.compress(p, to=p.phi - 0.2, step=0.01, by="phi")]
     ax.plot([p.phi for p in states], [-jamlab.evaluate(p).pressure for p in states], "o-", label=f"{adhesion}")
-ax.legend(title="adhesion")
-ax.set(xlabel=r"nominal packing fraction $\phi$", ylabel=r"tension, $\epsilon/l^2$")
+ax.legend(title=r"adhesion  [$\epsilon/\delta$]")
+ax.set(xlabel=r"nominal packing fraction $\phi$", ylabel=r"tension  [$\epsilon/l^2$]")

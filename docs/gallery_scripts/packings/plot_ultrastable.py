@@ -12,14 +12,14 @@ import jamlab
 # %%
 # Swap Monte Carlo at falling temperature. The minima found on the way are lower the longer it takes.
 
-start = jamlab.pack(n=100, phi=0.92, seed=1, sizes="lognormal:0.2")
+start = jamlab.pack(n=100, phi=0.92, seed=6, sizes="lognormal:0.2")
 runs = {sweeps: jamlab.swap_sizes(start, sweeps=sweeps) for sweeps in (100, 1000, 4000)}
 runs[4000].plot()
 
 # %%
-# The same sizes, quenched and swapped. Colours show them: large disks blue, small ones pink.
+# The same sizes, quenched and swapped. Colours show the diameters.
 
-figure, axes = plt.subplots(1, 2, figsize=(12, 6), layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(12, 5.4), layout="constrained")
 for ax, (name, p) in zip(axes, {"quenched": start, "swapped": runs[4000].packing}.items(), strict=True):
     p.plot(ax)
     ax.set_title(f"{name}: $G$ = {jamlab.shear_modulus(p):.2f} $k$, $p$ = {jamlab.evaluate(p).pressure:.3f} $k$")
@@ -37,5 +37,5 @@ for name, p in made.items():
         p = jamlab.decompress(p, pressure)
         phi.append(p.phi)
     ax.semilogy(phi, pressures, "o-", label=name)
-ax.set(xlabel=r"packing fraction $\phi$", ylabel="pressure, $k$")
+ax.set(xlabel=r"packing fraction $\phi$", ylabel="pressure $p$  [$k$]")
 ax.legend()
