@@ -268,8 +268,7 @@ class QuasistaticShear(ShearRun):
             label = f"not converged: {missed.sum()}"
             axes.plot(self.strain[missed], self.stress[missed], "x", color=BLACK, markersize=6, label=label)
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
-        if len(self.turning_points):
-            axes.locator_params(axis="x", nbins=5)  # strains of both signs are wide
+        axes.locator_params(axis="x", nbins=5)  # strains of both signs, and small ones, are wide
         legend = axes.legend(
             *axes.get_legend_handles_labels(), title=describe_balance(self), fontsize=LEGEND, ncols=3 - bool(first),
             title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),

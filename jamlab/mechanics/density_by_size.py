@@ -94,9 +94,9 @@ class DensityBySize(Result):
             low = np.maximum(each.density_low, LEAST * each.density)  # a logarithm has no 0
             ends = (factor * low[seen], factor * each.density_high[seen])
             axes.fill_between(x, *ends, color=merged_line(plain, style)["color"], alpha=0.2, linewidth=0)
-        power = f"{self.omega_exponent:g}"
-        unit = f"  [$\\sqrt{{{self.unit}/m}}$]" if self.unit else ""
-        label_axes(axes, rf"$\omega\,N^{{1/(1+{power})}}$" + unit, rf"$D\,N^{{{power}/(1+{power})}}$")
+        units = (f"  [$\\sqrt{{{self.unit}/m}}$]", f"  [$\\sqrt{{m/{self.unit}}}$]") if self.unit else ("", "")
+        x, y = rf"$\omega\,N^{{{share:.3g}}}$", rf"$D\,N^{{{self.omega_exponent * share:.3g}}}$"
+        label_axes(axes, x + units[0], y + units[1])
         label_decades(axes)
         axes.legend(fontsize=LEGEND)
 
