@@ -217,7 +217,7 @@ def _head(known: dict[str, dict[str, str]]) -> list[str]:
         f"# {TITLE}",
         "",
         f"{total} packings in {len(known)} files. All packings of a file have one protocol and differ by their seed "
-        "alone. Every packing is an energy minimum: its largest residual force stands in the file.",
+        "alone. Every packing is an energy minimum; `max_force` is its largest residual force.",
         "",
         "## Sets",
         "",
@@ -258,10 +258,14 @@ def _foot(folder: Path, sets: Sequence[PackingSet], known: dict[str, dict[str, s
         "## Model",
         "",
         "Half of the particles are large: diameters of disks, or square roots of the rest areas of droplets, have the "
-        "ratio 1.4 and the mean 1, the unit of length. The box is square, periodic and of fixed shape. Disks of energy "
-        "(eps/2)(1 - r/s)^2 at onset and (k/2)(s - r)^2 at a pressure; droplets are polygons of line tension gamma and "
-        "area elasticity ka with rims of width delta that repel with the energy eps. `/parameters/units` and "
-        "`/parameters/force_law` hold all constants. Stresses are in units of eps/length^2 or k.",
+        "ratio 1.4 and the mean 1, the unit of length l. The box is square, periodic and of fixed shape.",
+        "",
+        "Two disks at the distance r, less than the mean s of their diameters, have the energy (eps/2)(1 - r/s)^2 in the "
+        "files of onset and (k/2)(s - r)^2 in the files of a pressure. Droplets are polygons of area a and perimeter p "
+        "with the energy gamma p + (ka/2)(a - a0)^2, and contacts (eps/2)(1 - d/delta)^2 of each vertex at a distance d "
+        "below delta from the closest edge of another polygon. The group `parameters/force_law` holds all constants, and "
+        "the rest areas a0; the attribute `units` of `parameters` is eps or k. Stresses and moduli are in units of "
+        "eps/l^2 or k.",
         "",
         "## Layout",
         "",
@@ -273,9 +277,12 @@ def _foot(folder: Path, sets: Sequence[PackingSet], known: dict[str, dict[str, s
         f'with h5py.File("{sets[0].name if sets else "disks-64-onset"}.h5") as file:',
         '    x = file["particles/all/position/value"][:, :, :2]  # (packings, sites, 2)',
         '    box = file["particles/all/box/edges/value"][:, :2, :2]  # rows are lattice vectors',
-        '    sizes = file["parameters/diameters"][:]  # of disks; droplets: parameters/offsets, first vertex of each',
-        '    g = file["observables/g/value"][:]',
+        '    sizes = file["parameters/diameters"][:]  # (disks,)',
+        '    g = file["observables/g/value"][:]  # (packings,)',
         "```",
+        "",
+        "The sites of disks are their centres. The sites of droplets are vertices: droplet i has the vertices from "
+        "`parameters/offsets[i]` up to `parameters/offsets[i + 1]`. Positions are not wrapped into the box.",
         "",
         "| observable | meaning |",
         "|---|---|",
