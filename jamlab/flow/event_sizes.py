@@ -119,9 +119,9 @@ class EventSizes(Result):
         look = {"color": BLUE, "linewidth": 1.6, "drawstyle": "steps-post", "label": label}
         axes.loglog(self.sizes, (count - np.arange(count)) / count, **merged_line(look, style))
         s = np.geomspace(self.least, self.sizes[-1], 200)
-        error = 0.5 * (self.exponent_high - self.exponent_low)
-        within = f" ± {error:.1g}" if np.isfinite(error) else ""
-        name = rf"$\tau$ = {self.exponent:.3g}{within}, from {self.least:.2g} on"
+        known = np.isfinite(self.exponent_high - self.exponent_low)
+        within = f" [{self.exponent_low:.2f}, {self.exponent_high:.2f}]" if known else ""
+        name = rf"$\tau$ = {self.exponent:.2f}{within}, from {self.least:.2g} on"
         axes.loglog(s, self.fitted / count * self.law.beyond(s), color=BLACK, linewidth=1.0, label=name)
         axes.set_ylim(bottom=0.5 / count)
         label_axes(axes, in_unit(_NAMES[self.quantity], self.unit), "share of events that are larger")

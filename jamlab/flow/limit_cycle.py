@@ -74,7 +74,7 @@ class Hysterons(Result):
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the strain at which each hysteron switches off against the strain at which it switches on: the Preisach
         plane, in which all lie below the diagonal."""
-        name = f"{len(self)} hysterons, {self.unpaired} events without a partner"
+        name = f"{len(self)} hysteron{'s' * (len(self) != 1)}, {self.unpaired} events without a partner"
         look = {"color": BLUE, "marker": "o", "linestyle": "", "markersize": 5, "label": name}
         axes.plot(self.on, self.off, **merged_line(look, style))
         if len(self):
