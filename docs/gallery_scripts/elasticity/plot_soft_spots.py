@@ -2,8 +2,8 @@
 Soft spots
 ==========
 
-The lowest vibrations of a dense packing are waves. A quasi-localised mode, a pseudo-harmonic mode of Richard et al.
-(2021), lies in few particles.
+The lowest vibrations of a dense packing are waves. A quasi-localised mode, here a pseudo-harmonic mode of Richard
+et al. (2021), moves few particles. See :doc:`/how_to/vibrations`.
 """
 
 import matplotlib.pyplot as plt

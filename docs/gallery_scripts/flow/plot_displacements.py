@@ -3,7 +3,7 @@ Displacements in flow
 =====================
 
 Left: mean square displacement beyond the affine flow, over the strain between two states. Right: share of particles
-that have moved by no more than a tenth of the mean diameter.
+that have moved by no more than a tenth of the mean diameter. See :doc:`/how_to/local_strain`.
 """
 
 import matplotlib.pyplot as plt

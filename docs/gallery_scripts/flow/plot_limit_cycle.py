@@ -2,8 +2,8 @@
 Limit cycle
 ===========
 
-Disks sheared quasi-statically to and fro until a state returns. Left: stress over strain; grey: the transient. Right:
-mean displacement of the particles in each cycle.
+Cyclic quasi-static shear of disks until a state returns. Left: stress against strain; grey: the transient. Right: mean
+displacement of the particles in each cycle. See :doc:`/how_to/cyclic_shear`.
 """
 
 import matplotlib.pyplot as plt

@@ -4,6 +4,7 @@ Local strain of plastic events
 
 Left: D²min of each particle in the step of quasi-static shear with the largest D²min, on a logarithmic scale.
 Right: mean and largest D²min of each step; plastic events stand out by orders of magnitude.
+See :doc:`/how_to/local_strain`.
 """
 
 import matplotlib.pyplot as plt

@@ -3,7 +3,7 @@ Plastic events
 ==============
 
 Disks under quasi-static shear. The strain of each event is bracketed to 10⁻⁵. Left: stress over strain. Right: D²min of
-each disk in the event that loses most energy.
+each disk in the event that loses most energy. See :doc:`/how_to/plastic_events`.
 """
 
 import matplotlib.pyplot as plt
