@@ -97,7 +97,7 @@ def mean_square_displacement(
         particles: (n,) truth values or numbers of those that are followed. Default: all that are free.
 
     Raises:
-        InputError: fewer than two states, states of other particles, or particles that are none.
+        InputError: fewer than two states, states of other particles, or numbers of no particle.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

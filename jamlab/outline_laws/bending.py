@@ -46,7 +46,7 @@ class BendingLaw(OutlineLaw):
             least=1e-9,
             largest=100.0,
             may_vanish=True,
-            meaning="turning angle of a vertex that bends nothing, over 2 pi/nv: 0 straight, 1 round",
+            meaning="preferred turning angle of a vertex, over 2 pi/nv: 0 straight, 1 regular polygon",
         ),
     }
 
