@@ -17,7 +17,6 @@ from studies.tables import Task
 
 PARTICLES, SEEDS, CYCLES, STEPS = 32, 20, 15, 6  # steps of a quarter of a cycle
 PRESSURE, AMPLITUDES = 1e-2, (0.03, 0.06, 0.11, 0.16)  # at constant area
-PUBLISHED = 0.11  # amplitude at which transients diverge: Regev et al., Nat. Commun. 6, 8805 (2015), figure 3
 
 
 def measure_cycles(amplitude: float, seed: int) -> list[dict[str, Any]]:
@@ -50,7 +49,6 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     periodic = [(each["period"] > 0).to_numpy().astype(np.float64) for each in groups]
     out.curve(axes[0], f"within {CYCLES} cycles", AMPLITUDES, mean_over_packings(periodic), band=False, **style(0))
     axes[0].set_ylim(0, 1.05)
-    axes[0].axvline(PUBLISHED, color="k", linestyle="--", linewidth=0.8, label="Regev et al. 2015")
     found = mean_over_packings(periodic)
     out.values[f"share that repeats, amplitude {AMPLITUDES[-1]:g}"] = Interval(
         found.value[-1], found.low[-1], found.high[-1]
@@ -75,7 +73,7 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
         label(part, r"amplitude $\gamma_0$", title, loc="best")
     numbers = {"n": PARTICLES, "p": PRESSURE, "made": rows.groupby("amplitude")["seed"].nunique().min()}
     out.caption = caption(
-        out.name, **numbers, most=CYCLES, off=rows["distance"].max(), missed=int(rows["missed"].max())
+        out.name, **numbers, steps=STEPS, most=CYCLES, off=rows["distance"].max(), missed=int(rows["missed"].max())
     )
     return out
 

@@ -166,9 +166,17 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         out.curve(axes[1], name, sizes, mean_over_packings(groups), band=False, **style(k))
         found = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
         out.values[f"exponent of P over N, {name}"] = found
-    groups = [rows.loc[rows["n"] == n, "omega"].to_numpy() for n in SIZES]
-    fall = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
-    out.values["exponent of the lowest frequency over N"] = fall
+    for column, name in {
+        "omega": "the lowest frequency",
+        "pair_omega": "the lowest frequency over relative displacements",
+        "pairs": "pairs that take part",
+    }.items():
+        groups = [rows.loc[rows["n"] == n, column].to_numpy() for n in SIZES]
+        found = bootstrap(groups, lambda drawn: _slope(sizes, np.array([each.mean() for each in drawn])))
+        out.values[f"exponent of {name} over N"] = found
+        out.values |= {
+            f"mean of {name}, N = {n}": mean_over_packings([g])[0] for n, g in zip(SIZES, groups, strict=True)
+        }
     for exponent, start in ((5.0, 0.4), (4.5, 0.64)):
         out.slope(axes[0], exponent, (start, 1.5 * start), 0.005)
     label(axes[0], r"$\omega_{\min} N^{1/5}$  [$\sqrt{k/m}$]", "share of packings below", loc="best")
@@ -192,10 +200,17 @@ def _published(out: Drawing) -> list[tuple[str, ...]]:
         (
             "P ~ N^a, quasi-localised",
             here("exponent of P over N, quasi-localised"),
-            "-1",
+            "-1 in 3D",
             "Lerner, Düring & Bouchbinder 2016",
         ),
+        ("pairs that take part ~ N^a", here("exponent of pairs that take part over N"), "0 where localised", ""),
         ("lowest ω ~ N^a", here("exponent of the lowest frequency over N"), "-1/5 for β = 4", "Lerner et al. 2016"),
+        (
+            "the same over relative displacements",
+            here("exponent of the lowest frequency over relative displacements over N"),
+            "-1/5 for β = 4",
+            "",
+        ),
     ]
 
 
