@@ -59,9 +59,11 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     for k, (column, name) in enumerate((("transient", "before the limit cycle"), ("period", "its period"))):
         found = mean_over_packings([whole[j][column].to_numpy(dtype=float) for j in kept])
         out.curve(axes[1], name, places, found, band=False, **style(k))
-    for k, column in enumerate(("events", "hysterons")):
+    for k, (column, name) in enumerate(
+        (("events", "steps with an event"), ("hysterons", "pairs that undo each other"))
+    ):
         found = mean_over_packings([whole[j][column].to_numpy(dtype=float) for j in kept])
-        out.curve(axes[3], column, places, found, band=False, **style(k))
+        out.curve(axes[3], name, places, found, band=False, **style(k))
     for k, column in enumerate(("first", "last")):
         found = mean_over_packings([each[column].to_numpy() for each in groups])
         out.curve(axes[2], f"{column} cycle", AMPLITUDES, found, band=False, **style(k))
