@@ -61,7 +61,7 @@ def _between_pairs(packing: Packing, found: QuasilocalizedModes) -> dict[str, fl
     pairs, z = packing.kind.pairs(packing), found.vectors[0]
     apart = ((z[pairs.j] - z[pairs.i]) ** 2).sum(axis=1)
     total = float(apart.sum())
-    return {"pairs": total**2 / float((apart**2).sum()), "pair_omega": found.frequencies[0] / np.sqrt(total)}
+    return {"pairs": total**2 / float((apart**2).sum()), "pair_omega": float(found.frequencies[0]) / total**0.5}
 
 
 def _tasks() -> dict[str, Task]:
