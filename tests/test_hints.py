@@ -248,7 +248,7 @@ def test_an_unknown_argument_is_answered_by_the_known_one():
         "pack(32, 1e-3, potential='hertz')": "use `law`, such as law='hertz' or law={'exponent': 2.5}",
         "pack(32, 1e-3, law='Hertzian')": "unknown force law 'Hertzian': use 'hertz'; give",
         "pack(32, 1e-3, law='hertz-mindlin')": "'hertz-mindlin': known are harmonic, hertz, power, sticky",
-        "jam(8, 'dp', law='glue')": "known are adhesive, rim; give parameters as law={'adhesion': 0.1}",
+        "jam(8, 'dp', law='glue')": "give parameters as law={'adhesion': 0.1}",
         "complex_modulus(p, [1.0], beta=0.5)": "use `damping`, such as jamlab.ContactDamping(beta=0.5)",
         "shear(p, 0.1, damping='stokes')": "give an object, such as jamlab.ContactDamping(beta=1.0)",
         "compress(p, pressure=0.1)": "use `jamlab.pack(n, pressure)`",

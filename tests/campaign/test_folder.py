@@ -272,6 +272,7 @@ def test_export(full, tmp_path):
     others = {
         "flow",
         "quasistatic_shear",
+        "plastic_events",
         "oscillation",
         "creep",
         "order",

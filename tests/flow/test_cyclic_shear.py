@@ -290,7 +290,7 @@ def test_what_is_shown(run):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert any("limit cycle of period 1" in text for text in texts) and any("transient" in text for text in texts)
     assert "limit cycle" in run.cycles.plot().get_legend().get_texts()[-1].get_text()
-    assert "hysterons" in run.limit_cycle.hysterons.plot().get_legend().get_texts()[0].get_text()
+    assert "hysteron" in run.limit_cycle.hysterons.plot().get_legend().get_texts()[0].get_text()
     assert np.isfinite(run.velocity_profile.velocity).all() and run.peak is None
     assert [frame.provenance["flow_strain"] for frame in run.frames] == run.strain[run.frame_rows].tolist()
 

@@ -46,7 +46,7 @@ REFUSED = [
     ("law of droplets", "delta", [0.0]),
     ("law of droplets", "ka", [NAN]),
     ("law of droplets", "eps", ["strong"]),
-    ("droplets", "law", ["hertz", "rim", {"exponent": 2.5}]),
+    ("droplets", "law", ["hertz", "power", {"exponent": 2.5}]),
     ("droplets", "start", ["cold"]),
     ("droplets", "size_ratio", [2.0]),
     ("pack", "pressure", [-1e-3, 0.0, 5.0, NAN]),

@@ -14,7 +14,7 @@ from jamlab.flow.flow_curve import FlowCurve
 
 MICROGRAPH = np.kron(np.arange(1, 17).reshape(4, 4), np.pad(np.ones((20, 20), int), 2)).astype(int)
 STATES = Path(__file__).parents[1] / "states"
-EVENTS = pd.DataFrame({"task": "a", "state": 0, "strain": 0.1, "energy": np.linspace(1, 5, 12) ** 2})
+EVENTS = pd.DataFrame({"task": "a", "seed": 1, "state": 0, "strain": 0.1, "energy": np.linspace(1, 5, 12) ** 2})
 RATES = np.array([0.01, 0.03, 0.1, 0.3])
 
 
