@@ -407,7 +407,7 @@ def test_every_cell_is_right_or_refused_by_name(rest):
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("name", ["rough", "flat", "droplets, rough"])
+@pytest.mark.parametrize("name", ["rough", "flat", pytest.param("droplets, rough", marks=pytest.mark.slow)])
 def test_the_box_of_walls_may_not_be_stretched(name):
     p, _ = feature(name)
     with pytest.raises(jamlab.InputError, match="walls keep their shape"):
