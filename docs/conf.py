@@ -45,6 +45,7 @@ autodoc_member_order = "bysource"
 python_maximum_signature_line_length = 100
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
+napoleon_attr_annotations = False  # as autodoc_typehints
 autosummary_generate = False
 
 SECTIONS = ("packings", "structure", "elasticity", "oscillation", "flow", "elsewhere")  # of the gallery

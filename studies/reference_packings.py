@@ -260,12 +260,12 @@ def _foot(folder: Path, sets: Sequence[PackingSet], known: dict[str, dict[str, s
         "Half of the particles are large: diameters of disks, or square roots of the rest areas of droplets, have the "
         "ratio 1.4 and the mean 1, the unit of length l. The box is square, periodic and of fixed shape.",
         "",
-        "Two disks at the distance r, less than the mean s of their diameters, have the energy (eps/2)(1 - r/s)^2 in the "
-        "files of onset and (k/2)(s - r)^2 in the files of a pressure. Droplets are polygons of area a and perimeter p "
-        "with the energy gamma p + (ka/2)(a - a0)^2, and contacts (eps/2)(1 - d/delta)^2 of each vertex at a distance d "
-        "below delta from the closest edge of another polygon. The group `parameters/force_law` holds all constants, and "
-        "the rest areas a0; the attribute `units` of `parameters` is eps or k. Stresses and moduli are in units of "
-        "eps/l^2 or k.",
+        "Two disks at the distance r, less than the mean s of their diameters, have the energy (eps/2)(1 - r/s)^2 in "
+        "the files of onset and (k/2)(s - r)^2 in the files of a pressure. Droplets are polygons of area a and "
+        "perimeter p with the energy gamma p + (ka/2)(a - a0)^2, and contacts (eps/2)(1 - d/delta)^2 of each vertex at "
+        "a distance d below delta from the closest edge of another polygon. The group `parameters/force_law` holds all "
+        "constants, and the rest areas a0; the attribute `units` of `parameters` is eps or k. Stresses and moduli are "
+        "in units of eps/l^2 or k.",
         "",
         "## Layout",
         "",
