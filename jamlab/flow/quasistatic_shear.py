@@ -107,6 +107,8 @@ def quasistatic_shear(
         task = {"strain_step": strain_step, "turning_points": route.points}
     task |= {} if shearing.along_x else {"direction": direction}
     task |= {} if pressure is None else {"pressure": pressure}
+    if pressure is not None and packing.frame.has_walls:  # runs by the present height are others
+        task |= {"strain_over": "height at the start"}
     task |= {"until_jammed": True} if until_jammed else {}
     if event_width is not None:
         check_event_width(packing, event_width, abs(route.step), largest, force_tolerance)

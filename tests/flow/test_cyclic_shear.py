@@ -9,7 +9,7 @@ import pytest
 import jamlab
 from jamlab import quasistatic_shear
 from jamlab.flow.limit_cycle import earlier_state, moved_between, pair_events
-from jamlab.flow.run import FileSteps
+from jamlab.flow.run import FileSteps, Run
 from jamlab.flow.strain_path import StrainPath
 
 TURNS, STEP = [0.03, -0.03, 0.03], 6e-3
@@ -338,3 +338,22 @@ def test_walls_at_constant_pressure_come_back_with_the_strain():
         [abs(q.provenance["flow_strain"]) * tall for q in run.frames], abs=1e-12
     )
     assert run.period == 1 and run.cycles.largest[-1] < 1e-10 and run.energy_error < 0.01
+
+
+def test_a_file_by_the_present_height_of_walls_is_another_run(tmp_path, monkeypatch):
+    p = jamlab.relax(jamlab.with_walls(jamlab.pack(32, 1e-2, seed=1), thickness=1.5))
+    how = {"strain_step": 1e-3, "pressure": "constant", "path": tmp_path / "run.h5"}
+    jamlab.quasistatic_shear(p, 1e-3, **how)
+    assert len(jamlab.quasistatic_shear(p, 2e-3, **how).strain) == 3
+    monkeypatch.setattr(Run, "__init__", _without(Run.__init__, "strain_over"))
+    with pytest.raises(jamlab.StorageError, match="another run"):
+        jamlab.quasistatic_shear(p, 3e-3, **how)
+
+
+def _without(begin, name):
+    """The start of a run whose task lacks an entry, as runs of the earlier definition did."""
+
+    def begun(self, kind, packing, damping, task, *rest):
+        begin(self, kind, packing, damping, {key: value for key, value in task.items() if key != name}, *rest)
+
+    return begun
