@@ -1,8 +1,8 @@
 """Plastic events between two minima of quasi-static shear, each bracketed by halving the step that holds it.
 
-A step in which stress falls or energy is lost is halved, from the last minimum before it on, until it is no longer than
-the width asked for. There it is an event if the step back does not lead back; the minima on its two sides are rows of
-the run. What is left of the step begins behind the event, so that each of several events in it is found.
+A step in which stress falls or energy is lost is halved, from the last minimum before it on, until it is at most as
+long as the width asked for. There it is an event if the step back does not lead back; the minima on its two sides are
+rows of the run. The rest of the step begins behind the event, so that each of several events in it is found.
 
 Source: Maloney & Lemaitre, Phys. Rev. E 74, 016118 (2006), who shorten steps at drops of the stress.
 """

@@ -58,7 +58,7 @@ class QuasilocalizedModes(Result):
         vectors: (m, n_sites, 2) displacements z of disks or vertices, of which the sum of M z^2 is 1; 0 of rattlers.
         particle: (n_sites,) particle of each of them.
         starts: (m,) how many starts ended in this minimum.
-        residual: (m,) what is left of H z = lambda L z, over H z, in the norm of the energy.
+        residual: (m,) norm of H z - lambda L z over that of H z, in the norm of the energy.
         unit: unit of the Hessian, for labels.
         masses: (n_sites,) masses of disks or vertices.
 
