@@ -1,5 +1,8 @@
 """Numbers and sentences of the papers, a row each of `statements.csv`, and what measures them in our packings.
 
+The column `sentence` says what a number is, by `words` that are quoted from the place `where`: whether it is a test
+follows from that, unless `no_test` says why not.
+
 A number is measured by a short function, its statistic, of a sample of packings, with settings and other defensible
 analyses (`variants`) as keywords of either. Rows with the same analysis take its numbers in their order. Prose stands
 in `explanations.md` and `captions.md`.
@@ -9,6 +12,7 @@ from ast import literal_eval
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from enum import StrEnum
 from fractions import Fraction
 from functools import cache, partial
 from importlib import import_module
@@ -27,8 +31,27 @@ if TYPE_CHECKING:
     from studies.ensemble_tables import EnsembleTables
 
 FOLDER = Path(__file__).parent
-# not measured: it follows from counting or the equations; another row measures the same
-NOT_COUNTED = ("identity", "duplicate")
+DUPLICATE = "duplicate"  # another row measures the same
+UNTESTED = (  # why a number is no test although its sentence is one
+    *(DUPLICATE, "paper inconsistent"),  # it contradicts another number of the same paper
+    "not comparable",  # other conditions
+)
+
+
+class Sentence(StrEnum):
+    """What the sentence of a paper is from which a number comes."""
+
+    MEASURED = "measured"  # a result, of packings or of an argument that a figure of the paper tests
+    DRAWN = "drawn"  # a line or a curve of a figure
+    GUESS = "guess"  # said to be likely, while the paper measures something else
+    APPROXIMATE = "approximate"  # a word, or a place without a threshold: "similar", "near", "of order 1"
+    UNPRINTED = "unprinted parameters"  # decided by parameters that the paper does not print; ours are fitted to it
+    DEFINITION = "definition"  # follows from an equation, a count, or the choice of a name
+
+    @property
+    def is_test(self) -> bool:
+        """Whether packings can contradict such a sentence."""
+        return self in (Sentence.MEASURED, Sentence.DRAWN, Sentence.APPROXIMATE)
 
 
 @dataclass(frozen=True)
@@ -46,10 +69,9 @@ class Statement:
     stated: str  # how: stated, fit, line, read, share, word, about, order, theory, bound, digits
     argument: float  # error that goes with it; of a line the decades over which the paper shows it
     number: str  # what it is: exponent, coefficient, ratio, density, contacts, shape, void shape, share, decades
-    # status: measured, fit target (unprinted parameters were chosen for it), not comparable (other conditions),
-    # paper inconsistent (with itself), or one of NOT_COUNTED
-    status: str
-    sentence: str = ""  # of the paper, in short
+    sentence: Sentence  # what it is, by the words below
+    words: str = ""  # of the paper at that place, quoted
+    no_test: str = ""  # one of `UNTESTED`, whatever the sentence is
     note: str = ""  # on its definition
     # functions below `studies`, "" without data; keywords of both; others, parted by semicolons
     statistic: str = ""
@@ -63,14 +85,24 @@ class Statement:
         return self.statistic, self.sample, self.settings, self.variants
 
     @property
+    def listed(self) -> bool:
+        """Whether figures show it: it is a number of its own, and has something to measure."""
+        return self.no_test != DUPLICATE and (bool(self.statistic) or self.sentence != Sentence.DEFINITION)
+
+    @property
     def counted(self) -> bool:
-        """Whether it is a number of one of the two papers of its own."""
-        return self.status not in NOT_COUNTED and self.where.startswith(("[B]", "[T]"))
+        """Whether it is a number of one of the two papers, of its own."""
+        return self.listed and self.where.startswith(("[B]", "[T]"))
+
+    @property
+    def reason(self) -> str:
+        """Why our packings cannot test it, in a word or two; "" for a test."""
+        return self.no_test or ("" if self.sentence.is_test else str(self.sentence))
 
     @property
     def tested(self) -> bool:
         """Whether our packings can test it."""
-        return self.status not in ("fit target", "paper inconsistent")
+        return not self.reason
 
     @property
     def text(self) -> str:
@@ -91,7 +123,7 @@ def statements() -> dict[str, Statement]:
     numbers = {"value": table["value"].map(lambda text: float(Fraction(text)))}
     numbers |= {name: pd.to_numeric(table[name]).astype(float) for name in ("margin", "argument")}
     rows: list[dict[str, Any]] = table.assign(**numbers).to_dict("records")  # type: ignore[assignment]
-    return {row["id"]: Statement(**row) for row in rows}
+    return {row["id"]: Statement(**row | {"sentence": Sentence(row["sentence"])}) for row in rows}
 
 
 def paper(statement: str) -> float:
@@ -213,4 +245,4 @@ def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
 
 def names(figure: str) -> list[str]:
     """List the ids of the numbers of a figure that are measured."""
-    return [name for name, s in statements().items() if s.figure == figure and s.status not in NOT_COUNTED]
+    return [name for name, s in statements().items() if s.figure == figure and s.listed]

@@ -1,8 +1,8 @@
-"""Set numbers of the papers beside ours, and say whether the two agree, by one rule that was fixed beforehand.
+"""Set numbers of the papers beside ours, and say whether the two agree, by one rule for all numbers.
 
-docs/explanation/against_the_papers.md has the rule in words. No constant below, and no entry of the columns `stated`,
-`argument`, `number`, `status`, `settings` and `variants` of `statements.csv`, may change with a result in view: a
-change is a commit of its own that names the reason and the rows that it moves.
+`rule.md` has the rule in words. It was fixed when the values were known. A change of a constant below, or of an entry
+of the columns `stated`, `argument`, `number`, `sentence`, `no_test`, `settings` and `variants` of `statements.csv`, is
+a commit of its own, whose message names the reason and the rows that it moves; `rule.md` lists these commits.
 """
 
 from collections import Counter
@@ -24,8 +24,9 @@ COLUMNS = ("quantity", "ours ± packings ± analyses", "paper", "known to", "ver
 RULE = (
     "One rule for every number: ours with the standard errors of packings and of other analyses, the paper's by how "
     "it states the number, and a tolerance of a tenth of the scale of such numbers. It agrees if the difference is "
-    "known to lie within the tolerance, and differs if it is three standard errors by every analysis. Numbers that "
-    "unprinted parameters were fitted to cannot be tested."
+    "known to lie within the tolerance, and differs if it is three standard errors by every analysis. Guesses, "
+    "definitions, and numbers that unprinted parameters decide are no tests. The rule was fixed when the values were "
+    "known; changes since are commits of their own."
 )
 TOLERANCE, WEAK = 0.10, 3.0  # of the scale of a number; tolerances within which it is known weakly
 TENSION, DIFFERS = 2.0, 3.0  # combined standard errors
@@ -54,7 +55,7 @@ class Verdict(StrEnum):
 
 
 SAID = {  # of how many numbers, in one sentence
-    Verdict.AGREES: "agree within 10 % or half a last digit",
+    Verdict.AGREES: "agree to a tenth of their scale or half a last digit",
     Verdict.SMALL: "differ significantly but within that",
     Verdict.WEAK: "are compatible within three times that",
     Verdict.UNRESOLVED: "are not resolved",
@@ -89,13 +90,20 @@ def paper_error(s: Statement, statistical: float) -> float:
     rounding = s.margin / 3**0.5
     return {
         "fit": hypot(rounding, statistical),
-        "line": FIT_BY_EYE / s.argument if s.stated == "line" else 0.0,
+        "line": _error_of_line(s),
         "share": max(rounding, s.argument),
         "about": s.argument * scale(s.number, s.value),
         "theory": 0.0,
         "bound": 0.0,
         "digits": rounding,
     }.get(s.stated, s.argument)
+
+
+def _error_of_line(s: Statement) -> float:
+    """Standard error of the slope of a line over `argument` decades, or of its height."""
+    if s.stated != "line":
+        return 0.0
+    return abs(s.value) * (10**FIT_BY_EYE - 1) if s.number == "coefficient" else FIT_BY_EYE / s.argument
 
 
 @dataclass(frozen=True)
@@ -126,8 +134,8 @@ class Comparison:
 
     @property
     def said(self) -> str:
-        """Write the verdict, and what the number is if it is no test."""
-        return f"{self.verdict}{'' if self.statement.status == 'measured' else f' ({self.statement.status})'}"
+        """Write the verdict, and why the number is no test if it is none."""
+        return f"{self.verdict}{f' ({self.statement.reason})' if self.statement.reason else ''}"
 
     @property
     def cells(self) -> tuple[str, ...]:
@@ -147,8 +155,9 @@ class Comparison:
         """List plain values for CSV and JSON."""
         s, m = self.statement, self.measured
         below, above = m.systematic
-        names = ("id", "figure", "quantity", "where", "margin", "relation", "stated", "number", "note")
-        words = {"kind": s.status, "paper": s.value, "verdict": str(self.verdict), "how": m.how}
+        names = ("id", "figure", "quantity", "where", "words", "margin", "relation", "stated", "number", "note")
+        words = {"sentence": str(s.sentence), "no_test": s.reason, "paper": s.value, "verdict": str(self.verdict)}
+        words |= {"how": m.how}
         words |= {"because": self.explanation}
         numbers = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
         numbers |= {name: getattr(self, name) for name in ("pull", "kindest", "resolution")}
@@ -206,12 +215,18 @@ def compare(figure: str, tables: EnsembleTables) -> list[Comparison]:
 
 def first_line(comparisons: Sequence[Comparison]) -> str:
     """Write how many numbers of both papers that can be tested agree, differ, and so on."""
-    counted = [c for c in comparisons if c.statement.counted]
-    tests = Counter(c.verdict for c in counted if c.statement.tested)
-    parts = [f"{tests[verdict]} {words}" for verdict, words in SAID.items() if tests[verdict]]
-    known, rest = tests.total() - tests[Verdict.MISSING], len(counted) - tests.total()
-    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} more lack data, and {rest} more cannot be tested."
-    return f"Of {known} numbers of both papers that our packings test, {told}"
+    counted = [c.statement for c in comparisons if c.statement.counted]
+    tests = [c for c in comparisons if c.statement.counted and c.statement.tested]
+    known = [c for c in tests if c.measured.known]
+    met = sum(c.verdict == Verdict.AGREES and c.statement.relation != "=" for c in known)
+    values = Counter(c.verdict for c in known) - Counter({Verdict.AGREES: met})
+    parts = [f"{values[verdict]} {words}" for verdict, words in SAID.items() if values[verdict]]
+    parts.insert(1, f"{met} bounds are met")
+    figures = len({c.statement.figure for c in known})
+    told = (
+        f"{', '.join(parts)}; {len(tests) - len(known)} more lack data, and {len(counted) - len(tests)} are no tests."
+    )
+    return f"Of {len(known)} numbers in {figures} figures and tables of both papers that our packings test, {told}"
 
 
 def summary(comparisons: Sequence[Comparison]) -> list[str]:

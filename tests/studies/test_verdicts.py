@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import frozen_rule
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,10 +11,14 @@ from hypothesis import strategies as st
 
 from jamlab.statistics.confidence import Interval
 from studies.papers.forest import SPAN, bars
-from studies.papers.statements import Measured, Statement, statements
+from studies.papers.statements import Measured, Sentence, Statement, statements
 from studies.papers.verdicts import Verdict, first_line, judge, paper_error, scale, summary
+from studies.reference_data import open_tables
 
-ONE = Statement("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.005, "line", 2.0, "exponent", "measured", "said")
+ONE = Statement(
+    *("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.005, "line", 2.0, "exponent"),
+    *(Sentence.MEASURED, "we find 1.00", "", "", "measures"),
+)
 AGREEMENT = (Verdict.AGREES, Verdict.SMALL)
 
 
@@ -79,6 +84,12 @@ def test_the_papers_error_follows_from_how_it_states_the_number(stated, argument
     assert paper_error(replace(ONE, stated=stated, argument=argument), 0.03) == pytest.approx(error)
 
 
+def test_lines_that_look_like_one_have_the_slope_and_the_height_of_one():
+    """Two lines over two decades, 0.1 decades apart: at one end, slopes differ by 0.05; everywhere, heights by 1.26."""
+    assert paper_error(ONE, 0.0) == pytest.approx(0.1 / 2)
+    assert paper_error(replace(ONE, number="coefficient", value=3.0), 0.0) == pytest.approx(3 * 0.259, rel=1e-3)
+
+
 def test_scales():
     kinds = ("exponent", "coefficient", "ratio", "density", "contacts", "shape", "void shape", "share", "decades")
     assert [scale(kind, 1.5) for kind in kinds] == [1.5, 1.5, 1.0, 0.16, 2.0, 0.5, 1.5, 1.5, 5.0]
@@ -103,13 +114,92 @@ def test_a_wide_interval_can_only_lose_an_agreement(statement, off, error, other
 
 
 def test_counts_are_of_tests():
-    """Neither identities, nor numbers that parameters were chosen for, nor those of other papers."""
-    rows = [judge(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
+    """Neither definitions, nor numbers that unprinted parameters decide, nor those of other papers; bounds apart."""
+    kinds = (Sentence.MEASURED, Sentence.UNPRINTED, Sentence.DEFINITION)
+    rows = [judge(replace(ONE, sentence=kind), found(1.0, 0.01)) for kind in kinds]
     rows.append(judge(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
-    assert re.findall(r"\d+", first_line(rows)) == ["1", "1", "10", "0", "1"]
+    rows.append(judge(replace(ONE, sentence=Sentence.DEFINITION, statistic=""), Measured()))  # nothing to measure
+    rows.append(judge(replace(ONE, figure="g", relation=">", stated="bound"), found(1.3, 0.05)))
+    said = "Of 2 numbers in 2 figures and tables of both papers that our packings test, 1 agree to a tenth"
+    assert first_line(rows).startswith(said) and "1 bounds are met; 0 more lack data, and 2 are no" in first_line(rows)
     off = judge(ONE, found(1.29, 0.001))  # known to lie within 30 % of the scale, and three standard errors off
-    assert re.findall(r"\d+", summary([*rows, off])[1]) == ["30", "1", "2"]
+    assert re.findall(r"\d+", summary([*rows[:4], off])[1]) == ["30", "1", "2"]
     assert rows[0].text.startswith("1 ± 0.01")
+    row = rows[1].row()
+    assert (row["sentence"], row["words"], row["no_test"]) == ("unprinted parameters", "we find 1.00", row["sentence"])
+
+
+# sentences ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "word", "reason"),
+    [
+        *(("measured", "", ""), ("drawn", "", ""), ("approximate", "", ""), ("guess", "", "guess")),
+        *(("unprinted parameters", "", "unprinted parameters"), ("definition", "", "definition")),
+        *(("measured", "paper inconsistent", "paper inconsistent"), ("guess", "duplicate", "duplicate")),
+    ],
+)
+def test_whether_a_number_is_a_test_follows_from_its_sentence(kind, word, reason):
+    row = replace(ONE, sentence=Sentence(kind), no_test=word)
+    assert (row.reason, row.tested) == (reason, not reason)
+    assert row.listed == (word != "duplicate")
+
+
+WORDS = {  # of the quoted words -> what the sentence cannot be
+    r"\blikely\b": set(Sentence) - {Sentence.GUESS},
+    r"\b(slopes? (of|equal)|(solid|dashed|dotted) lines?)\b": {Sentence.MEASURED, Sentence.GUESS},
+    r"\b(assuming|from Eq\. 5)|Kelvin|solved exactly|directly proportional": {Sentence.MEASURED, Sentence.DRAWN},
+    r"O\(1\)|\b(similar|nearly|weak|comparable|approximately|little|indistinguishable|qualitatively)\b": {
+        *(Sentence.MEASURED, Sentence.DRAWN, Sentence.GUESS, Sentence.DEFINITION)
+    },
+}
+
+
+def test_quoted_words_agree_with_the_kind_of_sentence():
+    """A word that marks a guess, a drawing, a derivation or an estimate stands in no sentence of another kind; quotes
+    are short; a number that is read, or said in words, is approximate."""
+    of_papers = [s for s in statements().values() if s.where.startswith("[")]
+    for s in of_papers:
+        assert 0 < len(s.words.split()) <= 25, s.id
+        assert not [w for w, barred in WORDS.items() if re.search(w, s.words) and s.sentence in barred], s.id
+        if s.stated in ("read", "word", "about", "order", "share") and s.tested:
+            assert s.sentence == Sentence.APPROXIMATE, s.id
+    assert [s.id for s in of_papers if s.sentence == Sentence.GUESS] == ["T8-a-same"]
+    assert {s.sentence for s in of_papers} == set(Sentence)
+
+
+@pytest.mark.parametrize(
+    ("column", "tolerance", "rows"),
+    [
+        ("g", 0.028, "B5-g-parts B5-g-models BT-G0-dp BT-G1-dp BT-G-ratio"),
+        ("shape_factor", 0.006, "B4-A-099-dp B4-A-confluence-dp"),
+        ("z_010", 0.2, "BT-z0-dp BT-z1-dp BT-z-ratio"),
+        ("rho_star", 0.016, "B9-confluence-dp B9-limit-dp"),
+    ],
+)
+def test_parameters_that_are_not_printed_decide_what_they_move(column, tolerance, rows):
+    """Means over packings of 64 droplets under other force laws spread by more than three tolerances, or do not."""
+    laws = open_tables().droplet_laws.query("n == 64").groupby(["gamma", "delta", "eps", "nv_small"])[column]
+    means = laws.mean()[laws.count() >= 4]
+    moves = means.max() - means.min() > 3 * tolerance
+    assert {statements()[name].sentence == Sentence.UNPRINTED for name in rows.split()} == {moves}
+
+
+# the rule of 27 November 2026 -----------------------------------------------------------------------------------------
+
+
+@given(
+    *(st.sampled_from([s for s in statements().values() if s.id in frozen_rule.frozen_rows()]), numbers, errors),
+    st.lists(st.tuples(numbers, errors), max_size=3),
+)
+def test_the_frozen_rule_judges_as_the_rule_of_today(statement, off, error, others):
+    """By its own arithmetic; but for what a line says of a height."""
+    row = frozen_rule.frozen_rows()[statement.id]
+    same = replace(statement, stated=row["stated"], argument=row["argument"], number=row["number"])
+    m = found(statement.value + off, error, *[(statement.value + other, u) for other, u in others])
+    ours = [(m.value, m.low, m.high), *((float(v.value), float(v.low), float(v.high)) for v in m.variants.values())]
+    assert frozen_rule.frozen_verdict(row, same.relation, same.value, same.margin, ours) == judge(same, m).verdict
 
 
 def test_a_bar_is_in_units_of_the_scale():
