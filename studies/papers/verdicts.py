@@ -24,9 +24,9 @@ COLUMNS = ("quantity", "ours ± packings ± analyses", "paper", "known to", "ver
 RULE = (
     "One rule for every number: ours with the standard errors of packings and of other analyses, the paper's by how "
     "it states the number, and a tolerance of a tenth of the scale of such numbers. It agrees if the difference is "
-    "known to lie within the tolerance, and differs if it is three standard errors by every analysis. Guesses, "
-    "definitions, and numbers that unprinted parameters decide are no tests. The rule was fixed when the values were "
-    "known; changes since are commits of their own."
+    "known to lie within the tolerance, and differs if it is three standard errors and one tolerance by every "
+    "analysis. Guesses, definitions, and numbers that unprinted parameters decide are no tests. The rule was fixed "
+    "when the values were known; changes since are commits of their own."
 )
 TOLERANCE, WEAK = 0.10, 3.0  # of the scale of a number; tolerances within which it is known weakly
 TENSION, DIFFERS = 2.0, 3.0  # combined standard errors
@@ -181,21 +181,22 @@ def judge(s: Statement, m: Measured) -> Comparison:
         known = np.isfinite([v.low, v.high]).all()
         each.append((float(v.value), float(v.high - v.low) / NORMAL if known else statistical))
     errors = {"resolution": resolution, "statistical": statistical, "systematic": systematic, "paper": theirs}
+    tolerance = max(TOLERANCE * scale(s.number, s.value), s.margin)
     if s.relation != "=":
         sign = 1 if s.relation == ">" else -1
         met = sign * off / max(hypot(statistical, systematic), 1e-12)
         best = max(sign * (v - s.value) / max(u, 1e-12) for v, u in each)
-        missed = Verdict.DIFFERS if best <= -DIFFERS else Verdict.TENSION if met <= -TENSION else Verdict.UNRESOLVED
+        apart = best <= -DIFFERS and max(sign * (v - s.value) for v, _ in each) <= -tolerance
+        missed = Verdict.DIFFERS if apart else Verdict.TENSION if met <= -TENSION else Verdict.UNRESOLVED
         return Comparison(s, m, Verdict.AGREES if met >= TENSION else missed, met, best, **errors)
     combined = np.sqrt(statistical**2 + ((below if off > 0 else above) ** 2) / 3 + theirs**2)
     pull = off / combined if combined else copysign(np.inf, off)
     pulls = [(v - s.value) / max(hypot(u, theirs), 1e-12) for v, u in each]
     one_side = min(pulls) > 0 or max(pulls) < 0
     kindest = min(pulls, key=abs) if one_side else 0.0
-    tolerance = max(TOLERANCE * scale(s.number, s.value), s.margin)
     if resolution <= tolerance:
         verdict = Verdict.SMALL if abs(kindest) >= DIFFERS else Verdict.AGREES
-    elif abs(kindest) >= DIFFERS:
+    elif abs(kindest) >= DIFFERS and min(abs(v - s.value) for v, _ in each) >= tolerance:
         verdict = Verdict.DIFFERS
     elif abs(pull) >= TENSION:
         verdict = Verdict.TENSION

@@ -57,6 +57,7 @@ MOVED = {  # by the frozen rule, with the analyses of its day | with all | by th
     "B11-energy": "agrees | agrees | agrees (definition)",
     "B11-C-onset": "differs | differs | compatible, weak",
     "BT-z-sp-rho": "differs | differs | differs (paper inconsistent)",
+    "BT-G0-sp-phi": "differs | differs | tension",
     "BT-G0-sp-rho": "tension | not resolved | not resolved",
     "BT-z0-dp": "tension (unprinted parameters) | tension (unprinted parameters) | tension",
     "BT-z1-dp": "not resolved (unprinted parameters) | not resolved (unprinted parameters) | not resolved",
