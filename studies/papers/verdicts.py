@@ -37,7 +37,7 @@ SCALES = {  # of a number, by its kind; those that are not here are of the size 
     "ratio": 1.0,
     "density": 0.16,  # rho, phi: from onset to confluence, [B] sec 3
     "contacts": 2.0,  # z: from 4 to 6
-    "decades": 5.0,  # so that the tolerance is half a decade, as "of order 1" means
+    "decades": 5.0,  # so that the tolerance is half a decade
 }
 NO_EXPONENT, LEAST_SHARE = 0.5, 0.2  # scale of an exponent that is 0: the least that the papers argue for; of a share
 

@@ -56,15 +56,17 @@ MOVED = {  # by the frozen rule, with the analyses of its day | with all | by th
     "B11-overlap": "compatible, weak | compatible, weak | compatible, weak (definition)",
     "B11-energy": "agrees | agrees | agrees (definition)",
     "B11-C-onset": "differs | differs | compatible, weak",
-    "BT-z-sp-rho": "differs | differs | differs (paper inconsistent)",
     "BT-G0-sp-phi": "differs | differs | tension",
+    "BT-z-sp-rho": "differs | differs | differs (paper inconsistent)",
     "BT-G0-sp-rho": "tension | not resolved | not resolved",
     "BT-z0-dp": "tension (unprinted parameters) | tension (unprinted parameters) | tension",
     "BT-z1-dp": "not resolved (unprinted parameters) | not resolved (unprinted parameters) | not resolved",
     "BT-z-ratio": "agrees (unprinted parameters) | agrees (unprinted parameters) | agrees",
+    "T3-quasistatic-end": "tension | tension | not resolved",
     "T5-rms-approach": "– | – | agrees",
     "T5-rms-sliding": "– | – | agrees",
     "T5-sheared": "compatible, weak | not resolved | not resolved",
+    "T8-crossover-stokes": "tension | tension | compatible, weak",
     "T8-a-same": "tension | tension | tension (guess)",
 }
 
