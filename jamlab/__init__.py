@@ -12,7 +12,7 @@ Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, he
              density_by_size, quasilocalized_modes, count_zero_modes, maxwell_count: constraint counting; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, mean_spectra: over packings, kind by kind;
              scaling_collapse, nonlinear_modulus, effective_relaxation_time, dynamical_matrices, damped_vibrations,
-             displacement_response, displacement_correlation, mode_character: of droplets
+             displacement_response, displacement_correlation, displacement_spectrum; mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
              mean_flow_curve: over packings; read_flow; quasistatic_shear: without time; softening: before an event;
              event_sizes: power laws

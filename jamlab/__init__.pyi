@@ -89,6 +89,7 @@ from .rheology.damping import ContactDamping as ContactDamping
 from .rheology.damping import StokesDrag as StokesDrag
 from .rheology.displacement_correlation import displacement_correlation as displacement_correlation
 from .rheology.displacement_correlation import displacement_response as displacement_response
+from .rheology.displacement_spectrum import displacement_spectrum as displacement_spectrum
 from .rheology.drag_law import DragLaw as DragLaw
 from .rheology.equation_of_motion import dynamical_matrices as dynamical_matrices
 from .rheology.mean_spectrum import mean_spectra as mean_spectra

@@ -46,7 +46,8 @@ INSTEAD = {
 }
 
 _DAMPED = (
-    *("complex_modulus", "displacement_response", "displacement_correlation", "dynamical_matrices", "mean_spectra"),
+    *("complex_modulus", "displacement_response", "displacement_correlation", "displacement_spectrum"),
+    *("dynamical_matrices", "mean_spectra"),
     *("shear", "flow_curve", "oscillate", "creep", "relax_stress", "stop_flow"),
 )
 # asked before the words of the table

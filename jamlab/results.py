@@ -45,6 +45,8 @@ from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
 from jamlab.rheology.critical_scaling import Collapse as Collapse
 from jamlab.rheology.damped_vibrations import DampedVibrations as DampedVibrations
 from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation
+from jamlab.rheology.displacement_spectrum import DisplacementShells as DisplacementShells
+from jamlab.rheology.displacement_spectrum import DisplacementSpectrum as DisplacementSpectrum
 from jamlab.rheology.mean_spectrum import MeanSpectra as MeanSpectra
 from jamlab.rheology.mean_spectrum import MeanSpectrum as MeanSpectrum
 from jamlab.rheology.mode_character import ModeCharacter as ModeCharacter

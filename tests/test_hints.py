@@ -51,6 +51,7 @@ def names_at_hand(things):
     made |= {"track_droplets": None, "micrograph": things["Micrograph"], "universe": None, "write": None}
     made |= {"read": packing, "read_all": [packing], "open_campaign": things["Campaign"], "write_movie": None}
     made |= {"displacement_correlation": things["DisplacementCorrelation"], "synthetic_micrograph": None}
+    made |= {"displacement_spectrum": things["DisplacementSpectrum"]}
     made |= {"stop_flow": things["StoppedFlow"], "relax": packing, "mean_flow_curve": things["MeanFlowCurve"]}
     made |= {"density_of_states": things["DensityOfStates"], "mean_spectra": things["MeanSpectra"]}
     made |= {"pair_correlation": things["PairCorrelation"], "structure_factor": things["StructureFactor"]}

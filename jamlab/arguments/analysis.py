@@ -16,11 +16,12 @@ ANALYSIS = (
         least=0,
         default=REQUIRED,
         otherwise={
-            **dict.fromkeys(("choose_flow", "mean_spectra", "sweep", "mean_spectra"), None),
+            **dict.fromkeys(("choose_flow", "displacement_spectrum", "mean_spectra", "sweep"), None),
             "sweep.oscillation": REQUIRED,
             "deck": 0.1,
         },
         unset="none",
+        unset_otherwise={"displacement_spectrum": "infinitely slow shear"},
         limits_otherwise=dict.fromkeys(("oscillate", "sweep.oscillation", "deck", "jamlab oscillate"), (1e-08, 1000.0)),
         habits="omega_min omega_max f omegas frequency frequencies freq w",
         highest=1e100,
@@ -265,7 +266,8 @@ ANALYSIS = (
         default=None,
         unset="each value on its own",
         unset_otherwise=dict.fromkeys(
-            ("SpectralDensity.shells", "StructureFactor.shells"), "as wide as 2 pi over the root of the area of the box"
+            ("SpectralDensity.shells", "StructureFactor.shells", "DisplacementSpectrum.shells"),
+            "as wide as 2 pi over the root of the area of the box",
         ),
         otherwise={"Modes.density": 40, "density_of_states": 40, "density_by_size": 40},
         text_otherwise={"Campaign.aggregate": "Edges of bins of the column of `along`, ascending."},

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array, ArrayLike, Indices, Mask
 from jamlab.checks import check_positive, finite_array
@@ -134,6 +135,18 @@ class Droplets(Model[Packing]):
         s = r[packing.polygons.successor]
         moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygons.offsets[:-1])
         return np.asarray(first + moment / np.where(packing.flat_walls, 1.0, 6.0 * packing.polygons.areas)[:, None])
+
+    def centroid_displacements(self, packing: Packing, u: NDArray[Any]) -> NDArray[Any]:
+        """Reynolds' theorem: a dc = integral of (u.n)(x - c) over the outline, n outwards; u and x are linear along
+        every edge."""
+        polygons, following = packing.polygons, packing.polygons.successor
+        arm = packing.positions - packing.centroids[packing.particle]
+        outwards = np.column_stack([polygons.edges[:, 1], -polygons.edges[:, 0]])  # times the length of the edge
+        flux, flux_ahead = (np.sum(each * outwards, axis=1)[:, None] for each in (u, u[following]))
+        ahead = arm[following]
+        moment = (flux * (2 * arm + ahead) + flux_ahead * (arm + 2 * ahead)) / 6.0
+        moved = np.add.reduceat(moment, polygons.offsets[:-1])
+        return np.asarray(moved / np.where(packing.flat_walls, 1.0, polygons.areas)[:, None])
 
     def law(self, packing: Packing) -> PairLaw:
         return law_class(packing.params, "rims").of(packing.params, packing.units)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_positive, finite_array
@@ -137,6 +138,15 @@ class State(Part[P]):
         if packing.offsets is None:
             return packing.positions
         return np.asarray(np.add.reduceat(packing.positions, packing.offsets[:-1]) / _counts(packing)[:, None])
+
+    def centroid_displacements(self, packing: P, u: NDArray[Any]) -> NDArray[Any]:
+        """(n, 2) how `centroids` move, to first order, if positions move by u (len(positions), 2), real or complex; by
+        default the mean over the positions of each particle."""
+        if self.says("centroids"):
+            self.lacks("centroid_displacements")
+        if packing.offsets is None:
+            return u
+        return np.asarray(np.add.reduceat(u, packing.offsets[:-1]) / _counts(packing)[:, None])
 
     def sizes(self, packing: P) -> Array:
         """(n,) sizes, whose mean is the unit of length in packings that jamlab makes."""

@@ -109,6 +109,22 @@ def _displacements(
     packing: Packing, frequencies: Iterable[float], damping: DragLaw | None, prestress: bool
 ) -> Iterator[tuple[Packing, Complex]]:
     """Yield what `displacement_response` returns, for several frequencies of one equation of motion."""
+    for omega, (backbone, u, modulus) in zip(
+        frequencies, displacements_per_strain(packing, frequencies, damping, prestress), strict=True
+    ):
+        if not modulus:
+            raise ConvergenceError(
+                f"omega = {omega:g}: the packing bears no shear stress, since G* is 0 but for rounding: displacements "
+                "per stress have no limit. Use StokesDrag, or a denser packing"
+            )
+        yield backbone, u / modulus
+
+
+def displacements_per_strain(
+    packing: Packing, frequencies: Iterable[float], damping: DragLaw | None, prestress: bool
+) -> Iterator[tuple[Packing, Complex, complex]]:
+    """Yield the backbone, complex non-affine displacements (n_sites, 2) per oscillating strain, without their mean, and
+    G*, 0 where nothing but rounding is left of it; for several frequencies of one equation of motion."""
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
@@ -116,15 +132,11 @@ def _displacements(
     for omega in check_frequencies(list(frequencies)):
         q, modulus, left = solve_frequency(motion, floppy, omega)
         rounding = rounding_error(motion, q[:, None], np.array([omega]))[0]
-        if not abs(rounding) + abs(left) < abs(modulus):
-            raise ConvergenceError(
-                f"omega = {omega:g}: the packing bears no shear stress, since G* is 0 but for rounding: displacements "
-                "per stress have no limit. Use StokesDrag, or a denser packing"
-            )
+        bears = abs(rounding) + abs(left) < abs(modulus)
         u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
-        u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus
-        u += network.packing.frame.wall_offsets @ SIMPLE_SHEAR.T / modulus  # walls are not affine
-        yield network.packing, u - network.packing.frame.drift(u)
+        u.reshape(-1)[motion.displaced] = q[: motion.moving]
+        u += network.packing.frame.wall_offsets @ SIMPLE_SHEAR.T  # walls are not affine
+        yield network.packing, u - network.packing.frame.drift(u), modulus if bears else 0.0
 
 
 @checked

@@ -193,15 +193,18 @@ class ValuesAtWavevectors(Result):
         waves = [waves_of(packing, k_max) for packing in packings]
         values = [one(packing, own) for packing, own in zip(packings, waves, strict=True)]
         length = packings[0].unit_names.length
-        return cls(
-            wavevectors=np.concatenate([own.k for own in waves]),
-            values=np.concatenate(values),
-            state=np.repeat(np.arange(len(waves)), [len(own.k) for own in waves]),
-            packings=len(packings),
-            width=float(np.mean([2 * np.pi / np.sqrt(packing.area) for packing in packings])),
-            unit=f"1/{length}",
-            value_unit=unit and unit.format(length),
-        )
+        return cls(values=np.concatenate(values), value_unit=unit and unit.format(length), **places(packings, waves))
+
+
+def places(packings: Sequence[Packing], waves: Sequence[Waves]) -> dict[str, Any]:
+    """What values at the wavevectors of packings hold beside the values, by the names of their attributes."""
+    return {
+        "wavevectors": np.concatenate([own.k for own in waves]),
+        "state": np.repeat(np.arange(len(waves)), [len(own.k) for own in waves]),
+        "packings": len(packings),
+        "width": float(np.mean([2 * np.pi / np.sqrt(packing.area) for packing in packings])),
+        "unit": f"1/{packings[0].unit_names.length}",
+    }
 
 
 class StructureFactor(ValuesAtWavevectors):

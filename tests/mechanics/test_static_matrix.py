@@ -37,6 +37,7 @@ ELSEWHERE = {
         ("displacement_correlation", "mean_spectra", "mode_character", "nonlinear_modulus"),
         "at a frequency: tests/rheology",
     ),
+    "displacement_spectrum": "sums of waves: tests/rheology/test_displacement_spectrum.py",
     **dict.fromkeys(("synthetic_micrograph", "universe", "write", "write_contacts"), "pictures and files"),
     **dict.fromkeys(("local_strain", "mean_square_displacement", "self_overlap", "t1_events"), "motion: tests/motion"),
     **dict.fromkeys(("write_movie", "write_page"), "pictures and files"),

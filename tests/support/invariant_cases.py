@@ -13,7 +13,20 @@ import motion_of_views
 import numpy as np
 from motion_of_views import grown as _grown
 from packings_of_views import packings
-from structure_of_views import ALL, AREA, EACH, ENERGY, FORCE, LENGTH, NUMBER, SET, STRESS, pairs, waves
+from structure_of_views import (
+    ALL,
+    AREA,
+    EACH,
+    ENERGY,
+    FORCE,
+    LENGTH,
+    NUMBER,
+    SET,
+    STRESS,
+    pairs,
+    waves,
+    waves_of_motion,
+)
 from tiled_packings import tiled
 from vibrations_of_views import damped, localised, matrices, modes, norms, spectrum
 
@@ -293,6 +306,7 @@ CASES = {
         _fields(lambda p: jamlab.displacement_correlation(p, 1e-2), delta=LENGTH, correlation=NUMBER),
         but=ORIGIN | FARTHER,
     ),
+    "displacement_spectrum": Case(waves_of_motion, but=WAVES),
     "dynamical_matrices": Case(matrices, but=IMAGES),
     "elastic_tensor": Case(_elastic),
     "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps", "adhesive", "vesicles")),

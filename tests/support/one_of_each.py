@@ -48,6 +48,7 @@ def objects():
         jamlab.event_sizes(EVENTS, least_size=1.0),
         *(jamlab.mean_square_displacement(steady), jamlab.self_overlap(steady), jamlab.t1_events([q, q])),
         jamlab.pair_correlation([p, q], 3.0),
+        *(jamlab.displacement_spectrum(p, 9.0), jamlab.displacement_spectrum(p, 9.0).shells()),
         jamlab.spectral_density(p, 9.0),
         jamlab.structure_factor(p, 9.0),
         jamlab.structure_factor(p, 9.0).shells(),

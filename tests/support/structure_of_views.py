@@ -19,6 +19,20 @@ def waves(function, unit):
     return call
 
 
+def waves_of_motion(view):
+    """Displacements per strain, in slow shear and at a frequency."""
+
+    def powers(omega):
+        found = jamlab.displacement_spectrum(view.packing, 6.0 / mean_size(view.packing), omega)
+        return {"k": found.k, "transverse": found.transverse, "longitudinal": found.longitudinal}
+
+    return {
+        f"{name}, {omega}": (values, ((0, -1) if name == "k" else AREA, SET))
+        for omega in (None, 1e-2)
+        for name, values in powers(omega).items()
+    }
+
+
 def pairs(view):
     size = mean_size(view.packing)
     found = jamlab.pair_correlation(view.packing, size * np.linspace(0.0, 4.0, 30))
