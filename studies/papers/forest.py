@@ -92,7 +92,7 @@ def forest(
         rest = [bar for bar in rest if bar not in part]
         _draw_column(out, axes, part)
         axes.set_title(title, fontsize=13, loc="left")
-        axes.set_title("ours | paper", fontsize=9, loc="right")
+        axes.annotate("ours | paper", (1.01, 1.005), xycoords="axes fraction", fontsize=9, va="bottom")
         axes.set_xlabel("(ours − paper) / scale", fontsize=11)
     lowest = min(axes.get_ylim()[0] for axes in columns)
     for axes in columns:
@@ -185,7 +185,7 @@ def _draw_bar(out: Drawing, axes: Any, bar: Bar, y: float) -> None:
     fill = colour if statement.tested else "white"
     out.curve(axes, statement.id, [bar.shown], [y], label=None, markerfacecolor=fill, **look)
     sign = "" if statement.relation == "=" else statement.relation
-    text = f"{bar.comparison.measured.value:.3g} | {sign}{statement.value:.3g}"
+    text = f"{bar.comparison.measured.value:.3g} | {sign}{statement.value:.3g}  {statement.reason}"
     axes.annotate(text, (1.01, y), xycoords=("axes fraction", "data"), va="center", fontsize=8)
 
 

@@ -35,6 +35,10 @@ DUPLICATE = "duplicate"  # another row measures the same
 UNTESTED = (  # why a number is no test although its sentence is one
     *(DUPLICATE, "paper inconsistent"),  # it contradicts another number of the same paper
     "not comparable",  # other conditions
+    *("ensemble not printed", "threshold not printed"),  # which packings are averaged, what "begins" means
+    "no power law",  # local exponents run through the window
+    "collinear coefficients",  # of a fit of two terms: windows move them, not the curve, which is a number of its own
+    "corrections to scaling",  # larger than the differences in reach of packings
 )
 
 

@@ -15,7 +15,7 @@ from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Sample, bootstrap, select
 from studies.papers import statements as paper_statements
 from studies.papers.baumgarten.spectra import regime_ends, wide_spectra
-from studies.papers.boromand.contacts_and_modulus import coefficients
+from studies.papers.boromand.contacts_and_modulus import coefficients, exponent_less, over_table_2
 from studies.papers.boromand.conventions import eq_11, even_places, table_fit
 from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence, same_distribution
@@ -37,6 +37,7 @@ VARIANTS = "factor=2; factor=3; twice=2"
         *(("B11-kappa", 0.75, 1e-3), ("B11-overlap", 1.5, 1e-3), ("B11-energy", 0.5, 1e-3)),
         *(("B11-omega-small-sp", 2 / 3, 1e-3), ("B11-omega-small-dp", 1.0, 1e-3), ("BT-z0-sp-phi", 3.7, 0.07)),
         *(("BT-G0-sp-phi", 0.42, 0.005), ("BT-z0-dp", 3.3, 0.05), ("BT-z1-dp", 7.1, 0.1), ("BT-G1-dp", 1.7, 0.02)),
+        *(("BT-z-dp-05", 5.0629, 1e-3), ("BT-z-dp-10", 5.7236, 1e-3), ("BT-z-dp-15", 6.3131, 1e-3)),
         *(("T3-mu", 0.5, 0.02), ("T3-lambda", 1.0, 0.05), ("T4-beta-star", 1.0, 1e-6), ("T5-approach", 0.25, 0.01)),
         *(("T5-sliding-stressed", -0.25, 0.01), ("T5-mean-sliding", 0.0, 1e-9), ("T5-rms-sliding", -0.25, 0.01)),
         *(("T6-lambda", 1.0, 0.02), ("T7-length-stokes", 0.25, 0.01), ("T7-length-decades", 1.0, 0.05)),
@@ -139,6 +140,14 @@ def test_other_analyses_have_the_interval_of_their_own_packings(monkeypatch):
     assert found.systematic == pytest.approx((0, float(alone.value))) and found.how == "Average"
 
 
+def test_exponents_of_both_models_and_curves_over_fits_by_hand():
+    x = np.geomspace(1e-3, 0.15, 30)
+    assert exponent_less((x, 2 * x**0.7), (x, x**0.5), low=0.01) == pytest.approx(0.2)
+    assert over_table_2(x, 1.1 * (0.38 * x**0.5 + 0.35 * x), "SP(ρ)", 0.05) == pytest.approx(1.1, rel=1e-3)
+    z = statements()["BT-z-dp-10"]  # 3.97 + 3.3 d^0.5 + 7.1 d, and half of the last digits of all three
+    assert z.value == pytest.approx(3.97 + 3.3 * 0.1**0.5 + 0.71) and z.margin == pytest.approx(0.0258, abs=1e-4)
+
+
 def test_what_tables_lack_is_told():
     none = EnsembleTables({"onset": onset().query("model == 'sp'")}.__getitem__)
     found = measure("B10-theta-dp", none)
@@ -176,7 +185,7 @@ def test_explanations_name_the_papers_own_numbers():
     slopes = [np.polyfit(np.log(x), np.log(table_fit("DP(ρ)", name)(x)), 1)[0] for name in ("z", "G")]
     assert slopes == pytest.approx([0.66, 0.92], abs=5e-3)
     text = explanations()
-    assert "1.33" in text["BT-z-sp-rho"] and "0.958" in text["BT-z0-dp"]
+    assert "1.33" in text["BT-z-sp-rho"] and "0.958" in text["BT-z-dp-10"]
     assert "0.66" in text["B6-z-single-dp"] and "0.92" in text["B6-g-single-dp"]
 
 

@@ -1,8 +1,8 @@
 """The rule of 27 November 2026 for numbers of the papers, written once more in plain arithmetic.
 
 `frozen_rule.csv` holds what commit 1bdf89a8 took for granted of each number: how the paper states it, its kind, its
-status, and the other analyses of that day. It is never edited. Side by side with `studies.papers.verdicts`, on the
-packings that ship:
+status, settings and other analyses. It is never edited: settings that are others today are measured as well. Side by
+side with `studies.papers.verdicts`, on the packings that ship:
 
     python tests/support/frozen_rule.py
 """
@@ -10,6 +10,7 @@ packings that ship:
 import csv
 import math
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 FILE = Path(__file__).parents[1] / "studies" / "frozen_rule.csv"
@@ -77,11 +78,11 @@ def frozen_verdict(row, relation, paper, half, ours):
     return "compatible, weak" if known_to <= 3 * tolerance else "not resolved"
 
 
-def side_by_side(comparisons):
+def side_by_side(comparisons, tables):
     """List what decides each number: its id, the frozen verdict by the analyses of that day and by all of today, what
     it was no test for, the verdict today, and what it is no test for."""
     from studies.ensembles import name_keywords
-    from studies.papers.statements import keywords
+    from studies.papers.statements import analyse, keywords
 
     known, lines = frozen_rows(), []
     for c in comparisons:
@@ -92,6 +93,8 @@ def side_by_side(comparisons):
             lines.append((s.id, LATER, LATER, "", str(c.verdict), s.reason))
             continue
         row = known[s.id]
+        if row["settings"] != s.settings:
+            (m,) = analyse(replace(s, settings=row["settings"], variants=row["variants"]), tables)
         names = {name_keywords(keywords(text)) for text in row["variants"].split("; ") if text}
         every = {name: (float(v.value), float(v.low), float(v.high)) for name, v in m.variants.items()}
         then = [v for name, v in every.items() if name in names or "alone" in name]
@@ -125,7 +128,8 @@ def main():
     from studies.reference_data import open_tables
     from studies.registry import PAPERS
 
-    lines = side_by_side([c for study in PAPERS for c in compare(study.name, open_tables())])
+    tables = open_tables()
+    lines = side_by_side([c for study in PAPERS for c in compare(study.name, tables)], tables)
     print(f"{'tests':20s}{'frozen':>8s}{'all analyses':>14s}{'mended':>8s}")
     for name, *numbers in counts(lines):
         print("{:20s}{:8d}{:14d}{:8d}".format(name, *numbers))

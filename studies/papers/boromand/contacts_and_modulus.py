@@ -28,6 +28,7 @@ from studies.papers.boromand.conventions import (
     curve,
     draw_sizes,
     evenly,
+    exponent,
     join_samples,
     table_fit,
 )
@@ -120,6 +121,11 @@ def crossover(*drawn: Curve, contacts: float = 2.0) -> float:
     return -float(np.polyfit(np.log(sizes), np.log(places), 1)[0])
 
 
+def exponent_less(over: Curve, under: Curve, low: float = 0.0, high: float = np.inf) -> float:
+    """Subtract the exponents of two means in one window."""
+    return exponent(*over, low, high) - exponent(*under, low, high)
+
+
 # tables 1 and 2 -------------------------------------------------------------------------------------------------------
 
 
@@ -129,6 +135,11 @@ def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float =
     if kept.sum() <= terms:
         return np.full(terms, np.nan)
     return np.asarray(np.linalg.lstsq(x[kept, None] ** (0.5, 1.0)[:terms], y[kept], rcond=None)[0])
+
+
+def over_table_2(x: Array, g: Array, fit: str, place: float = 0.1) -> float:
+    """Divide G by the fit of table 2 at one distance from onset."""
+    return at(x, g, place) / float(table_fit(fit, "G")(place))
 
 
 def of_both(tables: EnsembleTables, column: str) -> Sample:
