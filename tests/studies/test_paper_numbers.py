@@ -19,7 +19,7 @@ from studies.papers.boromand.contacts_and_modulus import coefficients, exponent_
 from studies.papers.boromand.conventions import eq_11, even_places, table_fit
 from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence, same_distribution
-from studies.papers.boromand.voids import beyond, shares, triangle_shape, void_sums
+from studies.papers.boromand.voids import beyond, of_rims, shares, triangle_shape, void_sums
 from studies.papers.statements import UNTESTED, Measured, analyse, explanations, find, measure, paper, statements
 from studies.papers.verdicts import NORMAL, compare
 from studies.reference_data import open_tables
@@ -146,6 +146,20 @@ def test_exponents_of_both_models_and_curves_over_fits_by_hand():
     assert over_table_2(x, 1.1 * (0.38 * x**0.5 + 0.35 * x), "SP(ρ)", 0.05) == pytest.approx(1.1, rel=1e-3)
     z = statements()["BT-z-dp-10"]  # 3.97 + 3.3 d^0.5 + 7.1 d, and half of the last digits of all three
     assert z.value == pytest.approx(3.97 + 3.3 * 0.1**0.5 + 0.71) and z.margin == pytest.approx(0.0258, abs=1e-4)
+
+
+def test_rims_of_another_width_are_another_analysis_of_voids():
+    """By hand, two packings at two fractions: 2 voids of three sides with sums 6 and 10, one of four; and those that
+    ship: rims of their own width bound the voids of the packings that are counted elsewhere."""
+    rows = pd.DataFrame({"seed": [1, 1, 2], "rho": [0.975, 0.985, 0.985], "sides": [3, 3, 4], "width": 0.98})
+    rows = rows.assign(voids=[2, 2, 1], area=0.1, shape_factor=[6.0, 10.0, 1.5])
+    rho, cube = of_rims(pd.concat([rows, rows.assign(width=1.0)]), 0.98)
+    assert beyond(rho, cube, "shape", 0.97) == pytest.approx(4.0) and beyond(rho, cube, "shape", 0.98) == 5.0
+    assert beyond(rho, cube, "share", 0.98) == pytest.approx(2 / 3)
+    table = open_tables().read("droplet-rims")
+    shapes = [float(beyond(*of_rims(table, width), "shape", 0.97)) for width in (0.96, 0.98, 1.0, 1.02, 1.04)]
+    assert shapes == sorted(shapes, reverse=True)
+    assert shapes[2] == pytest.approx(float(beyond(*void_sums(open_tables(), "dp", False), "shape", 0.97)), rel=0.01)
 
 
 def test_what_tables_lack_is_told():

@@ -61,6 +61,7 @@ MOVED = {  # by the frozen rule, with the analyses of its day; with all; by the 
     "B6-g-small-sp": ("compatible, weak", "not resolved", "not resolved (ensemble not printed)"),
     "B7-collapse-sp": ("not resolved", "not resolved", "not resolved (no power law)"),
     "B7-collapse-dp": ("not resolved", "not resolved", "not resolved (no power law)"),
+    "B8-A3-dense-dp": ("differs", "tension", "tension"),
     "B8-P4-for-P3": ("not resolved", "not resolved", "agrees"),
     "B9-exponent-dp": ("differs", "differs", "differs (paper inconsistent)"),
     "B9-limit-dp": ("tension", "tension", "tension (paper inconsistent)"),

@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
@@ -34,9 +35,12 @@ def void_sums(tables: EnsembleTables, model: str, onset: bool) -> tuple[Array, A
     part = select(tables.void_counts, model=model, n=N)
     part = part[part["at_onset"].astype(bool) == onset]
     part = part.assign(rho=0.0) if onset else part
-    seeds = np.sort(part["seed"].unique())
     held = part.groupby("rho")["seed"].nunique()
-    rho = np.sort(held.index[held >= SHARE * len(seeds)])
+    return _sum_voids(part, np.sort(held.index[held >= SHARE * part["seed"].nunique()]))
+
+
+def _sum_voids(part: pd.DataFrame, rho: Array) -> tuple[Array, Array]:
+    seeds = np.sort(part["seed"].unique())
     part = part[part["rho"].isin(rho)]
     cube = np.zeros((len(seeds), len(rho), 8, 3))
     sides = np.minimum(part["sides"].to_numpy(dtype=int), 7)
@@ -69,10 +73,17 @@ def triangle_shape(total: Array) -> Array:
 # numbers --------------------------------------------------------------------------------------------------------------
 
 
-def of_model(tables: EnsembleTables, model: str) -> Sample:
-    """Take bins of rho and the sums over voids of one model."""
-    rho, cube = void_sums(tables, model, onset=False)
+def of_model(tables: EnsembleTables, model: str, rims: float = 1.0) -> Sample:
+    """Take bins of rho and the sums over voids of one model; of droplets also with rims of another width."""
+    own = rims == 1
+    rho, cube = void_sums(tables, model, onset=False) if own else of_rims(tables.read("droplet-rims"), rims)
     return Sample([cube], lambda drawn: (rho, drawn[0]))
+
+
+def of_rims(rows: pd.DataFrame, width: float) -> tuple[Array, Array]:
+    """Sum over voids that rims of another width bound, the same that `void_sums` gives."""
+    part = select(rows, width=width)
+    return _sum_voids(part, np.sort(part["rho"].unique()))
 
 
 def shares_near(rho: Array, cube: Array, at: float = NEAR_ONSET) -> Array:
