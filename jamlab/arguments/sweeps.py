@@ -25,6 +25,16 @@ SWEEPS = (
         limits_otherwise={**dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), (0, 2))},
     ),
     Argument(
+        "above_onset",
+        "Distance of the last state from the onset of its own packing, instead of `to`.",
+        "number",
+        least=0,
+        highest=1,
+        above=True,
+        default=None,
+        unset="as far as `to`",
+    ),
+    Argument(
         "by",
         "Packing fraction of `to` and `step`, true (rho) or nominal (phi); of means the columns that define groups.",
         "choice",

@@ -250,4 +250,5 @@ def _most_states(parameters: Parameters) -> int:
     if how is None:
         return len(parameters.pressures or parameters.phi or (0,))
     near = 0.0 if how.first_step is None else how.per_decade * (1 + math.log10(how.step / how.first_step))
-    return math.ceil(max(0.0, how.to - _LOOSEST) / how.step + near) + 1
+    way = how.above_onset or 0.0 if how.to is None else how.to - _LOOSEST
+    return math.ceil(max(0.0, way) / how.step + near) + 1

@@ -27,9 +27,11 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializeAsAny,
+    SerializerFunctionWrapHandler,
     ValidationError,
     create_model,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -100,10 +102,12 @@ def _check_model(value: str) -> str:
 
 
 class Compression(FileTable):
-    """Arguments of `jamlab.compress`, from onset up to a packing fraction. With `confluence`, the packing fraction at
-    which z reaches 6 is bisected to that error (`bisect_confluence`)."""
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction, or to a distance above each onset. With
+    `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`)."""
 
-    to: Annotated[float, within("to")]
+    # exactly one of these
+    to: Annotated[float, within("to")] | None = None
+    above_onset: Annotated[float, within("above_onset")] | None = None
     by: By = usual("by", "compress")
     step: Annotated[float, within("step", "compress")] = usual("step", "sweep.compress")
     first_step: Annotated[float, within("first_step")] | None = None
@@ -113,17 +117,28 @@ class Compression(FileTable):
 
     @model_validator(mode="after")
     def _check_steps(self) -> "Compression":
-        if self.by == "rho" and self.to > 1:
+        if (self.to is None) == (self.above_onset is None):
+            said = "is missing" if self.to is None else "and above_onset are given"
+            raise ValueError(f"to {said}: give to, a packing fraction, or above_onset, a distance from each onset")
+        if self.by == "rho" and self.to is not None and self.to > 1:
             raise ValueError(f"to = {self.to:g} is above 1, the highest rho there is: lower it, or set by = 'phi'")
         if self.first_step is not None and self.first_step > self.step:
             raise ValueError(f"first_step = {self.first_step:g} is above step = {self.step:g}: lower it")
         if self.first_step is None and self.per_decade != usual("per_decade"):
             said = f"per_decade = {self.per_decade}: it spaces the states after first_step"
             raise ValueError(f"{said}; give first_step too")
-        if self.to > LIMITS.states * self.step:
-            least = f"use {self.to / LIMITS.states:.1g} or more"
-            raise ValueError(f"step = {self.step:g}: {self.to / self.step:.1g} states up to {self.to:g}; {least}")
+        if (way := self.to or self.above_onset or 0.0) > LIMITS.states * self.step:
+            least = f"use {way / LIMITS.states:.1g} or more"
+            raise ValueError(f"step = {self.step:g}: {way / self.step:.1g} states up to {way:g}; {least}")
         return self
+
+    @model_serializer(mode="wrap")
+    def _only_what_is_given(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without `above_onset` where `to` is given: names of tasks come from what is written here."""
+        written: dict[str, Any] = dump(self)
+        if self.above_onset is None:
+            del written["above_onset"]
+        return written
 
 
 class SeedRange(FileTable):

@@ -73,8 +73,9 @@ def _from_onset(how: Compression | None, recipe: Recipe, missing: list[dict[str,
     onset = make(recipe)
     if how is None:
         return [onset]
-    to, by = how.to, how.by
+    by = how.by
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
+    to = fraction + (how.above_onset or 0.0) if how.to is None else how.to
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]

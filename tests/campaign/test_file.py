@@ -50,7 +50,10 @@ def droplets(**law):
         ({"n": 10**13}, "n[1] = 10000000000000"),
         ({"ranks": 2.5}, "ranks = 2.5"),
         ({"compress": 0.9}, "compress = 0.9"),
-        ({"compress": {"step": 0.1}}, "compress.to"),
+        ({"compress": {"step": 0.1}}, "to is missing"),
+        ({"compress": {"to": 0.9, "above_onset": 0.01}}, "to and above_onset are given"),
+        ({"compress": {"above_onset": 0}}, "compress.above_onset = 0"),
+        ({"compress": {"above_onset": 0.9, "step": 1e-6}}, "step = 1e-06"),
         ({"compress": {"to": 0.9, "step": 1e-300}}, "step = 1e-300"),
         ({"seed": 3}, "did you mean seeds"),
         (spectra([1e150]), "omega[1] = 1e+150"),
@@ -220,6 +223,7 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
         {"ensemble": "shear-stabilized"},
         {"sizes": "lognormal:0.3"},
         {"compress": {"to": 0.91, "step": 0.02}},
+        {"compress": {"above_onset": 0.9, "step": 0.02}},
         {"observables": ["voids"]},
         {"force_tolerance": 1e-9},
     ):
@@ -239,6 +243,13 @@ def test_names_of_tasks_survive_their_files_and_depend_on_the_defaults_of_the_de
     assert {"longest_edge", "units"}.isdisjoint(read.law) and "increment_least" not in read.decks
     before = set(names(path))
     assert not before & set(names(written(path, model="dp", law={"gamma": 0.11})))
+
+
+def test_a_sweep_that_ends_at_a_packing_fraction_is_written_without_a_distance():
+    """Tasks of such sweeps keep the names that they had before there was one."""
+    content = CampaignTable.model_validate({"name": "c", "sweep": [SWEEP]})
+    (batch,) = batches(content)
+    assert "above_onset" not in batch.parameters.model_dump(mode="json")["compress"]
 
 
 def test_the_first_step_may_be_as_long_as_the_others(tmp_path):

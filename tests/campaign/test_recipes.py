@@ -1,5 +1,6 @@
 """Packings of campaigns have a recipe, from which the same bits are made again."""
 
+import numpy as np
 import pytest
 from campaigns import run_here, written
 
@@ -15,6 +16,7 @@ SWEEPS = {
     "compressed": {"n": 12, "compress": {"to": 0.9, "step": 0.02, "first_step": 1e-3}},
     "by pressure": {"n": 12, "compress": {"to": 0.88, "step": 0.02, "pressure_tolerance": 1e-2}},
     "confluence": {"model": "dp", "n": 8, "compress": {"to": 0.99, "step": 0.03, "confluence": 5e-3}},
+    "above onset": {"n": 12, "compress": {"above_onset": 1e-2, "step": 0.02, "first_step": 1e-3}},
     "pressures": {"n": 12, "compress": None, "pressures": [1e-2, 1e-3], "law": "hertz"},
     "decompressed": {"n": 12, "compress": None, "pressures": [1e-2, 3e-3, 1e-3], "decompress": True},
     "phi": {"n": 12, "compress": None, "phi": [0.7, 0.9], "units": "eps", "ensemble": "shear-stabilized"},
@@ -64,3 +66,14 @@ def test_the_name_of_a_task_follows_from_its_recipe_and_what_is_measured(tmp_pat
     assert name(ranks=2) == plain
     changed = ({"law": "hertz"}, {"step": 0.02}, {"search": "incremental"}, {"size_ratio": 1.3}, {"units": "k"})
     assert len({plain, *(name(**keys) for keys in changed)}) == 1 + len(changed)
+
+
+def test_a_sweep_ends_at_a_distance_from_each_onset(tmp_path):
+    """Not at one packing fraction, as onsets differ."""
+    found = packings_of(tmp_path / "c.toml", n=12, seeds=2, compress={"above_onset": 1e-2, "step": 5e-3})
+    ends = {}
+    for task, packing in found:
+        ends.setdefault(task.parameters.seed, []).append(jamlab.packing_fraction(packing))
+    distances = [np.subtract(rho, rho[0]) for rho in ends.values()]
+    np.testing.assert_allclose(distances, [[0, 5e-3, 1e-2]] * 2, atol=5e-5)
+    assert abs(ends[1][0] - ends[2][0]) > 1e-4
