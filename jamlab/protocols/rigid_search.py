@@ -69,6 +69,9 @@ class RigidSteps:
     slide_steps: int = 150
     lbfgs_steps: int = 800
     box_steps: int = 12
+    # largest force over pressure and mean size with which droplets that slid are worth these steps: with more they
+    # have left their contacts
+    slid: float = 3.0
 
 
 RIGID = RigidSteps()
@@ -205,7 +208,7 @@ class RigidSearch(Approach[RigidDroplets]):
         unsettled = False  # whether droplets did not come to rest
         for _ in range(RIGID.judgements):
             state = self._as_droplets(end, gap)
-            if unsettled and not self.droplets.at_end(state):
+            if not self.droplets.at_end(state) and (unsettled or self._stalled(state.found)):
                 state = self._relax_at_length()
             if not self.droplets.at_end(state):
                 again = self._relax(RigidDroplets.of(state.packing))
@@ -269,7 +272,16 @@ class RigidSearch(Approach[RigidDroplets]):
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, effort=effort))
 
     def _relax_again(self) -> Relaxed:
-        return self._relax_droplets(RIGID.slide_steps).found
+        """After a slide. A minimum that short steps stall beside is none to the search, which would come back to it again
+        and again: of 512 droplets and more it is the usual one."""
+        found = self._relax_droplets(RIGID.slide_steps).found
+        return self._relax_at_length().found if self._stalled(found) else found
+
+    def _stalled(self, found: Relaxed) -> bool:
+        """Whether droplets that many steps do not bring to rest are still held by their contacts, and many enough."""
+        state = found.evaluation
+        pressed = state.pressure * mean_size(self.droplets.session.packing())
+        return not (found.converged or self._shears) and state.max_force <= RIGID.slid * pressed
 
     def _relax_droplets(self, steps: int) -> SearchState:
         """Droplets near a minimum, by a bounded number of steps."""
