@@ -21,6 +21,8 @@ from studies.flow_errors import measure_runs
 from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analysis, jolted_minimum, text_of
 from studies.pages import file_names, write_page, write_verdicts
 from studies.panels import Drawing
+from studies.papers.controls.control import write_controls
+from studies.papers.controls.passed import NAME as CONTROLS
 from studies.reference_data import open_tables, write_tables
 from studies.reference_packings import FOLDER, check_sets, make_sets
 from studies.registry import GROUPS, chosen
@@ -173,6 +175,22 @@ def reduce(
     check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=overwrite)
     for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
         print_line(f"wrote {path}")
+
+
+@app.command(
+    "controls",
+    short_help="Control the estimators of the papers' numbers.",
+    epilog="Example: python -m studies controls --out controls",
+)
+def controls(
+    names: Annotated[list[str] | None, typer.Argument(help="Numbers by id; default: all that need a control.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the table.")] = Path("jamlab-controls"),
+    overwrite: Annotated[bool, option("overwrite")] = False,
+) -> None:
+    """Measure what each estimator gives for packings in which the law of its paper holds."""
+    expect_output(out)
+    check_targets(out, [f"{CONTROLS}.csv"], replace=overwrite)
+    print_line(f"wrote {write_controls(out, open_tables(DATA), names or (), tell)}")
 
 
 @app.command("speed", short_help="Compare speed with earlier commits.", epilog="Example: python -m studies speed")
