@@ -9,7 +9,10 @@ from drawn_figures import tables
 from jamlab.errors import InputError
 from studies.papers.boromand.conventions import SIZES, table_fit
 from studies.papers.controls import control, laws, stated
-from studies.papers.statements import find, keywords, statements
+from studies.papers.controls.passed import Control, control_of, controls, failed
+from studies.papers.statements import find, keywords, paper, statements
+from studies.reference_data import open_tables
+from studies.tables import DATA
 
 PLANS = {(plan.id, plan.way): plan for plan in control.plans()}
 EXACT = 1e-3  # of the number: ends of windows and lines between places
@@ -32,6 +35,16 @@ def test_every_number_that_is_tested_has_a_control_or_a_reason():
     assert all(plan.reason for plan in control.plans())
     ids = [plan.id for plan in control.plans()]
     assert all(ids.count(plan.id) == 1 for plan in control.plans() if not plan.way)
+
+
+def test_the_table_that_ships_holds_all_controls():
+    shipped = {(c.id, c.control): c for rows in controls().values() for c in rows}
+    assert set(shipped) == {key for key, plan in PLANS.items() if plan.way}
+    for key, c in shipped.items():
+        assert c.stated == pytest.approx(PLANS[key].expected, rel=1e-5) and c.law == PLANS[key].reason
+        assert c.tolerance == pytest.approx(control.tolerance(statements()[c.id], c.stated), rel=1e-5)
+        unsure = 0.0 if c.control == control.DISKS else 1.645 * c.error
+        assert c.passes == (abs(c.recovered - c.stated) + unsure <= c.tolerance)
 
 
 @pytest.mark.parametrize(
@@ -125,6 +138,27 @@ def test_laws_by_hand():
     assert both == pytest.approx([8 * 10**-4.0, 8 * 10**-2.5, 8.0])
 
 
+def test_a_failed_control_is_told():
+    short = [c for rows in controls().values() for c in rows if not c.passes]
+    assert short and all(failed(c.id) for c in short)
+    assert failed("B11-kappa") == "" and control_of("B8-P3-sp") == () and failed("B8-P3-sp") == ""
+    parts = failed("B5-z-parts")
+    assert "0.84 for 0.88" in parts and "table 1" in parts
+
+
 def test_a_number_without_a_control_is_refused(tmp_path):
     with pytest.raises(InputError, match="B8-P3-sp"):
         control.write_controls(tmp_path, tables(), ["B8-P3-sp"])
+
+
+def test_controls_are_the_same_again(tmp_path):
+    """Those of our packings that take least, as they ship; the seed is that of the number."""
+    names = ["B10-theta-sp", "B10-onset-dp"]
+    ours = open_tables(DATA)
+    path = control.write_controls(tmp_path, ours, names)
+    again = controls(path.parent)
+    for name in names:
+        for new, old in zip(again[name], control_of(name), strict=True):
+            assert isinstance(new, Control) and new.recovered == pytest.approx(old.recovered, rel=1e-4)
+            assert new.error == pytest.approx(old.error, rel=0.02)
+    assert paper("B10-theta-sp") == again["B10-theta-sp"][0].stated
