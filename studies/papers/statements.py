@@ -26,6 +26,7 @@ import pandas as pd
 from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.statistics.confidence import Interval
 from studies.ensembles import RESAMPLES, Sample, name_keywords, vary_bootstrap
+from studies.papers.controls.passed import failed
 
 if TYPE_CHECKING:
     from studies.ensemble_tables import EnsembleTables
@@ -40,6 +41,7 @@ UNTESTED = (  # why a number is no test although its sentence is one
     "collinear coefficients",  # of a fit of two terms: windows move them, not the curve, which is a number of its own
     "corrections to scaling",  # larger than the differences in reach of packings
 )
+BLIND = "estimator fails a control"  # it does not find a law that it is given, see `studies.papers.controls`
 
 
 class Sentence(StrEnum):
@@ -101,7 +103,9 @@ class Statement:
     @property
     def reason(self) -> str:
         """Why our packings cannot test it, in a word or two; "" for a test."""
-        return self.no_test or ("" if self.sentence.is_test else str(self.sentence))
+        if self.no_test or not self.sentence.is_test:
+            return self.no_test or str(self.sentence)
+        return BLIND if failed(self.id) else ""
 
     @property
     def tested(self) -> bool:

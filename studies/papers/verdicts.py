@@ -7,7 +7,7 @@ a commit of its own, whose message names the reason and the rows that it moves; 
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import copysign, hypot
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import with_symbols
+from studies.papers.controls.passed import failed
 from studies.papers.statements import Measured, Statement, explanations, measure, names, statements
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the data
@@ -51,6 +52,7 @@ class Verdict(StrEnum):
     UNRESOLVED = "not resolved"
     TENSION = "tension"
     DIFFERS = "differs"
+    NONE = "no verdict"  # the estimator fails a control
     MISSING = "no data"
 
 
@@ -69,6 +71,7 @@ LOOKS = {
     Verdict.UNRESOLVED: ("#888888", "s"),
     Verdict.TENSION: (ORANGE, "^"),
     Verdict.DIFFERS: (RED, "X"),
+    Verdict.NONE: ("#888888", "v"),
     Verdict.MISSING: (BLACK, "x"),
 }
 
@@ -124,7 +127,7 @@ class Comparison:
     @property
     def explanation(self) -> str:
         """Why it differs, is no test, or is not measured."""
-        return explanations().get(self.statement.id, self.measured.lacking)
+        return failed(self.statement.id) or explanations().get(self.statement.id, self.measured.lacking)
 
     @property
     def text(self) -> str:
@@ -211,7 +214,12 @@ def _plain(value: Any) -> float | None:
 
 def compare(figure: str, tables: EnsembleTables) -> list[Comparison]:
     """Set every number of a figure beside ours."""
-    return [judge(statements()[name], measure(name, tables)) for name in names(figure)]
+    return [withdraw(judge(statements()[name], measure(name, tables))) for name in names(figure)]
+
+
+def withdraw(found: Comparison) -> Comparison:
+    """Take back the verdict on a number whose estimator fails a control."""
+    return replace(found, verdict=Verdict.NONE) if found.measured.known and failed(found.statement.id) else found
 
 
 def first_line(comparisons: Sequence[Comparison]) -> str:

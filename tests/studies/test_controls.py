@@ -7,10 +7,12 @@ import pytest
 from drawn_figures import tables
 
 from jamlab.errors import InputError
+from studies.papers import verdicts
 from studies.papers.boromand.conventions import SIZES, table_fit
 from studies.papers.controls import control, laws, stated
 from studies.papers.controls.passed import Control, control_of, controls, failed
-from studies.papers.statements import find, keywords, paper, statements
+from studies.papers.statements import Measured, find, keywords, paper, statements
+from studies.papers.verdicts import withdraw
 from studies.reference_data import open_tables
 from studies.tables import DATA
 
@@ -144,6 +146,18 @@ def test_a_failed_control_is_told():
     assert failed("B11-kappa") == "" and control_of("B8-P3-sp") == () and failed("B8-P3-sp") == ""
     parts = failed("B5-z-parts")
     assert "0.84 for 0.88" in parts and "table 1" in parts
+
+
+def test_a_number_whose_estimator_fails_has_no_verdict():
+    """It is no test, whatever it comes to; without data there is nothing to take back."""
+    blind, seen = statements()["B5-z-parts"], statements()["B11-kappa"]
+    ours = Measured(0.88, 0.879, 0.881)
+    found = withdraw(verdicts.judge(blind, ours))
+    assert verdicts.judge(blind, ours).verdict == "agrees" and found.verdict == "no verdict" and not blind.tested
+    assert found.explanation == failed("B5-z-parts") and "0.84 for 0.88" in found.explanation
+    assert withdraw(verdicts.judge(blind, Measured())).verdict == "no data"
+    kept = verdicts.judge(seen, Measured(0.75, 0.749, 0.751))
+    assert withdraw(kept) == kept and kept.verdict == "agrees" and seen.tested
 
 
 def test_a_number_without_a_control_is_refused(tmp_path):
