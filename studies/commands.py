@@ -15,6 +15,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import option
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets
+from studies.campaign_costs import make_costs
 from studies.ensemble_tables import NAMES
 from studies.estimate_tables import SEEDS, make_table
 from studies.flow_errors import measure_runs
@@ -123,16 +124,20 @@ def run(
     "tables", short_help="Measure the tables behind estimates.", epilog="Example: python -m studies tables ways"
 )
 def tables(
-    name: Annotated[str, typer.Argument(help="ways (of `jamlab.estimate`) or flow-errors (of `choose_flow`).")],
+    name: Annotated[
+        str, typer.Argument(help="ways (of `estimate`), flow-errors (of `choose_flow`) or costs (of `campaign plan`).")
+    ],
     out: Annotated[Path, typer.Option(help="Folder; run again to resume.")] = Path("jamlab-estimates"),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
 ) -> None:
-    """Measure a table of jamlab/estimates."""
-    check_choice("table", name, ("ways", "flow-errors"))
-    file = out / f"{name.replace('-', '_')}.csv.xz"
+    """Measure a table of jamlab/estimates, or jamlab/campaign/costs.csv."""
+    check_choice("table", name, ("ways", "flow-errors", "costs"))
+    file = out / f"{name.replace('-', '_')}.csv{'' if name == 'costs' else '.xz'}"
     expect_output(file)
     if name == "ways":
         make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
+    elif name == "costs":
+        make_costs(file, progress=tell)
     else:
         measure_runs(file, progress=tell)
     print_line(f"wrote {file}")

@@ -119,7 +119,8 @@ class Campaign(Hinted):
     def plan(self, only: Iterable[str] | None = None) -> list[SweepStatus]:
         """Count the tasks of each sweep, model and n, without running anything.
 
-        Time and disk space follow from the finished tasks of the same kind; `run` with `pilot` does one of each.
+        Time and disk space follow from the finished tasks of the same kind; `run` with `pilot` does one of each. Before
+        one is finished, the time is an estimate (`estimated`), which leaves out the names in `without`.
 
         Args:
             only: names of sweeps; by default all.

@@ -43,6 +43,10 @@ class CyclicShearOfStates(Observable):
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         return [({"amplitude": each}, {"amplitude": each}) for each in self.cyclic_shear.amplitudes]
 
+    def amount(self) -> float:
+        how = self.cyclic_shear
+        return 4 * how.cycles * sum(how.amplitudes) / how.strain_step
+
     def one(self, packing: Packing, **case: Any) -> list[Row]:
         how, amplitude = self.cyclic_shear, float(case["amplitude"])
         turns = [amplitude, -amplitude, amplitude]

@@ -41,6 +41,9 @@ class PlasticEventsOfStates(Observable):
                 f"plastic_events.event_width = {how.event_width:g}: must be below strain_step = {how.strain_step:g}"
             )
 
+    def amount(self) -> float:
+        return self.plastic_events.strain / self.plastic_events.strain_step
+
     def one(self, packing: Packing, **_: Any) -> list[Row]:
         how = self.plastic_events
         run = quasistatic_shear(

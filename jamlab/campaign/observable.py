@@ -193,6 +193,10 @@ class Observable(FileTable):
         """Ways in which each state is measured: arguments of `one`, and columns that tell them apart."""
         return [({}, {})]
 
+    def amount(self) -> float:
+        """Work that a state is, in units that take about the same time, see `jamlab.campaign.cost`."""
+        return len(self.cases())
+
     def one(self, packing: Packing, **how: Any) -> list[Row]:
         """Measure a state in one way; its rows without the columns of state and way."""
         raise NotImplementedError

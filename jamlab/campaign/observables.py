@@ -97,6 +97,9 @@ class Correlation(Linear):
 
     correlation_omega: Frequencies
 
+    def amount(self) -> float:
+        return len(self.cases()) * len(self.correlation_omega)
+
     def one(self, packing: Packing, **how: Any) -> list[Row]:
         omega, box = self.correlation_omega, packing.box[0, 0]
         found = displacement_correlations(packing, omega, how["law"], prestress=how["prestress"])

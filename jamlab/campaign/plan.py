@@ -1,8 +1,9 @@
 """Say how far a campaign is, and how many seconds of its cores, bytes on disk and files the remaining tasks take.
 
-The time and size of the tasks that are left follow from the finished tasks of the same sweep, model and n. They are not
-known before one is finished: `run` with `pilot` does one of each. A task whose packings are stored costs what the
-stored one did not measure. A task of several ranks holds as many cores all its time, also while one of them measures.
+The time and size of the tasks that are left follow from the finished tasks of the same sweep, model and n; `run` with
+`pilot` does one of each. Before one is finished, the time is estimated from the work of a task and the table of
+`cost.py`, which another machine measured. A task whose packings are stored costs what the stored one did not measure. A
+task of several ranks holds as many cores all its time, also while one of them measures.
 """
 
 import itertools
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.campaign.chunks import count_chunks, is_alone
+from jamlab.campaign.cost import estimate_task
 from jamlab.campaign.file import site_count
 from jamlab.campaign.folder import CampaignFolder, Share
 from jamlab.campaign.tasks import Batch, seeds_before, states_name
@@ -37,11 +39,13 @@ class SweepStatus:
     failed: int  # number of tasks that failed
     left: int  # number of tasks neither finished nor failed; one that an earlier sweep has too is counted there
     stored: int  # number of tasks left whose packings another finished task holds
-    # for the tasks left: seconds of cores, bytes on disk and files; None before a task of this kind is finished, and in
-    # `status`; the number of files is known before where it does not depend on the time of a task
+    # for the tasks left: seconds of cores, bytes on disk and files; None in `status`, and before a task of this kind is
+    # finished: the number of files where it depends on the time of a task, the seconds of packings without an estimate
     seconds: float | None = None
     bytes: int | None = None
     files: int | None = None
+    estimated: bool = False  # `seconds` is an estimate, since no task of this kind is finished
+    without: tuple[str, ...] = ()  # what an estimate leaves out, since its cost is not known
 
 
 @dataclass(frozen=True)
@@ -159,7 +163,12 @@ def _cost(counted: _Counted, stored: list[str], folder: CampaignFolder, samples:
     whole = folder.read(done)  # without those that are damaged
     times = [file.seconds for file in whole.values()]
     if not times:
-        return {"files": count_chunks(batch, left, None, workers)}
+        files = count_chunks(batch, left, None, workers)
+        guess = estimate_task(batch)
+        if guess.making is None:
+            return {"files": files}
+        seconds = guess.making * (left - len(stored)) + guess.measuring * left
+        return {"seconds": seconds, "files": files, "estimated": True, "without": guess.without}
     spared = [file.seconds for file in folder.read(stored[:samples]).values()]
     one = float(np.mean(times))
     work = one * left - min(float(np.mean(spared or [0])), one) * len(stored)
@@ -178,7 +187,7 @@ def seconds_each(batches: list[Batch], folder: CampaignFolder) -> dict[str, floa
     return {
         batch.name: line.seconds / line.ranks / line.left
         for batch, line in zip(batches, lines, strict=True)
-        if line.left and line.seconds is not None
+        if line.left and line.seconds is not None and not line.estimated
     }
 
 

@@ -20,6 +20,7 @@ from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
+    from jamlab.campaign.plan import SweepStatus
     from jamlab.campaign.standing import CampaignRun
     from jamlab.campaign.workers import Outcome
 
@@ -64,7 +65,8 @@ def new(campaign: Annotated[Path, Written(("campaign",))]) -> None:
 def plan(campaign: Path, *, folder: Path | None, workers: int | None, only: list[str] | None, json: bool) -> None:
     """Estimate time and disk space of the remaining tasks.
 
-    Nothing is run. Times come from finished tasks of the same sweep, model and n.
+    Nothing is run. Times come from finished tasks of the same sweep, model and n; before one is finished, they are
+    estimates, marked by ~.
     """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.plan import total_time
@@ -81,24 +83,48 @@ def plan(campaign: Path, *, folder: Path | None, workers: int | None, only: list
     names = ("sweep", "model", "n", "tasks", "left", "stored", "ranks")
     costs = ("core time", "size", "files")
     cells = [
-        [*_texts(line, names), _format_time(line.seconds), _format_size(line.bytes), _format_count(line.files)]
-        for line in lines
+        [*_texts(line, names), _core_time(line), _format_size(line.bytes), _format_count(line.files)] for line in lines
     ]
     print_table(f"campaign {opened.name}", [*names, *costs], cells)
-    said = f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}"
+    about = "~" * (seconds is not None and any(line.estimated for line in lines))
+    said = f"{left} tasks left: {about}{_format_time(seconds)} on {cores} free cores, {_format_size(size)}"
     print_line(f"{said} in {_format_count(files)} files")
     if failed := sum(line.failed for line in lines):
         print_line(f"{failed} tasks failed and are not among these; reasons: jamlab campaign status {campaign}")
-    if seconds is None:
-        print_line(
-            "?: unknown until a task of that kind is finished; "
-            f"`jamlab campaign run {campaign} --pilot` runs one of each"
-        )
+    for said in _sources(lines, str(campaign)):
+        print_line(said)
     for line in lines:
         if line.files is not None and line.files < min(line.left, cores // line.ranks):
             print_line(f"sweep {line.sweep} has work for {line.files} workers only: lower its chunk to use more")
     if stored := sum(line.stored for line in lines):
         print_line(f"{stored} of these tasks only measure states that are already stored")
+
+
+def _core_time(line: "SweepStatus") -> str:
+    return "~" * (line.estimated and line.seconds is not None) + _format_time(line.seconds)
+
+
+def _sources(lines: "list[SweepStatus]", campaign: str) -> list[str]:
+    """Where the numbers of a plan are from that no finished task of this campaign gave, and what they leave out."""
+    from jamlab.campaign.cost import table_facts
+
+    said = []
+    if any(line.estimated for line in lines):
+        facts = table_facts()
+        said.append(
+            f"~: estimated from the work of a task, by jamlab's table of costs ({facts['machine']}, {facts['date']}); "
+            "this machine is not measured"
+        )
+    left_out = {name: [each.sweep for each in lines if name in each.without] for line in lines for name in line.without}
+    for name, sweeps in left_out.items():
+        count = len(set(sweeps))
+        said.append(f"~ leaves out {name} of {f'{count} sweeps' if count > 1 else f'sweep {sweeps[0]}'}: cost unknown")
+    if any(line.seconds is None or line.bytes is None for line in lines):
+        said.append(
+            "?: unknown until a task of that kind is finished; "
+            f"`jamlab campaign run {campaign} --pilot` runs one of each and measures all numbers here"
+        )
+    return said
 
 
 def _sum(numbers: Iterable[int | None]) -> int | None:
