@@ -8,7 +8,7 @@ from types import ModuleType
 
 from jamlab.checks import check_choice
 from studies import beyond
-from studies.dynamics import collapse, flow_curves
+from studies.dynamics import collapse, flow_curves, flow_layers
 from studies.ensemble_tables import EnsembleTables
 from studies.other_codes import page as packing_generation
 from studies.panels import Drawing
@@ -97,7 +97,7 @@ GROUPS = {  # by name, which is also the name of their page
     "speed-accuracy": Group(
         "Cost against error",
         LEAD_OF_CHARTS,
-        [*(each.study for each in CHARTS.values()), packing_generation.STUDY, size_scaling.STUDY],
+        [*(each.study for each in CHARTS.values()), flow_layers.STUDY, packing_generation.STUDY, size_scaling.STUDY],
         1,
     ),
     "stability": Group("Where methods fail", LEAD_OF_MAPS, [each.study for each in MAPS.values()], 2),
