@@ -95,6 +95,11 @@ class _Run(Driven):
         """Table of the campaign file, which has the name of the observable."""
         return getattr(self, self.name)
 
+    @property
+    def fineness(self) -> float:
+        """Number of steps over that at a tolerance of 1e-2; their errors fall as the cube of their length."""
+        return float((1e-2 / self.how.tolerance) ** (1 / 3))
+
     @abstractmethod
     def points(self) -> list[dict[str, float]]:
         """List what differs from run to run."""
@@ -148,7 +153,7 @@ class SteadyFlow(_Run):
 
     def amount(self) -> float:
         slow = sum(max(1.0, math.sqrt(_SLOW / rate)) for rate in self.flow.rates)
-        return len(self.laws()) * slow * (self.flow.strain + self.flow.discard)
+        return len(self.laws()) * slow * (self.flow.strain + self.flow.discard) * self.fineness
 
     def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.flow
@@ -220,7 +225,7 @@ class OscillationOfStates(_Run):
         return [{"omega": omega, "amplitude": amplitude} for omega in how.omega for amplitude in how.amplitudes]
 
     def amount(self) -> float:
-        return len(self.cases()) * self.oscillation.cycles
+        return len(self.cases()) * self.oscillation.cycles * self.fineness
 
     def drive(self, packing: Packing, law: DragLaw, row: Row) -> Row:
         how = self.oscillation
