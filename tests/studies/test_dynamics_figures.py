@@ -38,3 +38,13 @@ def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
     assert moving.low[0] < still.mean() < moving.high[0] and len(still) >= 6
     both = yield_law_interval(*of_packings(all_rates, "rate", "stress"))
     assert 0.45 < both.low[1] < both.value[1] < both.high[1] < 0.55
+
+
+def test_what_the_page_says_of_layers_follows_from_the_table():
+    """Steps and largest stress of disks whose drag is finite at zero overlap."""
+    table = open_tables().read("flow-layers")
+    finite = table[(table["exponent"] == 2) & (table["stopped"] == 0)]
+    thin = finite[finite["layer"] <= 1e-4]
+    assert (thin["ratio_low"].min(), round(thin["ratio_high"].max())) == (1.2, 20)
+    assert thin["largest_change"].abs().max() <= 3 and finite["largest_change"].min() == -44
+    assert 3 * 5 * 4 * 2 + 3 * 5 - len(table) == 36  # two laws at four rates each, and one with a row for all rates
