@@ -3,7 +3,7 @@
 import base64
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,8 @@ from studies.ensemble_tables import EnsembleTables
 from studies.html_page import render
 from studies.panels import Drawing, TextTable, write_interval
 from studies.papers.forest import TITLE, forest, forest_rows
+from studies.papers.headline import NARROW, headline
+from studies.papers.headline import TITLE as HEADLINE
 from studies.papers.statements import caption
 from studies.papers.verdicts import COLUMNS, RULE, SUMMARY, Comparison, compare, first_line, summary
 from studies.registry import STUDIES
@@ -81,9 +83,8 @@ def write_page(
     claims, lead = [claim for drawing in drawn for claim in drawing.claims], group.lead
     if group.overview and claims:
         lead = f"{lead} {first_line(claims)} {RULE}"
-        write_files(folder, forest(claims), pdf)
         anchors = {section.heading.partition(":")[0]: section.anchor for section in sections}
-        sections.insert(0, Section(TITLE, fragment=forest_rows(claims, anchors)))
+        sections[:0] = _overview(folder, claims, anchors, pdf)
     if failed:
         rows = [list(item) for item in failed.items()]
         sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), rows, words=True)]))
@@ -123,6 +124,16 @@ def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables)
     width, height = drawing.figure.get_size_inches()
     picture = base64.b64encode(png).decode("ascii"), width > _WIDE * height
     return Section(f"{study.name}: {study.title}", *picture, f"{drawing.caption}{made}", [*shown, *drawing.text, *more])
+
+
+def _overview(folder: Path, claims: Sequence[Comparison], anchors: Mapping[str, str], pdf: bool) -> list[Section]:
+    """Write the pictures of all numbers and of the headline numbers; the sections that a page begins with."""
+    chosen = headline(claims)
+    png = base64.b64encode(write_files(folder, chosen, pdf)).decode("ascii")
+    for picture in (headline(claims, NARROW), forest(claims)):
+        write_files(folder, picture, pdf)
+    rows = Section(TITLE, fragment=forest_rows(claims, anchors))
+    return [Section(HEADLINE, png, True, chosen.caption), rows]
 
 
 def write_verdicts(folder: Path, claims: Sequence[Comparison]) -> None:

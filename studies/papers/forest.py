@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -119,33 +118,6 @@ def _verdicts() -> list[Any]:
         Line2D([], [], color=colour, marker=marker, fillstyle=fill, linestyle="none", markersize=8, label=name)
         for name, colour, marker, fill in looks
     ]
-
-
-def overview(comparisons: Sequence[Comparison]) -> Drawing:
-    """Draw one row a figure with all its numbers, legible where a page is narrow."""
-    groups, topics = list(by_figure(bars(comparisons))), dict(t.split(": ") for t in caption("topics").split("; "))
-    out, (axes,) = drawing("papers-overview", 1, 1, 9.4, 1.8 + 0.31 * len(groups))
-    axes.axvspan(-TOLERANCE, TOLERANCE, color=BAND, zorder=0)
-    names = []
-    for row, (heading, group) in enumerate(groups):
-        for k, bar in enumerate(group):
-            s, (colour, marker) = bar.comparison.statement, bar.look
-            look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 7}
-            look["fillstyle"] = "full" if s.tested else "none"
-            out.curve(axes, s.id, [bar.shown], [0.25 * (k % 3 - 1) - row], label=None, **look)
-        met = sum(bar.comparison.verdict in (Verdict.AGREES, Verdict.SMALL, Verdict.WEAK) for bar in group)
-        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": 12}
-        axes.annotate(f"{met} of {len(group)}", (1.01, -row), **place)
-        names.append(f"{heading.replace(' fig', '')}: {topics[group[0].comparison.statement.figure]}")
-    axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(-np.arange(len(groups)), names, fontsize=12)
-    axes.set_xlim(-1.05 * SPAN, 1.05 * SPAN)
-    axes.set_ylim(0.6 - len(groups), 0.6)
-    axes.set_xlabel("(ours − paper) / scale; at the ends: beyond", fontsize=12)
-    axes.set_title("agree, or compatible", fontsize=11, loc="right")
-    axes.grid(axis="x", alpha=0.25)
-    out.figure.legend(handles=_verdicts(), loc="outside lower center", ncols=4, fontsize=11, frameon=False)
-    return out
 
 
 def _draw_column(out: Drawing, axes: Any, given: Sequence[Bar]) -> None:

@@ -155,6 +155,11 @@ def explanations() -> dict[str, str]:
     return _read_prose("explanations.md")
 
 
+def reasons() -> dict[str, str]:
+    """What numbers are that differ, and why, in one line, by id; rows of one reason have the same line."""
+    return _read_prose("reasons.md")
+
+
 def caption(figure: str, **numbers: Any) -> str:
     """Write what a figure shows, by the `captions.md` of its folder."""
     return _read_prose("captions.md")[figure].format(**numbers)

@@ -38,7 +38,7 @@ def test_figures_keep_what_the_tables_hold():
 
 
 def test_overlap_of_three_disks_takes_the_shape_of_the_void_down():
-    """The values that `against_the_papers.md` names; at contact the Plateau border."""
+    """By hand: 3.16 for an overlap of a hundredth of the diameter; at contact the Plateau border."""
     overlap, shape = three_disks([1e-9, 1e-3, 1e-2, 2e-2])
     assert shape == pytest.approx([PLATEAU_BORDER, 4.16, 3.16, 2.76], abs=5e-3)
     assert overlap[0] == pytest.approx(0, abs=1e-12) and np.all(np.diff(overlap) > 0)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from studies.papers.forest import forest, overview
+from studies.papers.forest import forest
+from studies.papers.headline import NARROW, headline
 from studies.papers.verdicts import compare
 from studies.reference_data import open_tables
 from studies.registry import CHARTS, MAPS, PAPERS
@@ -53,6 +54,12 @@ def test_all_numbers_of_both_papers(claims):
 
 
 @pytest.mark.slow
-@readme_picture("papers_overview.png")
-def test_all_numbers_in_a_row_a_figure(claims):
-    return overview(claims).figure
+@readme_picture("papers_headline.png", dpi=150)
+def test_headline_numbers(claims):
+    return headline(claims).figure
+
+
+@pytest.mark.slow
+@readme_picture("papers_headline_narrow.png", dpi=192)
+def test_headline_numbers_on_a_phone(claims):
+    return headline(claims, NARROW).figure

@@ -37,7 +37,7 @@ def test_tables_that_a_campaign_lacks_are_left_out(tmp_path):
         write_tables(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, "one")
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/explanation/against_the_papers.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/explanation/papers.md"])
 def test_pages_repeat_how_many_numbers_agree(page):
     """`python -m studies draw papers` writes the file; the slow test below draws it anew."""
     text = (Path(__file__).parents[2] / page).read_text(encoding="utf-8").replace("\n> ", " ")

@@ -7,7 +7,7 @@ import pytest
 from drawn_figures import drawn, tables
 
 from studies.pages import write_page
-from studies.papers import forest
+from studies.papers import forest, headline
 from studies.registry import GROUPS
 
 NAMES = ("tables", "baumgarten-5")  # in the order of the page
@@ -32,7 +32,8 @@ def shown(browser, selector):
 
 def test_the_page_marks_every_number_and_links_it_to_its_figure(figures_page):
     page, claims = figures_page.read_text(), [c for name in NAMES for c in drawn(name).claims]
-    assert figures_page.with_name(f"{forest.NAME}.png").exists() and page.count("data:image/png;base64,") == len(NAMES)
+    assert all(figures_page.with_name(f"{name}.png").exists() for name in (forest.NAME, headline.NAME))
+    assert page.count("data:image/png;base64,") == 1 + len(NAMES)
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
     links = re.findall('<a role="listitem" data-mark="([^"]*)" href="#([^"]*)"', page)
     assert [mark for mark, _ in links] == [c.verdict for c in claims if c.statement.counted and c.measured.known]
@@ -59,6 +60,6 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
         assert len(rows) == count and all(mark in row for row in rows)
         lines = "[...document.querySelectorAll('.forest a')].filter(a => a.offsetParent)"
         assert set(browser.run(f"return {lines}.map(a => a.dataset.mark)")) <= {mark}
-        assert 0 < len(shown(browser, "main > section figure img")) <= 2
+        assert 0 < len(shown(browser, "main > section figure img")) <= 1 + len(NAMES)
     browser.element(".filter label").click()
     assert shown(browser, "tr[data-mark]") == everything
