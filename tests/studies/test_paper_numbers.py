@@ -16,14 +16,14 @@ from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Sample, bootstrap, select
 from studies.papers import statements as paper_statements
 from studies.papers.baumgarten.spectra import regime_ends, wide_spectra
-from studies.papers.boromand.contacts_and_modulus import coefficients, exponent_less, over_table_2
+from studies.papers.boromand.contacts_and_modulus import exponent_less, over_table_2
 from studies.papers.boromand.conventions import SUBTRACTED, eq_11, even_places, table_fit
 from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence
 from studies.papers.boromand.voids import beyond, of_rims, triangle_shape, void_sums
-from studies.papers.headline import ours
+from studies.papers.headline import ours, with_error
 from studies.papers.statements import UNTESTED, Measured, analyse, explanations, find, measure, paper, statements
-from studies.papers.verdicts import compare
+from studies.papers.verdicts import NORMAL, compare
 from studies.reference_data import open_tables
 
 ROOT = Path(__file__).parents[2]
@@ -214,10 +214,11 @@ def number(name, given, of=""):
     return float(found.variants[of].value if of else found.value)
 
 
-def stiffness(given, n, packings):
-    """G_0 of eq 14 with one term."""
-    x, y = given.curve("sp", n, "d_phi", "g", even_places("sp", "d_phi"), packings).mean
-    return f"{coefficients(x, y, 1)[0]:.2f}"
+def known(name, given, of=""):
+    """A number with the standard error of its packings, as it is measured or by another analysis."""
+    found = measure(name, given)
+    one = found.variants[of] if of else found
+    return with_error(float(one.value), float(one.high - one.low) / NORMAL)
 
 
 def lengths(table, reduced=0.0056):
@@ -248,15 +249,15 @@ def told(given):
     laws = select(given.droplet_laws, n=64).dropna(subset="void_090").groupby(["delta", "eps", "nv_small"])
     of = ["void_098", "z_010"]
     means = laws[of].mean()[laws[of].count() > 1].agg(["min", "max"])  # one packing is no mean
-    yield f"Under {(laws.size() > 1).sum()} sets"
+    yield f"under {(laws.size() > 1).sum()} sets"
     yield "A at 0.98 is {:.1f} to {:.1f}".format(*means["void_098"])
     yield f"= {float(SUBTRACTED + table_fit('DP(ρ)', 'z')(0.1)):.2f}$ at $d"
     yield f"Those {(laws.size() > 1).sum()} sets have {{:.2f}} to {{:.2f}}".format(*means["z_010"])
-    every, along_x, sheared = PACKINGS
-    found = [stiffness(given, 256, packings) for packings in (every, along_x, sheared)]
-    yield "ours {} of all packings of N = 256, {} of those with $G_x > 0$, {} in boxes".format(*found)
-    ratios = [number("B5-g-sizes-sp", given, of) for of in ("", f"packings = {along_x}", f"packings = {sheared}")]
-    yield "depends on it too: {:.2f}, {:.2f}, {:.2f}".format(*ratios)
+    _, along_x, sheared = PACKINGS
+    chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
+    found = [known("BT-G0-sp-phi", given, of) for of in chosen]
+    yield "Ours is {} of all packings of N = 256, {} of those with $G_x > 0$, {} in boxes".format(*found)
+    yield "depends on it too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
     yield f"Ours reach it at {min(confluent):.3f} to {max(confluent):.3f}"
     yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Ours is {number('B11-C-onset', given):.2f} below"
