@@ -256,7 +256,7 @@ def told(given):
     _, along_x, sheared = PACKINGS
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
-    yield "Ours is {} of all packings of N = 256, {} of those with $G_x > 0$, {} in boxes".format(*found)
+    yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
     yield "depends on it too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
     yield f"Ours reach it at {min(confluent):.3f} to {max(confluent):.3f}"
