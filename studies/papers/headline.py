@@ -178,12 +178,15 @@ def _write_differences(axes: Any, found: Sequence[tuple[str, str, Comparison]], 
     axes.set_axis_off()
     place: dict[str, Any] = {"xycoords": "axes fraction", "va": "top"}
     axes.annotate("What differs, and why", (0.0, 1.0), weight="bold", fontsize=look.letters, **place)
-    top, step = 0.91, 0.91 / MOST
+    top, step = 0.92, 0.86 / MOST
     for k, (what, why, c) in enumerate(found[:MOST]):
         y, letter = top - step * k, c.statement.where[:3]
         lines = (f"{letter} {what}", f"paper {theirs(c)}, jamlab {ours(c)}: {c.verdict}", why)
         for row, (line, colour) in enumerate(zip(lines, (BLACK, BLACK, SOFT), strict=True)):
             axes.annotate(line, (0.05 * (row > 0), y - 0.3 * row * step), fontsize=look.letters, color=colour, **place)
+    if len(found) > MOST:
+        rest = ", ".join(what for what, _, _ in found[MOST:])
+        axes.annotate(f"Also: {rest}", (0.0, top - step * MOST), fontsize=look.letters, color=BLACK, **place)
 
 
 def missing_rows() -> list[str]:
