@@ -82,9 +82,9 @@ def ours(c: Comparison) -> str:
 
 
 def theirs(c: Comparison) -> str:
-    """Write the paper's number as it is printed."""
+    """Write the paper's number to three digits."""
     sign = "" if c.statement.relation == "=" else c.statement.relation
-    return f"{sign}{c.statement.value:g}".replace("-", "−")
+    return f"{sign}{c.statement.value:.3g}".replace("-", "−")
 
 
 def headlines(comparisons: Sequence[Comparison]) -> list[Comparison]:
