@@ -15,9 +15,11 @@ SWEEPS = (
         above=True,
         otherwise={
             "jamlab demo": 0.95,
+            "sweep.compress": None,
             "deck": 0.9,
             **dict.fromkeys(("in.sp.shear", "in.dp.shear", "in.sp.bulk"), 0.0),
         },
+        unset="as far as `above_onset`",
         habits=(
             "phi_target target_phi phi_max final last phi_final final_phi phi_end end volume_fraction "
             "area_fraction packing_fraction density target phi rho"

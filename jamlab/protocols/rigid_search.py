@@ -272,8 +272,8 @@ class RigidSearch(Approach[RigidDroplets]):
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, effort=effort))
 
     def _relax_again(self) -> Relaxed:
-        """After a slide. A minimum that short steps stall beside is none to the search, which would come back to it again
-        and again: of 512 droplets and more it is the usual one."""
+        """After a slide. Beside the usual minimum of 512 droplets and more short steps stall: the search would come
+        back to it again and again."""
         found = self._relax_droplets(RIGID.slide_steps).found
         return self._relax_at_length().found if self._stalled(found) else found
 
