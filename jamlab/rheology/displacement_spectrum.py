@@ -234,16 +234,17 @@ class Power(NamedTuple):
 
 def _powers(packing: Packing, waves: Waves, omega: float | None, damping: DragLaw | None, prestress: bool) -> Power:
     """Powers of one packing."""
-    u: NDArray[Any]
     if omega is None:
-        network = force_network(packing)
-        backbone, u = (
-            network.packing,
-            linear_response(packing, prestress=prestress).displacements[network.held, :, 0, 1],
-        )
+        backbone, u = slow_displacements(packing, prestress)
     else:
         backbone, u, _ = next(displacements_per_strain(packing, [omega], damping, prestress))
     return power_of(waves, backbone.centroids, backbone.kind.centroid_displacements(backbone, u))
+
+
+def slow_displacements(packing: Packing, prestress: bool) -> tuple[Packing, NDArray[Any]]:
+    """Return the backbone and the non-affine displacements (n_sites, 2) per strain of infinitely slow shear."""
+    network = force_network(packing)
+    return network.packing, linear_response(packing, prestress=prestress).displacements[network.held, :, 0, 1]
 
 
 def power_of(waves: Waves, points: Array, u: NDArray[Any]) -> Power:
