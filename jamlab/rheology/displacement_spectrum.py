@@ -90,9 +90,9 @@ class DisplacementSpectrum(Result):
     Attributes:
         wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0: of each pair k, -k that with k_x > 0,
             or k_x = 0 and k_y > 0; by packing, k_x, then k_y.
+        state: (m,) int64, packing of each wavevector, from 0.
         transverse: (m,) power of displacements perpendicular to k, an area.
         longitudinal: (m,) power of displacements along k, an area.
-        state: (m,) int64, packing of each wavevector, from 0.
         packings: number of packings.
         width: 2 pi over the root of the area of the box, the mean over packings: default width of shells.
         unit: unit of wavevectors, for labels.
@@ -107,32 +107,27 @@ class DisplacementSpectrum(Result):
     _rows = ("state", "wavevectors", "k", "transverse", "longitudinal")
 
     wavevectors: Array
+    state: Indices
     transverse: Array
     longitudinal: Array
-    state: Indices
     packings: int
     width: float
     unit: str = field(default="", repr=False)
     value_unit: str = field(default="", repr=False)
-
-    @property
-    def k(self) -> Array:
-        """(m,) lengths of the wavevectors."""
-        return np.asarray(np.hypot(*self.wavevectors.T))
 
     @checked
     def shells(self, bins: int | ArrayLike | None = None) -> DisplacementShells:
         """Average both powers over shells of wavevectors of about one length.
 
         Args:
-            bins: number of shells of one width, up to the longest wavevector, or their edges, ascending. Default:
-                shells as wide as `width`, their middles at its multiples.
+            bins: number of equal shells up to the longest wavevector, or ascending edges. Default: the middles of
+                shells are multiples of `width`.
 
         Returns:
-            `DisplacementShells`; shells without wavevectors are left out.
+            `DisplacementShells`, of the shells that have wavevectors.
 
         Raises:
-            InputError: edges that are not ascending, no wavevector between them, or too many shells.
+            InputError: edges that do not ascend or have no wavevector between them, or too many shells.
 
         Example:
             >>> s = jamlab.displacement_spectrum(jamlab.pack(n=32, pressure=1e-2, seed=1), k_max=6.0)
@@ -154,6 +149,11 @@ class DisplacementSpectrum(Result):
             unit=self.unit,
             value_unit=self.value_unit,
         )
+
+    @property
+    def k(self) -> Array:
+        """(m,) lengths of the wavevectors."""
+        return np.asarray(np.hypot(*self.wavevectors.T))
 
     @drawn("Line2D, of both curves")
     def plot(self, axes: Any, /, **style: Any) -> None:
