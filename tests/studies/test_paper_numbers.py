@@ -258,6 +258,14 @@ def told(given):
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
     yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
     yield "depends on it too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
+    starts = pages.draw("onset-starts", given).values
+    direct = [starts[f"direct less disks, N = {n}: mean"] for n in (32, 64)]
+    ends = [(float(np.floor(1e4 * v.low)) / 1e4, float(np.ceil(1e4 * v.high)) / 1e4) for v in direct]
+    found = [f"{float(v.value):.4f} [{low:.4f}, {high:.4f}]" for v, (low, high) in zip(direct, ends, strict=True)]
+    both = [text.replace("-", "−") for text in found]
+    yield "higher by {} (95 %) at N = 32 and {} at 64".format(*both)
+    placed = [float(starts[f"from-disks less disks, N = {n}: mean"].value) for n in (32, 64)]
+    yield "in the place of disks by {:.4f} and {:.4f}".format(*placed)
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
     yield f"Ours reach it at {min(confluent):.3f} to {max(confluent):.3f}"
     yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Ours is {number('B11-C-onset', given):.2f} below"
