@@ -149,6 +149,15 @@ def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(found, columns=list(COLUMNS["droplet_laws"]))
 
 
+def onsets_by_start(onset: pd.DataFrame, states: pd.DataFrame) -> pd.DataFrame:
+    """Select onsets of droplets and disks that say how they started, with both counts of contacts and of motions."""
+    if "start" not in onset:
+        raise InputError("the table onset does not say how packings started: open its campaign by `open_tables`")
+    own = ["task", *({*COUNTS, "z_strong", "rattlers_strong"} & set(states.columns))]
+    found = of_papers(onset).merge(states.loc[states["state"] == 0, own], on="task", how="left")
+    return found[found["converged"].astype(bool)]
+
+
 def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
     """Select rows of converged states; adds rho, what particles share if that is known, and the force law."""
     kept = ["task", "state", *PACKING, "rho", *({SHARED} & set(states.columns))]
@@ -232,10 +241,12 @@ _FLOWED = (
     *("stress", "stress_stderr", "elastic_stress", "elastic_stress_stderr"),
     *("flow_pressure", "flow_pressure_stderr"),
 )
+_ONSET = (*_MADE, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS)
 COLUMNS = {  # of the tables that figures are drawn from
     "states": (*_MADE, *STATES[3:], *LATER),
     "stabilized_disks": (*_MADE, "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
-    "onset": (*_MADE, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
+    "onset": _ONSET,
+    "onset_starts": ("start", *_ONSET, "z_strong", "rattlers_strong"),
     "void_counts": (*_OF, "at_onset", "rho", "sides", "voids", "area", "shape_factor"),
     "spectra": (
         *("n", "seed", "ensemble", "target_pressure", "damping", "beta", "eta_f", "prestress"),
@@ -344,6 +355,7 @@ class EnsembleTables:
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
     droplet_laws = _shipped("droplet_laws", droplets_by_law, "states", "voids")
+    onset_starts = _shipped("onset_starts", onsets_by_start, "onset", "states")
 
     def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]) -> Ensemble:
         """Interpolate each packing of one model and size at the same places, of a column of states over another; G, a

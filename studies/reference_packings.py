@@ -65,7 +65,7 @@ class PackingSet:
 
 
 def _of_onset(which: PackingSet, seed: int) -> jamlab.Packing:
-    return jamlab.jam(which.n, which.model, seed)
+    return jamlab.jam(which.n, which.model, seed, start="from-disks")
 
 
 def _of_pressure(which: PackingSet, seed: int) -> jamlab.Packing:
@@ -83,8 +83,11 @@ _CALLS: dict[str, Callable[[PackingSet, int], jamlab.Packing]] = {
 }
 
 
+_START = {"sp": "", "dp": ', start="from-disks"'}  # of droplets, not the usual one
+
+
 def _onsets(model: Literal["sp", "dp"], n: int, seeds: int) -> PackingSet:
-    return PackingSet(model, n, "onset", seeds, f'jamlab.jam({n}, "{model}", seed)')
+    return PackingSet(model, n, "onset", seeds, f'jamlab.jam({n}, "{model}", seed{_START[model]})')
 
 
 def _pressures(n: int, seeds: int, *pressures: str) -> list[PackingSet]:
@@ -92,8 +95,8 @@ def _pressures(n: int, seeds: int, *pressures: str) -> list[PackingSet]:
 
 
 def _densities(n: int, seeds: int, *densities: str) -> list[PackingSet]:
-    call = '[*jamlab.compress(jamlab.jam({}, "dp", seed), {}, 0.01)][-1]'
-    return [PackingSet("dp", n, f"rho-{rho}", seeds, call.format(n, rho)) for rho in densities]
+    onset = f'jamlab.jam({n}, "dp", seed{_START["dp"]})'
+    return [PackingSet("dp", n, f"rho-{r}", seeds, f"[*jamlab.compress({onset}, {r}, 0.01)][-1]") for r in densities]
 
 
 SETS = (

@@ -18,7 +18,7 @@ Law: TypeAlias = LawName | Mapping[str, Any]  # parameters, `law` among them whe
 Units: TypeAlias = Literal["eps", "k"]
 Ensemble: TypeAlias = Literal["fixed-box", "shear-stabilized"]
 Search: TypeAlias = Literal["bisection", "incremental"]
-Start: TypeAlias = Literal["from-disks", "direct"]
+Start: TypeAlias = Literal["direct", "from-disks"]
 By: TypeAlias = Literal["rho", "phi"]
 MinimizerStyle: TypeAlias = Literal["cg", "fire"]
 

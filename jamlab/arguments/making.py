@@ -230,13 +230,12 @@ MAKING = (
     ),
     Argument(
         "start",
-        "Start of droplets: from disks that are compressed first, or droplets at once.",
+        "Start of droplets: droplets at once, or disks that are compressed first.",
         "choice",
         choices=get_args(Start),
-        default="from-disks",
+        default=None,
         habits="initial init initial_packing start_from phi0 phi_init phi_start",
-        otherwise={"Recipe": None, "sweep": None},
-        unset="from-disks, of droplets at onset",
+        unset="direct, of droplets at onset",
     ),
     Argument(
         "step",

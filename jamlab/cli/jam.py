@@ -31,7 +31,7 @@ def jam(
     making: Making,
     search: Search,
     step: float | None,
-    start: Start,
+    start: Start | None,
     out: Out,
     overwrite: bool,
     json: bool,

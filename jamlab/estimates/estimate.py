@@ -274,11 +274,12 @@ def estimate(
 ) -> Estimate:
     """Estimate an ensemble mean for droplets to a requested error at the lowest expected cost.
 
-    The mean is over packings of 64 droplets with default parameters, jammed from random starts and compressed to rho in
-    a fixed box. Packings that are unjammed at rho or lack the quantity are left out. Cheaper protocols (disks; droplets
-    started from compressed disks) replace droplets where their bias is known from the shipped table. The bias is
-    subtracted and its uncertainty is included. Packings are added until the 95 % interval is narrow enough. Results
-    from one table share its errors and are not independent. Larger packings have a different mean.
+    The mean is over packings of 64 droplets with default parameters, jammed by `start="from-disks"` of `jam` and
+    compressed to rho in a fixed box. Packings that are unjammed at rho or lack the quantity are left out. Cheaper
+    protocols (disks; droplets started from compressed disks) replace droplets where their bias is known from the
+    shipped table. The bias is subtracted and its uncertainty is included. Packings are added until the 95 % interval is
+    narrow enough. Results from one table share its errors and are not independent. Larger packings have a different
+    mean.
 
     Args:
         quantity: "z", "g", "b", "rho_J", "d_shape_factor" or "void_sides", see `ENSEMBLE_QUANTITIES`.

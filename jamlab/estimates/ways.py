@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.arguments.choices import ModelName
+from jamlab.arguments.choices import ModelName, Start
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, StorageError, named
@@ -46,6 +46,7 @@ class TableOfWays:
     # packings of a way: with 50, 24 of 32 intervals by 32 disks held; by others 83 to 100 %, some of few draws
     fewest: int = 100
     fewest_values: int = 12  # of them that have the quantity, at the levels beside rho
+    start: Start = "from-disks"  # of droplets at onset: those of the table, see `jam`
 
 
 WAYS = TableOfWays()
@@ -104,7 +105,7 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     force = None if way.force_tolerance is None else min(way.force_tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
         return jam(way.n, DISKS.name, seed, force_tolerance=force)
-    return jam(way.n, DROPLETS.name, seed, force_tolerance=force, law=way.law)
+    return jam(way.n, DROPLETS.name, seed, start=WAYS.start, force_tolerance=force, law=way.law)
 
 
 def bring_on(

@@ -22,13 +22,17 @@ from jamlab.errors import InputError, named
 from jamlab.hints import Hinted, unknown_argument
 from jamlab.laws.laws import parameters_of
 from jamlab.packing.derived import frozen
-from jamlab.packing.kinds import laws_of
+from jamlab.packing.kinds import MODELS, laws_of
 
 Protocol = Literal["onset", "pressure", "phi"]
 RECIPE = "recipe"  # entry of a provenance
 _HASH = "hash"  # of such an entry: of the packing that it belongs to
 _TAKES = {"onset": ("search", "step", "start"), "pressure": ("pressure",), "phi": ("phi",)}  # by protocol
-_USUAL = {"search": "bisection", "start": "from-disks"}  # of onset
+
+
+def usual_of_onset(model: str) -> Mapping[str, Any]:
+    """Values of a recipe of onset that gives none. What has no outlines starts as disks."""
+    return {"search": "bisection", "start": "direct" if MODELS.get(model).has_outlines else "from-disks"}
 
 
 @checked_class
@@ -92,6 +96,7 @@ class Recipe(Hinted):
     changes: Sequence[Any] = ()
 
     def __post_init__(self) -> None:
+        usual = usual_of_onset(self.model)
         for name in (name for takes in _TAKES.values() for name in takes):
             value = getattr(self, name)
             if name not in _TAKES[self.protocol]:
@@ -99,8 +104,8 @@ class Recipe(Hinted):
                     raise InputError(f"{name} = {value!r}: the protocol {self.protocol!r} has none; give None")
             elif value is None and name == self.protocol:
                 raise InputError(f"{name}: give it for the protocol {self.protocol!r}")
-            elif value is None and name in _USUAL:
-                self._set(name, _USUAL[name])
+            elif value is None and name in usual:
+                self._set(name, usual[name])
         if self.protocol != "onset" and self.model != "sp":
             raise InputError(
                 f"{named('model', self.model)}: "
@@ -124,7 +129,7 @@ class Recipe(Hinted):
     def _given(self) -> dict[str, Any]:
         """Values that differ from the usual ones; seed always."""
         usual = {each.name: each.default for each in fields(self)} | {"law": {}}
-        usual |= _USUAL if self.protocol == "onset" else {}
+        usual |= usual_of_onset(self.model) if self.protocol == "onset" else {}
         return {
             each.name: value
             for each in fields(self)

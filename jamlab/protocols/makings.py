@@ -24,7 +24,7 @@ from jamlab.laws.parameter import check_params
 from jamlab.packing.kinds import MODELS
 from jamlab.packing.model import Model
 from jamlab.packing.packing import Packing
-from jamlab.packing.recipe import Recipe
+from jamlab.packing.recipe import Recipe, usual_of_onset
 from jamlab.protocols.minimising import MAKINGS, Minimising
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.size_distributions import diameters_of
@@ -43,7 +43,7 @@ class Making(Minimising):
         version: of onsets, see `jamlab.campaign.tasks`; a change that gives other packings raises it.
         stiffening_version: the same for laws whose force does not grow in proportion to the overlap.
         compression_version: of states of `compress`.
-        starts: of `jam(start=...)`; none: there is nothing to choose.
+        starts: of `jam(start=...)`, the usual one first; none: there is nothing to choose.
         outlines: arguments of `jam` beside those of the law, which the start takes.
         way: packing fractions, and the share of the time to onset spent below them: minimisation slows down as
             contacts form.
@@ -95,7 +95,7 @@ class Making(Minimising):
 
     def check_start(self, recipe: Recipe) -> None:
         """Refuse a `start` that these particles do not take."""
-        if not self.starts and recipe.start not in (None, "from-disks"):
+        if not self.starts and recipe.start not in (None, usual_of_onset(recipe.model)["start"]):
             raise InputError(f"{named('start', recipe.start)}: start applies to droplets only; leave it out")
 
     def start(self, recipe: Recipe) -> Packing:

@@ -63,7 +63,7 @@ class MakingOfDroplets(Making):
     stiffening_version = 2  # files of campaigns hold it
     # 5 asks what rattlers stop before it goes by steps, 3 and 4 as 4 and 5 above, 2 leaves saddles
     compression_version = 5
-    starts = ("from-disks", "direct")
+    starts = ("direct", "from-disks")
     outlines = ("eps", "nv_small", "nv_large", "vertices")
     way = ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))
     settled = 1e-6  # tells a state jammed by step_fine from a loose one
@@ -116,7 +116,7 @@ class MakingOfDroplets(Making):
             box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
         )
         steps = max(0, int(np.ceil((highest - phi) / protocol["search_step"] - 1e-9)))
-        loose = _compressed(holders, np.linspace(phi, max(phi, highest), steps + 1))
+        loose = carried_up(holders, np.linspace(phi, max(phi, highest), steps + 1))
         if loose is None:
             raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
         return place_droplets(loose.positions, loose.box, nv, params, seed)
@@ -131,7 +131,7 @@ class MakingOfDroplets(Making):
 
 
 @in_natural_units()
-def _compressed(holders: Packing, fractions: Array) -> Packing | None:
+def carried_up(holders: Packing, fractions: Array) -> Packing | None:
     """Disks pushed apart at one packing fraction after the other until they jam; None if they do so at the first."""
     loose: Packing | None = None
     with Session(holders) as session:

@@ -46,7 +46,7 @@ def jam(
     search: Search = "bisection",
     step: float | None = None,
     ensemble: Ensemble = "fixed-box",
-    start: Start = "from-disks",
+    start: Start | None = None,
     force_tolerance: float | None = None,
     ranks: int = 1,
     law: Law | None = None,
@@ -68,8 +68,9 @@ def jam(
         step: first increment of phi, halved at every reversal; default in `onset.parameters`.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": the box is also sheared to zero shear
             stress.
-        start: DP: "from-disks": disks are compressed and then replaced by droplets, which is faster and gives the same
-            distribution of onsets. "direct": droplets are compressed from the beginning.
+        start: DP: "direct", the default: droplets are compressed from phi = 0.20 on. "from-disks": disks around them
+            are compressed to 0.80 or to their onset, and then replaced by droplets. These jam 0.002 higher, see
+            docs/explanation/quantities.md.
         force_tolerance: largest residual force in units of eps/length, 1e-15 to 1e-9. Default: 1e-12 for disks (less if
             exponent > 2), 1e-10 for droplets.
         ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
@@ -158,14 +159,14 @@ def onset_of(recipe: Recipe, progress: Progress | None = None) -> Packing:
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
     how = (by_paper, recipe.ensemble, recipe.force_tolerance, recipe.ranks, OnsetWork(making.way, progress))
-    found = _onset_above(placed, first_step, *how)
+    found = onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     found = found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
     return made_by(found, recipe)
 
 
 @in_natural_units(units=unit_scales)
-def _onset_above(
+def onset_above(
     placed: Packing,
     first_step: float,
     by_paper: bool,

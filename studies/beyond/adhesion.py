@@ -32,7 +32,7 @@ ROUNDING = 1e-3  # eta, l
 
 def measure_adhesion(seed: int) -> list[dict[str, Any]]:
     """Measure one onset at every adhesion: two droplets pulled apart, and the packing expanded until it tears."""
-    onset = jam(N, "dp", seed=seed)
+    onset = jam(N, "dp", seed=seed, start="from-disks")
     rows = []
     for pull in ADHESIONS:
         known = {"seed": seed, "adhesion": pull, "two": pull_off(pull, np.random.default_rng(seed))}

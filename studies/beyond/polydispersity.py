@@ -38,7 +38,7 @@ def measure_sizes(model: str, sizes: str, first: int) -> list[dict[str, Any]]:
 def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
     found: dict[str, Any] = {}
     try:
-        onset = jam(PARTICLES[model], Registered(model), seed, sizes=sizes)
+        onset = jam(PARTICLES[model], Registered(model), seed, sizes=sizes, start="from-disks")
         found |= {"phi_J": onset.phi, "rattlers": float(contacts(onset).rattlers.mean())}
         *_, state = compress(onset, onset.phi + DISTANCE, 0.25 * DISTANCE, by="phi")
         spectrum = complex_modulus(state, OMEGA)

@@ -29,7 +29,7 @@ def measure_onset(index: float, seed: int) -> list[dict[str, Any]]:
     row: dict[str, Any] = {"p0": index, "seed": seed, "found": 0.0, "rho": np.nan, "shape": np.nan, "z": np.nan}
     row |= {"shape_of_polygons": np.nan, "rattlers": np.nan}
     try:
-        packing = jam(N, "dp", seed=seed, law={**LAW, "p0": index})
+        packing = jam(N, "dp", seed=seed, law={**LAW, "p0": index}, start="from-disks")
     except JamlabError:
         return [row]
     network = contacts(packing)

@@ -26,7 +26,7 @@ import pandas as pd
 import typer
 
 import jamlab
-from jamlab.arguments.choices import ModelName
+from jamlab.arguments.choices import ModelName, Start
 from jamlab.checks import check_choice
 from jamlab.engine.session import Session
 from jamlab.errors import EngineError
@@ -40,6 +40,7 @@ from studies.speed_history.record import processor
 from studies.tables import DATA, Row, Task, forget, measure, shortest, write_table
 
 NAME = "packing-generation"
+START: Start = "from-disks"  # of droplets at onset, see `jam`; disks have no other
 # number of particles -> seeds; a seed each second or so, and one where it takes longer
 ONSETS: dict[ModelName, dict[int, int]] = {
     "sp": {64: 10, 256: 10, 1024: 3, 4096: 1},
@@ -80,7 +81,7 @@ def row(work: str, code: str, model: ModelName, n: int, seconds: float, **more: 
 
 def onsets(model: ModelName, n: int, seeds: int) -> Iterator[Row]:
     """Onsets from phi = 0.2 by jamlab."""
-    seconds, found = timed(lambda: [jamlab.jam(n, model, seed) for seed in range(1, seeds + 1)])
+    seconds, found = timed(lambda: [jamlab.jam(n, model, seed, start=START) for seed in range(1, seeds + 1)])
     left, phi = max(p.max_force or 0.0 for p in found), float(np.mean([p.phi for p in found]))
     yield row("onset", "jamlab", model, n, seconds / seeds, seeds=seeds, force=left, phi=phi)
 
@@ -97,7 +98,7 @@ def packed(n: int, seeds: int) -> Iterator[Row]:
 
 def minimum_of_droplets(n: int = 64) -> Iterator[Row]:
     """One minimum 0.01 above onset by jamlab and by minimisers of LAMMPS, with jamlab's styles."""
-    onset = jamlab.jam(n, "dp", 1)
+    onset = jamlab.jam(n, "dp", 1, start=START)
     for style, code in (("jamlab", "jamlab"), ("cg", "LAMMPS cg"), ("fire", "LAMMPS fire")):
         with Session(at_phi(onset, onset.phi + 0.01)) as session:
             if style == "jamlab":
@@ -139,7 +140,7 @@ def onsets_in_jaxdem(python: str, model: ModelName, n: int, seeds: int, times: f
         if model == "sp":
             start = random_disks(n, seed, phi=0.2)
         else:
-            jammed = jamlab.jam(n, "dp", seed)
+            jammed = jamlab.jam(n, "dp", seed, start=START)
             start = at_phi(jammed, jammed.phi - BELOW)
         yield in_jaxdem(python, "onset", start, times * ours, step=STEP)
 

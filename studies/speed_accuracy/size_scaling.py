@@ -108,7 +108,7 @@ PARTS: dict[str, Part] = {
     f"droplets: relax after kicks of {KICK:g}": _on_large(_relax, "droplets", KICK),
     "droplets: measure": _on_large(measure, "droplets"),
     f"droplets: G* at {len(OMEGA)} frequencies": _on_large(_spectrum, "droplets"),
-    f"droplets: 40 states to {CONFLUENCE:g}": (_SWEEPS, lambda n: _sweep(jam(n, "dp", 1))),
+    f"droplets: 40 states to {CONFLUENCE:g}": (_SWEEPS, lambda n: _sweep(jam(n, "dp", 1, start="from-disks"))),
 }
 
 

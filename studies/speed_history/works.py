@@ -51,7 +51,7 @@ def works() -> dict[str, Callable[[], Run]]:
         return lambda: lambda: find(state.with_state(positions=state.positions.copy()))
 
     def sweep() -> Run:
-        onset = jamlab.jam(16, "dp", 1)
+        onset = jamlab.jam(16, "dp", 1, start="from-disks")
         return lambda: [p.phi for p in jamlab.compress(onset, 0.92, 0.01)][-1]
 
     def flow() -> Run:
@@ -67,7 +67,7 @@ def works() -> dict[str, Callable[[], Run]]:
     disks, droplets = "packings_sp_64.h5", "packings_dp_64.h5"
     return {
         "onset of 64 disks": lambda: lambda: jamlab.jam(64, "sp", 2).phi,
-        "onset of 64 droplets": lambda: lambda: jamlab.jam(64, "dp", 1).phi,
+        "onset of 64 droplets": lambda: lambda: jamlab.jam(64, "dp", 1, start="from-disks").phi,
         "1024 disks at p = 1e-3": lambda: lambda: jamlab.pack(1024, 1e-3, 1).phi,
         "sweep of 16 droplets to 0.92": sweep,
         "start-up of shear, 256 disks": flow,

@@ -4,8 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
+from jamlab.arguments.choices import Start
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, fit_power_law
@@ -19,6 +21,7 @@ Curve = tuple[Array, Array]  # means of x and y (places,)
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
+START: Start = "from-disks"  # of droplets at onset, see `jamlab.jam`
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
 MIDDLES: dict[str, Callable[[Array], Array]] = {"mean": average, "median": median}  # over packings
@@ -106,10 +109,17 @@ def evenly(
     return (e if per_decade else e.between(beyond, np.inf)).sample(MIDDLES[middle])
 
 
-def onsets(tables: EnsembleTables, models: str, n: int | str, column: str = "") -> Sample:
+def onset_rows(tables: EnsembleTables, model: str, start: str = START) -> pd.DataFrame:
+    """Select the onsets of disks, or of droplets by one of their starts."""
+    if model == "dp" and start == "direct":
+        return select(tables.onset_starts, model=model, start=start)
+    return select(tables.onset, model=model)
+
+
+def onsets(tables: EnsembleTables, models: str, n: int | str, column: str = "", start: str = START) -> Sample:
     """Take the onset, or another column, of packings of models such as "sp dp" and of sizes, a group each."""
     sizes = [int(size) for size in str(n).split()]
-    found = [groups_by(select(tables.onset, model=m), "n", column or ONSET[m], sizes) for m in models.split()]
+    found = [groups_by(onset_rows(tables, m, start), "n", column or ONSET[m], sizes) for m in models.split()]
     return Sample([group for groups in found for group in groups])
 
 

@@ -20,6 +20,7 @@ from studies.papers.boromand.conventions import (
     Curve,
     draw_sizes,
     mean,
+    onset_rows,
     onsets,
     table_fit,
 )
@@ -145,12 +146,12 @@ def same_distribution(tables: EnsembleTables) -> TextTable:
 
 def figure_10(tables: EnsembleTables) -> Drawing:
     """Distributions of onset, their width and mean against N."""
-    onset = tables.onset
     out, (left, right, width, means) = drawing("boromand-10", 2, 2, 5.0, 3.8)
     scale(width)
     for model, axes in (("sp", left), ("dp", right)):
+        onset = onset_rows(tables, model)
         n = sizes(onset, model)
-        groups = groups_by(onset[onset["model"] == model], "n", ONSET[model], n)
+        groups = groups_by(onset, "n", ONSET[model], n)
         inset = axes.inset_axes((0.1, 0.55, 0.3, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups, strict=True):
@@ -172,7 +173,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             name = f"{model.upper()}: {what}"
             out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
     theta, large = paper("B10-theta-sp"), paper("B10-onset-sp")
-    out.slope(width, -theta, (sizes(onset, "sp")[0], 256), 0.016, rf"$N^{{-{theta}}}$", above=True)
+    out.slope(width, -theta, (sizes(tables.onset, "sp")[0], 256), 0.016, rf"$N^{{-{theta}}}$", above=True)
     label(width, "N", r"width of the distribution $\sigma$")
     out.curve(means, f"paper: large-N limit {large}", [12, 500], [large] * 2, **PAPER)
     means.set_xscale("log")
