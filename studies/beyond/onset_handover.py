@@ -65,7 +65,9 @@ def _onset(way: Way, seed: int) -> dict[str, float]:
 
 
 def _fractions(step: float) -> Array:
-    low, near, high, usual = (numbers("onset")[name] for name in ("phi_start", "phi_near", "phi_carried", "search_step"))
+    low, near, high, usual = (
+        numbers("onset")[name] for name in ("phi_start", "phi_near", "phi_carried", "search_step")
+    )
     coarse = np.linspace(low, high, round((high - low) / usual) + 1)
     if step == usual:
         return coarse
