@@ -45,6 +45,9 @@ class Placing:
     """Droplets that are placed in disks."""
 
     touching: float = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
+    approach: float = (
+        0.5  # of neighbours in a step of phi at most, half of its part of phi times their distance, over delta
+    )
     rounding: float = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 
 
@@ -125,8 +128,9 @@ class MakingOfDroplets(Making):
         return self.version
 
     def find_onset(self, search: OnsetSearch, loose: Packing, step: float) -> tuple[SearchState, str]:
-        if not may_be_rigid(loose):
-            return super().find_onset(search, loose, step)
+        if not may_be_rigid(loose):  # nothing notices outlines that pass through each other in one step
+            longest = 2 * PLACING.approach * float(loose.params["delta"]) * loose.phi
+            return super().find_onset(search, loose, min(step, longest))
         return RigidSearch(search, search.protocol).run(loose, step), "rigid"
 
 

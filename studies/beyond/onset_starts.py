@@ -21,7 +21,7 @@ SHOWN = 32  # whose distributions are drawn
 ONE_SIDED = 1.6448536269514722  # standard errors of one of two one-sided tests at 5 %
 PAIRS = ((DIRECT, ONLY_DISKS), (FROM_DISKS, ONLY_DISKS), (DIRECT, FROM_DISKS))
 LOOK: dict[str, dict[str, Any]] = {name: style(k) for k, name in enumerate((DIRECT, FROM_DISKS, ONLY_DISKS))}
-FEWEST = 100  # packings
+FEWEST = 30  # packings
 COLUMNS = ["phi_J", "z_J", "self_stresses", "free_motions"]
 WORDS = ("mean", "ratio of widths less 1", "z", "S", "F")
 

@@ -92,7 +92,7 @@ def test_decompression_loses_the_last_contact(start):
 
 def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
     """In one step of 0.08 outlines cross, and the packing fraction would go to 1.15."""
-    onset = jamlab.jam(8, "dp", 1, law={"delta": 0.02})
+    onset = jamlab.jam(8, "dp", 1, law={"delta": 0.02}, start="from-disks")
     states = list(jamlab.compress(onset, to=0.98, step=0.08))
     assert all(p.converged and p.on_target for p in states)
     assert all(jamlab.evaluate(p).max_force <= 1.01e-10 for p in states) and states[-1].phi < 1.05

@@ -206,3 +206,19 @@ def test_disks_that_balance_on_a_saddle_leave_it():
     found = jamlab.relax(square)
     assert found.converged and unstable_directions(found) is None
     assert jamlab.evaluate(found).energy < jamlab.evaluate(square).energy
+
+
+@pytest.mark.parametrize("start", ["direct", "from-disks"])
+def test_droplets_of_thin_rims_do_not_pass_through_each_other(start):
+    """A step of 0.01 at phi = 0.2 moves neighbours by 0.025, more than the rim."""
+    packing = jamlab.jam(4, "dp", 1, start=start, law={"delta": 0.02})
+    assert packing.converged and 0.6 < packing.phi < 0.9 and packing.provenance["start"] == start
+    jamlab.contacts(packing)  # refuses outlines that cross
+
+
+def test_the_usual_start_of_droplets_is_direct_and_disks_have_none():
+    droplets = jamlab.jam(4, "dp", 3)
+    assert droplets == jamlab.jam(4, "dp", 3, start="direct") != jamlab.jam(4, "dp", 3, start="from-disks")
+    assert droplets.recipe.start == "direct" and jamlab.Recipe(protocol="onset", n=4).start == "from-disks"
+    with pytest.raises(jamlab.InputError, match="start = 'direct'"):
+        jamlab.jam(4, "sp", 3, start="direct")

@@ -120,7 +120,7 @@ TEN_SIZES = np.geomspace(0.2, 2.0, 10)
 
 @pytest.fixture(scope="module")
 def droplets():
-    onset = jamlab.jam(model="dp", n=10, seed=1, sizes=TEN_SIZES)
+    onset = jamlab.jam(model="dp", n=10, seed=1, sizes=TEN_SIZES, start="from-disks")
     *_, pressed = jamlab.compress(onset, onset.phi + 0.02, 0.02, by="phi")
     return pressed
 
