@@ -200,10 +200,10 @@ def test_plan_knows_the_files_and_the_disk_of_chunks(tmp_path, here):
     keys = {"compress": None, "phi": [0.7], "n": 8}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", seeds=33, chunk=16, **keys))
     (line,) = campaign.plan()
-    assert (line.files, line.bytes, line.seconds) == (3, None, None)
+    assert (line.files, line.bytes, line.estimated) == (3, None, True)
     campaign.run(1, pilot=True)
     (line,) = campaign.plan()
-    assert (line.left, line.files) == (32, 2)
+    assert (line.left, line.files, line.estimated) == (32, 2, False)
     campaign.run(1)
     files = list((campaign.folder.path / "tasks").glob("chunk-*"))
     assert len(files) == line.files
