@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.confidence import Interval
+from jamlab.statistics.confidence import STANDARD_ERRORS, Interval
 from jamlab.statistics.confidence import bootstrap as resample
 
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
@@ -85,6 +85,15 @@ def median(values: Array) -> Array:
 def mean_over_packings(groups: Sequence[Array]) -> Interval:
     """Compute means (groups, ...) of groups of packings (packings, ...), nan where one has none, with intervals."""
     return bootstrap(groups, lambda drawn: np.array([average(values) for values in drawn]))
+
+
+ONE_SIDED = 1.6448536269514722  # standard errors of one of two one-sided tests at 5 %
+
+
+def equivalence_bound(found: Interval) -> float:
+    """The smallest bound that two one-sided tests at 5 % find the difference below: |difference| + 1.645 errors."""
+    error = (found.high - found.low) / (2 * STANDARD_ERRORS)
+    return float(abs(found.value) + ONE_SIDED * error)
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:

@@ -8,9 +8,9 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.statistics.confidence import STANDARD_ERRORS, Interval
+from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import bootstrap, scaled, side_by_side
+from studies.ensembles import bootstrap, equivalence_bound, scaled, side_by_side
 from studies.panels import Drawing, TextTable, drawing, label, scale, style, write_interval
 from studies.papers.statements import caption
 from studies.study import Study
@@ -18,7 +18,6 @@ from studies.study import Study
 DIRECT, FROM_DISKS, ONLY_DISKS = "direct", "from-disks", "disks"
 SIZES = (16, 32, 64, 128, 256)
 SHOWN = 32  # whose distributions are drawn
-ONE_SIDED = 1.6448536269514722  # standard errors of one of two one-sided tests at 5 %
 PAIRS = ((DIRECT, ONLY_DISKS), (FROM_DISKS, ONLY_DISKS), (DIRECT, FROM_DISKS))
 LOOK: dict[str, dict[str, Any]] = {name: style(k) for k, name in enumerate((DIRECT, FROM_DISKS, ONLY_DISKS))}
 FEWEST = 30  # packings
@@ -60,12 +59,6 @@ def compared(pairs: Array) -> Interval:
         return np.insert(first - second, 1, ratio)
 
     return bootstrap([pairs], numbers)
-
-
-def equivalence_bound(found: Interval) -> float:
-    """The smallest bound that two one-sided tests at 5 % find the difference below: |difference| + 1.645 errors."""
-    error = (found.high - found.low) / (2 * STANDARD_ERRORS)
-    return float(abs(found.value) + ONE_SIDED * error)
 
 
 def table_of_pairs(found: Mapping[tuple[str, int], pd.DataFrame]) -> Iterator[tuple[str, str, int, int, Interval]]:

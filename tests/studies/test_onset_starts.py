@@ -11,7 +11,8 @@ import jamlab
 from jamlab.statistics.confidence import Interval
 from studies.beyond import onset_handover
 from studies.beyond.onset_handover import WAYS, Way
-from studies.beyond.onset_starts import compared, equivalence_bound
+from studies.beyond.onset_starts import compared
+from studies.ensembles import equivalence_bound
 from studies.papers.boromand.conventions import onset_rows, onsets
 from studies.reference_data import open_tables
 

@@ -22,7 +22,7 @@ def test_every_figure_keeps_what_it_draws(name):
     table = drawing.table
     assert list(table.columns) == ["panel", "series", "x", "y", "low", "high"]
     assert np.isfinite(table[["x", "y"]].to_numpy()).all() and len(table) > 10
-    beside = name.startswith(("dynamics-", "beyond-")) and name not in PUBLISHED
+    beside = name.startswith(("dynamics-", "beyond-", "onset-")) and name not in PUBLISHED
     pictures = name in (*PICTURES, "baumgarten-1", "boromand-8-laws") or beside
     assert drawing.caption and bool(drawing.claims) is not pictures  # of which no paper has numbers
     panels = artists(drawing.figure, Axes)  # insets too
