@@ -306,6 +306,9 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
 
 def _by_strong(read: Callable[[Any], pd.DataFrame], name: str) -> pd.DataFrame:
     """Read a table with z and d_z of droplets, and z_J where it is known, by strong contacts; disks have no others."""
+    if name == "onset_starts":
+        found = read(name)
+        return found.assign(z_J=found["z_strong"].where(found["model"] == "dp", found["z_J"]))
     if name not in ("states", "onset"):
         return read(name)
     s = add_distances(of_papers(read("states")))

@@ -56,6 +56,8 @@ def test_numbers_of_the_papers_take_onsets_of_one_start():
     one, other = (onsets(given, "dp", 64, start=start).groups[0] for start in ("direct", "from-disks"))
     assert np.sort(one) == pytest.approx(np.sort(other)) and len(one) == 30
     assert "start" not in onset_rows(given, "sp", "direct")
+    strong = onsets(given.strong, "dp", 64, "z_J", start="direct").groups[0]
+    assert strong == pytest.approx(0.975 * onsets(given, "dp", 64, "z_J", start="direct").groups[0])
 
 
 def test_onsets_of_a_campaign_say_how_they_started(tmp_path):
