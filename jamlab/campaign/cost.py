@@ -133,10 +133,11 @@ def _at_pressure(kind: str, pressure: float) -> list[Piece]:
 
 def _steps(how: Compression) -> float:
     """States of a compression beyond onset, those of the bisection included."""
-    count = max((how.to - TYPICAL.onset) / how.step, 1.0)
+    way = (how.above_onset or 0.0) if how.to is None else how.to - TYPICAL.onset
+    count = max(way / how.step, 1.0)
     if how.first_step is not None:
         count += how.per_decade * math.log10(how.step / how.first_step)
-    if how.confluence is not None and how.to > TYPICAL.confluence:
+    if how.confluence is not None and TYPICAL.onset + way > TYPICAL.confluence:
         count += max(math.log2(how.step / how.confluence), 0.0)
     return count
 

@@ -59,10 +59,10 @@ class MakingOfDroplets(Making):
 
     name = DROPLETS.name
     descent = DescentOfDroplets()
-    # 7 takes rigid bodies down by L-BFGS, 6 by steps that know which contacts they close, 5 slides along several modes
-    # at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum,
-    # 1 ended at some saddles
-    version = 7
+    # 8 relaxes droplets at length that stall after a slide, 7 takes rigid bodies down by L-BFGS, 6 by steps that know
+    # which contacts they close, 5 slides along several modes at a time, 4 lets what stops a sliding droplet press and
+    # count, 3 searches over rigid bodies, 2 ends at a minimum, 1 ended at some saddles
+    version = 8
     stiffening_version = 2  # files of campaigns hold it
     # 5 asks what rattlers stop before it goes by steps, 3 and 4 as 4 and 5 above, 2 leaves saddles
     compression_version = 5

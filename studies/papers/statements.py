@@ -27,6 +27,7 @@ from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.statistics.confidence import Interval
 from studies.ensembles import RESAMPLES, Sample, name_keywords, vary_bootstrap
 from studies.papers.controls.passed import failed
+from studies.tables import AbsentTableError
 
 if TYPE_CHECKING:
     from studies.ensemble_tables import EnsembleTables
@@ -245,7 +246,9 @@ def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
 
     found, family = run({}, *(v for v in variants if not set(v) & own))
     for other in (v for v in variants if set(v) & own):
-        with suppress(InputError, ConvergenceError):
+        with suppress(
+            InputError, ConvergenceError, AbsentTableError
+        ):  # a campaign of one's own may lack a study's table
             family[name_keywords(other)] = run(other)[0]
     doc = " ".join((function.__doc__ or "").partition(".")[0].split())
     how = f"{doc}; {wanted.settings}".removesuffix("; ")
