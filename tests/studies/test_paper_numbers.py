@@ -260,8 +260,7 @@ def told(given):
     yield "depends on it too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
     starts = pages.draw("onset-starts", given).values
     direct = [starts[f"direct less disks, N = {n}: mean"] for n in (32, 64)]
-    ends = [(float(np.floor(1e4 * v.low)) / 1e4, float(np.ceil(1e4 * v.high)) / 1e4) for v in direct]
-    found = [f"{float(v.value):.4f} [{low:.4f}, {high:.4f}]" for v, (low, high) in zip(direct, ends, strict=True)]
+    found = [f"{float(v.value):.4f} [{float(v.low):.4f}, {float(v.high):.4f}]" for v in direct]
     both = [text.replace("-", "−") for text in found]
     yield "higher by {} (95 %) at N = 32 and {} at 64".format(*both)
     placed = [float(starts[f"from-disks less disks, N = {n}: mean"].value) for n in (32, 64)]
