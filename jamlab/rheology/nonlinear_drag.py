@@ -1,9 +1,10 @@
 """Non-linear drag as an equivalent linear damping, Baumgarten & Tighe eqs 23-29.
 
-Drag grows as the power alpha of the relative velocity (eq 9): at a wall 2/3 for mobile surfactants (Bretherton; Le Merrer
-et al., Soft Matter 11, 368 (2015); before eq 9 the paper has immobile there), 1/2 for immobile ones. In one cycle of given
-amplitude and frequency a linear drag with another time tau_alpha dissipates as much; that time replaces tau_1 in the
-linear equation of motion. Not exact: harmonics are left out, and so is that contacts move by different amounts.
+Drag grows as the power alpha of the relative velocity (eq 9): at a wall 2/3 for mobile surfactants (Bretherton; Le
+Merrer et al., Soft Matter 11, 368 (2015); the paper has immobile there, before eq 9), 1/2 for immobile ones. In one
+cycle of given amplitude and frequency a linear drag with another time tau_alpha dissipates as much; that time replaces
+tau_1 in the linear equation of motion. Not exact: harmonics are left out, and so is that contacts move by different
+amounts.
 """
 
 from __future__ import annotations

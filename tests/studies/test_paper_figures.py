@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 
 from studies import pages
 from studies.panels import drawing
+from studies.papers.statements import Sentence
 from studies.papers.verdicts import SUMMARY
 from studies.study import Group, Study
 
@@ -50,10 +51,10 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     content = json.loads(call_studies(tmp_path, *words).stdout)
     fields = {"figure", "quantity", "value", "low", "high", "below", "above", "family", "paper", "margin", "relation"}
     rows = content["rows"]
-    assert all({*fields, "kind", "where", "verdict"} <= set(row) for row in rows)
+    assert all({*fields, "sentence", "words", "no_test", "where", "verdict"} <= set(row) for row in rows)
     assert all(row["family"] or row["below"] == row["above"] == 0 for row in rows)
     assert [row["verdict"] for row in rows] == [c.verdict for name in names for c in drawn(name).claims]
-    assert {row["kind"] for row in rows} == {"measured"} and rows[0]["where"].startswith("[T] ")
+    assert {row["sentence"] for row in rows} <= {str(kind) for kind in Sentence} and rows[0]["where"].startswith("[T] ")
     assert content["captions"] == {name: drawn(name).caption for name in names}
     assert pd.read_csv(tmp_path / "out" / pages.VERDICTS)["verdict"].tolist() == [row["verdict"] for row in rows]
     claims = [c for name in names for c in drawn(name).claims if c.measured.known and c.statement.counted]
