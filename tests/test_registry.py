@@ -107,7 +107,7 @@ def test_disks_and_droplets_have_descents_of_their_own():
     assert [type(each.descent).__name__ for each in found] == ["DescentOfDisks", "DescentOfDroplets"]
     assert [(each.version, each.stiffening_version, each.compression_version) for each in found] == [
         (2, 3, 4),
-        (7, 2, 5),
+        (8, 2, 5),
     ]
 
 
