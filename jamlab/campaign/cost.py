@@ -132,7 +132,7 @@ def _at_pressure(kind: str, pressure: float) -> list[Piece]:
 
 
 def _steps(how: Compression) -> float:
-    """States of a compression beyond onset, those of the bisection included."""
+    """States of a compression beyond onset, with those that bisect its end."""
     way = (how.above_onset or 0.0) if how.to is None else how.to - TYPICAL.onset
     count = max(way / how.step, 1.0)
     if how.first_step is not None:

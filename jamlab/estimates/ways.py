@@ -46,7 +46,7 @@ class TableOfWays:
     # packings of a way: with 50, 24 of 32 intervals by 32 disks held; by others 83 to 100 %, some of few draws
     fewest: int = 100
     fewest_values: int = 12  # of them that have the quantity, at the levels beside rho
-    start: Start = "from-disks"  # of droplets at onset: those of the table, see `jam`
+    start: Start = "from-disks"  # of droplets at onset, as the table has them, see `jam`
 
 
 WAYS = TableOfWays()

@@ -177,7 +177,7 @@ def displacement_spectrum(
 
     u is the displacement per strain gamma of x -> x + gamma y, less the affine one and less the mean over particles. r
     and u are of the centres of disks (SP) or the area centroids of droplets (DP, to first order in the displacements of
-    the vertices). The N particles are those of the backbone: rattlers are left out.
+    the vertices). The N particles form the backbone: rattlers are left out.
 
     By default shear is infinitely slow, and no drag law matters. At a frequency u is complex; the power is the sum of
     that of the part in phase with the strain and of the part a quarter period behind, twice the mean over a cycle.

@@ -42,7 +42,7 @@ class Way:
 WAYS = {
     "fine": Way("dp", CIRCUMSCRIBED, 2e-3, "droplets, circumscribed disks, steps of 0.002"),
     "equal": Way("dp", 1.0, 1e-2, "droplets, disks of their area", 200),
-    "wider": Way("dp", 1.04, 1e-2, "droplets, disks 4 % wider than those of their area", 150),
+    "wider": Way("dp", 1.04, 1e-2, "droplets, disks 4 % wider than of equal area", 150),
     "disks": Way("sp", 1.0116, 1e-2, "disks, in the place of disks 1.2 % wider", 200),
 }
 

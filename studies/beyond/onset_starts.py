@@ -26,8 +26,8 @@ WORDS = ("mean", "ratio of widths less 1", "z", "S", "F")
 
 
 def onsets_of(tables: EnsembleTables) -> dict[tuple[str, int], pd.DataFrame]:
-    """Onsets by start and N, a row a seed. Droplets that start from disks are those of the campaign of starts where
-    it has as many as the others, else those of the table of onsets."""
+    """Onsets by start and N, a row a seed. Droplets that start from disks come from the campaign of starts where it
+    has as many as of the others, else from the table of onsets."""
     usual, by_start = tables.onset, tables.onset_starts
     found = {}
     for n in SIZES:

@@ -14,7 +14,7 @@ _START = 1e-4  # layer, mean diameters, that leaves the start-up as it is
 
 
 def draw_layers(tables: EnsembleTables) -> Drawing:
-    """Draw steps over those of the limit, and the change of the largest stress, against the thickness of the layer."""
+    """Draw steps over steps of the limit, and the change of the largest stress, against the thickness of the layer."""
     table = tables.read("flow-layers")
     ended = table[table["stopped"] == 0]
     out, (steps, stress) = drawing("flow-layers", 1, 2, 5.2, 4.0)
