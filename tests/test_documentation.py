@@ -104,15 +104,24 @@ def test_every_public_name_has_a_page(monkeypatch):
 
 
 def first_script():
-    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    return script
+    """Code of the README, and what it says that the code prints."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    ((code, printed),) = re.findall(r"```python\n(.*?)```\n.*?```text\n(.*?)```", text, re.DOTALL)
+    return code, printed
 
 
 @pytest.mark.slow
-def test_the_first_script_of_the_readme_runs(tmp_path, monkeypatch):
+def test_the_first_script_of_the_readme_prints_what_stands_there(tmp_path, monkeypatch, capsys):
+    """Numbers to about a unit of their last digit, as they are rounded."""
     monkeypatch.chdir(tmp_path)
-    exec(first_script(), {})
-    assert jamlab.read("dense.h5").converged and (tmp_path / "page.html").stat().st_size > 1e4
+    code, printed = first_script()
+    exec(code, {})
+    lines = (text.splitlines() for text in (capsys.readouterr().out, printed))
+    given, told = ([re.split(" = | {3}", line) for line in text] for text in lines)
+    assert [line[::2] for line in given] == [line[::2] for line in told]
+    for ours, theirs in zip(given, told, strict=True):
+        assert [float(x) for x in ours[1::2]] == pytest.approx([float(x) for x in theirs[1::2]], rel=2e-3, abs=1.5e-3)
+    assert (tmp_path / "droplets.html").stat().st_size > 1e4
 
 
 def test_the_notebook_holds_the_first_script():
@@ -120,5 +129,5 @@ def test_the_notebook_holds_the_first_script():
     cells = json.loads((ROOT / "docs" / "examples" / "first_script.ipynb").read_text(encoding="utf-8"))["cells"]
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code").splitlines()
     more = [line for line in code if line.startswith("%pip install") or line.endswith(".plot();")]
-    script = [line for line in first_script().splitlines() if line]
+    script = [line for line in first_script()[0].splitlines() if line]
     assert [line for line in code if line and line not in more] == script

@@ -3,6 +3,7 @@
 pytest tests/studies/test_readme_pictures.py --mpl-generate-path=.github
 """
 
+import runpy
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,24 @@ def readme_picture(name, dpi=96):
 
 
 @pytest.fixture(scope="module")
+def first():
+    """What the script of the first picture defines."""
+    return runpy.run_path(str(ROOT / "docs" / "gallery_scripts" / "packings" / "plot_first_picture.py"))
+
+
+@pytest.mark.slow
+@readme_picture("first_picture.png", dpi=150)
+def test_first_picture(first):
+    return first["draw"]([["onset", "dense", "modulus"]], (10, 3.8))
+
+
+@pytest.mark.slow
+@readme_picture("first_picture_narrow.png", dpi=160)
+def test_first_picture_on_a_phone(first):
+    return first["draw"]([["onset", "dense"], ["modulus", "modulus"]], (5, 5.4))
+
+
+@pytest.fixture(scope="module")
 def claims():
     return [claim for study in PAPERS for claim in compare(study.name, open_tables())]
 
@@ -40,6 +59,17 @@ def test_cost_against_error():
     chart = CHARTS["other-codes"]
     points = points_of(open_tables().read(chart.name))
     return curve_figure(chart.words["title"], chart.words["error"], points[points["panel"] != "N = 1024"])
+
+
+def test_cpu_times_of_the_readme():
+    table = open_tables().read("other-codes")
+    large = table[(table["panel"] == "N = 8192") & (table["setting"].astype(float) == 1e-12)]
+    times = large.groupby("method")["seconds"].median()
+    assert not large[large["method"].isin(["jamlab", "LAMMPS cg", "jax-md"])]["cut"].any()
+    told = [f"takes {times['jamlab']:.2g} s;", f"LAMMPS cg takes {times['LAMMPS cg']:.2g} s"]
+    told.append(f"jax-md {times['jax-md']:.2g} s")
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert all(words in text for words in told), told
 
 
 @readme_picture("where_methods_fail.png")
