@@ -21,7 +21,8 @@ class BubbleDrag(DragLaw):
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Second derivatives of R by the velocities."""
         approach, slide, _ = contact_velocities(packing, direction, lever_arms="none")
-        return sparse.csc_array(self.tau * stiffness_scale(whole) * (approach.T @ approach + slide.T @ slide))
+        squares = approach.T @ approach + slide.T @ slide
+        return sparse.csc_array(self.tau * stiffness_scale(whole) * squares)
 
     def lammps_variables(self) -> dict[str, float | str]:
         """The same in words of the plugin, for flow: no lever arms, and a coefficient that is even over contacts."""

@@ -35,7 +35,12 @@ class Dimers(RoundSites):
         a = packing.params["aspect"]
         return float(np.sum(packing.disk_diameters**2) * (np.pi - np.arccos(a) + a * np.sqrt(1 - a * a)) / 2)
 
-    def bond_energy(self, length: Array, diameters: Array, params: Mapping[str, Any]) -> tuple[Array, Array, float]:
+    def bond_energy(
+        self,
+        length: Array,
+        diameters: Array,
+        params: Mapping[str, Any],
+    ) -> tuple[Array, Array, float]:
         """Energy, tension and stiffness of each bond."""
         stretch, stiffness = length - params["aspect"] * diameters, params["bond"]
         return 0.5 * stiffness * stretch**2, stiffness * stretch, stiffness

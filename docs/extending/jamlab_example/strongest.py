@@ -8,4 +8,5 @@ import jamlab
 def strongest(packing: jamlab.Packing) -> dict[str, float]:
     """The largest contact force over the mean, and the share of contacts with more than twice the mean."""
     force = jamlab.contacts(packing).forces.size
-    return {"strongest": force.max() / force.mean(), "strong": float(np.mean(force > 2 * force.mean()))}
+    strong = float(np.mean(force > 2 * force.mean()))
+    return {"strongest": force.max() / force.mean(), "strong": strong}
