@@ -2,7 +2,7 @@
 
 Every part is measured on one core, and its rows are added to the table `packing-generation` as it is done; a part that
 the table holds is left out, so that a run goes on where it was stopped. `python -m studies draw packing-generation`
-draws the table, `python -m studies.other_codes.page` writes it into `docs/explanation/packing_generation.md`.
+draws the table, `python -m studies.other_codes.page` writes a part of it into `docs/explanation/accuracy.md`.
 
 `--dpm PROGRAM`: dpm as it stands, a program of its `bidisperseSinusoidalParticleJamming.cpp`. `--jaxdem PYTHON`: a
 Python that has JaxDEM. Both get ten times or more of the CPU time that jamlab takes; JaxDEM's compiling is not counted.
