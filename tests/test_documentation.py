@@ -17,7 +17,10 @@ PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".g
 FOLDERS = ("docs", "jamlab", "lammps_inputs", "plugin", "studies", "tests", ".github")
 SECTIONS = ["Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default"]
 # by the build, which checks links to them
-MADE = ("gallery/", "reference/python/", "reference/commands.rst", "reference/versions.rst")
+MADE = (
+    "gallery/",
+    *(f"reference/{name}" for name in ("python/", "arguments.md", "commands.rst", "versions.rst")),
+)
 
 
 def styles():

@@ -25,7 +25,9 @@ AS_COPIED = (
     "import sys\nsys.meta_path[:] = [each for each in sys.meta_path if 'Redirecting' not in type(each).__name__]\n"
 )
 USED = """
+import argument_page
 import jamlab
+assert argument_page.page().count("| `gap_width`<br>") == 1
 p = jamlab.pack(n=16, pressure=1e-2, seed=1)
 assert "Structure    near_gaps" in jamlab.__doc__
 for name, told in {"small_gaps": "jamlab.near_gaps`", "piv": "jamlab.near_gaps`", "NearGaps": "results.Near"}.items():
@@ -56,7 +58,7 @@ assert len(table) > 8 and list(table.columns)[-1] == "gap"
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    """The checkout with the new function; `docs/extensions/argument_page.py` has been run."""
+    """The checkout with the new function."""
     place = tmp_path_factory.mktemp("copy")
     for folder in ("jamlab", "tests", "docs", "lammps_inputs"):
         shutil.copytree(ROOT / folder, place / folder, ignore=shutil.ignore_patterns("build", "__pycache__", "*.png"))
@@ -69,7 +71,6 @@ def copy(tmp_path_factory):
         assert text.count(before) == 1, name
         (place / "jamlab" / name).write_text(text.replace(before, line + before))
     (place / "sitecustomize.py").write_text(AS_COPIED)
-    run(place, "docs/extensions/argument_page.py")
     return place
 
 

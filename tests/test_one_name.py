@@ -1,10 +1,11 @@
 """One name for one thing: every argument of a function, option, key of a campaign file and variable of a deck is in the
 table of arguments, or declared by a law, with the same default, range and choices."""
 
+import re
 from functools import cache
 
 import argument_places
-from argument_page import PAGE, page
+from argument_page import page
 from argument_places import DECK, FUNCTION, KEY, Stand, columns, declared, of_deck
 
 from jamlab.arguments.argument import REQUIRED, FromDeck, InWords
@@ -60,8 +61,17 @@ def test_an_argument_that_differs_is_found():
     assert offences(Stand("ensemble", FUNCTION, "jam", "fixed-box", None, ("fixed-box",)), {})
 
 
-def test_the_page_is_what_the_table_gives():
-    assert page() == PAGE.read_text(encoding="utf-8"), "run: python docs/extensions/argument_page.py"
+def test_the_page_has_every_argument_once():
+    """With its sentence and its default, and the parameters of laws below; tables that Sphinx can read."""
+    text = page()
+    arguments, laws = text.split("## Parameters of force laws")
+    rows = re.findall(r"^\| `(\w+)`[^|\n]*<br>", arguments, re.MULTILINE)
+    assert sorted(rows) == sorted(ARGUMENTS)
+    assert set(re.findall(r"^\| `(\w+)` \|", laws, re.MULTILINE)) <= declared().keys()
+    assert all(f"| `{name}` |" in laws for name in ("gamma", "exponent", "beta", "eta_f"))
+    assert "| `step` Δφ<br>Increment of packing fraction. | above 0 to 1<br>" in arguments
+    columns_of = [len(re.findall(r"(?<!\\)\|", line)) for line in text.splitlines() if line.startswith("|")]
+    assert set(columns_of) == {4, 5}
 
 
 def test_every_line_of_the_table_stands_somewhere():

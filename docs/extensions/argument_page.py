@@ -1,12 +1,8 @@
-"""The page `docs/reference/arguments.md`: every argument once, with where it stands, and the parameters of laws.
+"""The page "Arguments" of the reference: every argument once, with where it stands, and the parameters of laws. It is
+made when the documentation is built."""
 
-    python docs/extensions/argument_page.py
-
-writes it; `tests/test_one_name.py` compares.
-"""
-
+import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +17,6 @@ from jamlab.laws.parameter import Parameter
 from jamlab.packing.kinds import MODELS
 from jamlab.rheology.drag_law import DRAGS, DragParameter
 
-PAGE = Path(__file__).parents[1] / "reference" / "arguments.md"
 MOST = 4  # places of one sort that a row lists
 
 HEAD = """# Arguments
@@ -54,7 +49,14 @@ def page() -> str:
         "## Parameters of drag laws\n\nClasses such as `jamlab.ContactDamping` take them by name, the shell as "
         f"`--damping NAME=VALUE`.\n\n{_table(('parameter', 'what it is', 'values', 'of'), rows)}"
     )
-    return "\n".join(parts)
+    return written("\n".join(parts))
+
+
+def written(text: str) -> str:
+    """Symbols and public names of plain sentences, as pages write them."""
+    for plain, symbol in (("tau_1", "τ₁"), ("eta_f ", "η_F "), ("k_B T", "$k_B T$"), ("φ_J", r"$\phi_J$")):
+        text = text.replace(plain, symbol)
+    return re.sub(r"(?<![`\w.])jamlab\.(?=[a-z])\w+", r"`\g<0>`", text)
 
 
 def _table(heading: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
@@ -207,7 +209,8 @@ def _of_parameter(parameter: Parameter, default: Any) -> str:
 
 def _unit(parameter: Parameter) -> str:
     powers = [("ε", parameter.energy), ("l", parameter.length)]
-    return " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers if power)
+    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return " ".join(name + ("" if power == 1 else f"{power}".translate(raised)) for name, power in powers if power)
 
 
 def _of_drag_laws() -> Iterator[tuple[str, ...]]:
@@ -232,7 +235,3 @@ def _limits(parameter: DragParameter) -> str:
         if np.isinf(parameter.largest)
         else f"{parameter.least:g} to {parameter.largest:g}"
     )
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,5 +1,5 @@
-"""Pages of the reference that are made from the code: public names in groups, the help of every command, and the
-versions that were tested."""
+"""Pages of the reference that are made from the code: public names in groups, the help of every command, every
+argument, and the versions that were tested."""
 
 import ast
 from pathlib import Path
@@ -177,12 +177,15 @@ def write(path: Path, text: str) -> None:
 
 def write_pages(app: Sphinx) -> None:
     """Write the pages before Sphinx reads any."""
+    from argument_page import page
+
     folder = Path(app.srcdir) / "reference"
     groups = grouped()
     write(folder / "python" / "index.rst", python_index(groups))
     for group, names in groups.items():
         write(folder / "python" / f"{group.page}.rst", python_page(group, names))
     write(folder / "commands.rst", command_page())
+    write(folder / "arguments.md", page())
     write(folder / "versions.rst", versions_page())
 
 

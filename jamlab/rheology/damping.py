@@ -191,7 +191,7 @@ class StokesDrag(DragLaw):
     at_contacts: ClassVar[bool] = False  # type: ignore[misc]
     alpha: ClassVar[float] = 1.0  # type: ignore[misc]
     eta_f: float = parameter(1.0, "viscosity of the fluid, k tau_1", least=0.0)
-    tau: float = parameter(1.0, "tau_1; the drag coefficient is k tau_1", positive=True, must="a positive time")
+    tau: float = parameter(1.0, "relaxation time of two disks, tau_1", positive=True, must="a positive time")
 
     def __str__(self) -> str:
         return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
