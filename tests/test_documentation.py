@@ -36,9 +36,13 @@ def test_every_style_has_a_page_in_the_form_of_lammps():
     for page in (ROOT / "docs" / "reference" / "lammps").glob("*.md"):
         text = page.read_text(encoding="utf-8")
         titles[text.splitlines()[0]] = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    commands = titles.pop("# Commands for programs and decks")
     assert len(styles()) > 12
+    assert commands == [name for kind, name in styles() if kind == "command"]
     for kind, name in styles():
-        prefix = {"command": "", "fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
+        if kind == "command":
+            continue
+        prefix = {"fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
         found = titles[f"# {prefix}{name}"]  # output and restart may stand between Description and Restrictions
         assert len(found) < 8 and [*found[:3], *found[-3:]] == SECTIONS, name
 

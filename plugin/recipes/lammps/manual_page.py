@@ -24,7 +24,10 @@ RESTART = {  # what LAMMPS calls the section between Description and Restriction
 }
 SECTIONS = ("Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default")
 PLUGIN = "is part of the jamlab plugin"
-PACKAGE = "is part of the POLYGON package, with which LAMMPS must be built: see :doc:`Build package <Build_package>`"
+PACKAGE = (  # with what the sentence after it, which links to another page, says of all styles
+    "is part of the POLYGON package, with which LAMMPS must be built: see :doc:`Build package <Build_package>`. "
+    "It needs two dimensions and an atom style with bonds and molecule IDs"
+)
 PACKED = (  # pages of it
     "bond_line_tension|compute_polygon|compute_polygon_contact|fix_polygon_area|fix_polygon_bending|"
     "fix_polygon_perimeter|pair_circuloline"
