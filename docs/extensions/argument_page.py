@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from argument_places import COMMAND, DECK, FUNCTION, KEY, Stand, columns, of_deck, own, stands
+from included_tables import table
 
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck, InWords
 from jamlab.arguments.decks import DECKS
@@ -38,16 +39,16 @@ def page() -> str:
     parts = [HEAD]
     for subject, lines in SUBJECTS.items():
         rows = [_row(line, places.get(line.name, []), tables.get(line.name, [])) for line in lines]
-        parts.append(f"## {subject}\n\n{_table(('argument', 'values', 'where'), rows)}")
+        parts.append(f"## {subject}\n\n{table(('argument', 'values', 'where'), rows)}")
     rows = list(_of_force_laws())
     parts.append(
         "## Parameters of force laws\n\nThe argument `law` takes them by name, the shell as `--law NAME=VALUE`. Units "
-        f"are those of energy (ε) and length (l).\n\n{_table(('parameter', 'what it is', 'values', 'of'), rows)}"
+        f"are those of energy (ε) and length (l).\n\n{table(('parameter', 'what it is', 'values', 'of'), rows)}"
     )
     rows = list(_of_drag_laws())
     parts.append(
         "## Parameters of drag laws\n\nClasses such as `jamlab.ContactDamping` take them by name, the shell as "
-        f"`--damping NAME=VALUE`.\n\n{_table(('parameter', 'what it is', 'values', 'of'), rows)}"
+        f"`--damping NAME=VALUE`.\n\n{table(('parameter', 'what it is', 'values', 'of'), rows)}"
     )
     return written("\n".join(parts))
 
@@ -57,11 +58,6 @@ def written(text: str) -> str:
     for plain, symbol in (("tau_1", "τ₁"), ("eta_f ", "η_F "), ("k_B T", "$k_B T$"), ("φ_J", r"$\phi_J$")):
         text = text.replace(plain, symbol)
     return re.sub(r"(?<![`\w.])jamlab\.(?=[a-z])\w+", r"`\g<0>`", text)
-
-
-def _table(heading: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    cells = [heading, ("---",) * len(heading), *rows]
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |\n" for row in cells)
 
 
 def _row(line: Argument, where: list[Stand], tables: list[str]) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
 """Pages of the reference that are made from the code: public names in groups, the help of every command, every
-argument, and the versions that were tested."""
+argument, the versions that were tested, and tables that other pages include."""
 
 import ast
 from pathlib import Path
@@ -178,6 +178,7 @@ def write(path: Path, text: str) -> None:
 def write_pages(app: Sphinx) -> None:
     """Write the pages before Sphinx reads any."""
     from argument_page import page
+    from included_tables import included
 
     folder = Path(app.srcdir) / "reference"
     groups = grouped()
@@ -187,6 +188,8 @@ def write_pages(app: Sphinx) -> None:
     write(folder / "commands.rst", command_page())
     write(folder / "arguments.md", page())
     write(folder / "versions.rst", versions_page())
+    for name, table in included().items():
+        write(folder / name, table)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
