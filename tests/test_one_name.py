@@ -3,10 +3,12 @@ table of arguments, or declared by a law, with the same default, range and choic
 
 import re
 from functools import cache
+from pathlib import Path
 
 import argument_places
 from argument_page import page
 from argument_places import DECK, FUNCTION, KEY, Stand, columns, declared, of_deck
+from included_tables import SHOWN_ONCE, included
 
 from jamlab.arguments.argument import REQUIRED, FromDeck, InWords
 from jamlab.arguments.decks import DECKS
@@ -72,6 +74,24 @@ def test_the_page_has_every_argument_once():
     assert "| `step` Δφ<br>Increment of packing fraction. | above 0 to 1<br>" in arguments
     columns_of = [len(re.findall(r"(?<!\\)\|", line)) for line in text.splitlines() if line.startswith("|")]
     assert set(columns_of) == {4, 5}
+
+
+def test_pages_include_tables_that_hold_every_key_and_deck():
+    tables = included()
+    pages = (Path(__file__).parents[1] / "docs" / "reference").glob("*.md")
+    names = [
+        name for page in pages for name in re.findall(r"^```\{include\} (\w+\.inc)", page.read_text(), re.MULTILINE)
+    ]
+    assert sorted(names) == sorted(tables)
+    keys = [
+        row
+        for name in names
+        if "keys" in name
+        for row in re.findall(r"^\| `([\w.]+)` \| \S", tables[name], re.MULTILINE)
+    ]
+    wanted = {f"{each.place}.{each.name}" for each in stands() if each.form == KEY and each.place not in SHOWN_ONCE}
+    assert sorted(f"sweep.{key}" for key in keys) == sorted(name for name in wanted if name.startswith("sweep."))
+    assert "`in.sp.jam`" in tables["decks.inc"] and "`g_x`" in tables["campaign_columns.inc"]
 
 
 def test_every_line_of_the_table_stands_somewhere():

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from argument_places import COMMAND, DECK, FUNCTION, KEY, Stand, columns, of_deck, own, stands
-from included_tables import table
 
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck, InWords
 from jamlab.arguments.decks import DECKS
@@ -60,6 +59,12 @@ def written(text: str) -> str:
     return re.sub(r"(?<![`\w.])jamlab\.(?=[a-z])\w+", r"`\g<0>`", text)
 
 
+def table(heading: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """A table of Markdown."""
+    cells = [heading, ("---",) * len(heading), *rows]
+    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |\n" for row in cells)
+
+
 def _row(line: Argument, where: list[Stand], tables: list[str]) -> tuple[str, ...]:
     name = f"`{line.name}`" + (f" {line.symbol}" if line.symbol else "")
     text = line.text + (f" Unit: {line.unit}." if line.unit else "")
@@ -74,9 +79,9 @@ def _values(line: Argument, where: list[Stand]) -> Iterator[str]:
     if line in DECKS:
         yield from _of_decks(where)
         return
-    if usual := _range(line, ""):
+    if usual := range_at(line):
         yield usual
-    yield _default(line.default, line.unset)
+    yield default_of(line.default, line.unset)
     yield from _others(line, where)
 
 
@@ -97,20 +102,20 @@ def _others(line: Argument, where: list[Stand]) -> Iterator[str]:
     there = {place for each in where for place in each.places}
     alike: dict[str, list[str]] = {}
     for place in dict.fromkeys((*line.otherwise, *line.limits_otherwise, *line.choices_otherwise)):
-        said = [_range(line, place)] if place in {**line.limits_otherwise, **line.choices_otherwise} else []
+        said = [range_at(line, place)] if place in {**line.limits_otherwise, **line.choices_otherwise} else []
         if place in line.otherwise:
-            said.append(_default(line.otherwise[place], line.unset_at(place)))
+            said.append(default_of(line.otherwise[place], line.unset_at(place)))
         if place in there and (words := ", ".join(filter(None, said))):
             alike.setdefault(words, []).append(_name(place))
     for words, names in alike.items():
         yield f"{_listed(names)}: {words}"
 
 
-def _range(line: Argument, place: str) -> str:
+def range_at(line: Argument, *places: str) -> str:
     """Limits or choices; "" where there are none."""
-    if known := line.choices_at(place):
+    if known := line.choices_at(*places):
         return " or ".join(f"`{each}`" for each in known)
-    least, highest = line.limits_at(place)
+    least, highest = line.limits_at(*places)
     if least is None and highest is None:
         return ""
     number = "whole, " if line.kind == "integer" else ""
@@ -120,7 +125,8 @@ def _range(line: Argument, place: str) -> str:
     return f"{number}{above}{least:g} to {highest:g}" if least is not None else f"{number}at most {highest:g}"
 
 
-def _default(value: Any, unset: str) -> str:
+def default_of(value: Any, unset: str) -> str:
+    """A default in words."""
     if value is REQUIRED:
         return "required"
     if isinstance(value, InWords):

@@ -233,6 +233,7 @@ ANALYSIS = (
         unit="natural units",
         each="pressure",
         otherwise={"sweep": None},
+        text_otherwise={"sweep": "Pressures of disks, from random starts as by jamlab.pack."},
         unset="none, another protocol",
     ),
     Argument(

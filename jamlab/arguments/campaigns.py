@@ -12,7 +12,10 @@ CAMPAIGNS = (
         "text",
         otherwise={"Campaign.table": "states", "ShearRun.steady": "stress", "jamlab decks": None},
         unset="all are listed",
-        text_otherwise={"jamlab decks": "Name of a deck to show, such as in.sp.jam."},
+        text_otherwise={
+            "jamlab decks": "Name of a deck to show, such as in.sp.jam.",
+            "sweep": "Name of the sweep, for `--only` and for tables.",
+        },
     ),
     Argument(
         "sweep",
@@ -27,8 +30,10 @@ CAMPAIGNS = (
     Argument("first", "First seed of a range.", "integer", least=0),
     Argument("last", "Last seed of a range.", "integer", least=0),
     Argument("compress", "A sweep from onset, with the arguments of jamlab.compress.", default=None, unset="none"),
-    Argument("decompress", "Go down through the pressures, each from the one before.", "flag", default=False),
-    Argument("onset", "Stop at onset.", "flag", default=None, unset="none, another protocol"),
+    Argument(
+        "decompress", "Start at random only at the highest pressure and decompress from there.", "flag", default=False
+    ),
+    Argument("onset", "Make only the packings at onset.", "flag", default=None, unset="none, another protocol"),
     Argument(
         "chunk",
         "Seeds of a task that are made together and kept in one file.",
@@ -125,6 +130,7 @@ CAMPAIGNS = (
         "flow",
         "Steady flow of every state, with the arguments of jamlab.flow_curve; of stop_flow the flow.",
         otherwise={"sweep": None},
+        text_otherwise={"sweep": "Steady flow of every state, with the arguments of jamlab.flow_curve."},
         unset="none",
     ),
     Argument("stokes", "Values of eta_f of Stokes drag.", "array", default=[], least=0, highest=1e100),

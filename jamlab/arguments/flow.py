@@ -66,7 +66,10 @@ FLOW = (
         habits="gamma line_tension duration total_strain max_strain shear_strain",
         default=None,
         text_otherwise={
-            "flow_curve": "Strain over which a mean is taken.",
+            "sweep.plastic_events": "Strain at the end.",
+            **dict.fromkeys(
+                ("flow_curve", "sweep.flow", "sweep.quasistatic_shear"), "Strain over which a mean is taken."
+            ),
             "shear": "Strain at the end.",
             "quasistatic_shear": "Strain at the end, or turning points.",
             "jamlab quasistatic-shear": "Strain at the end; of several each is a turning point.",
@@ -249,6 +252,7 @@ FLOW = (
         unset="contact damping with beta = 1",
         metavar="NAME|PARAMETER=VALUE",
         otherwise={"deck": "contact"},
+        text_otherwise={"sweep": "Drag laws; a spectrum or a flow for each."},
         habits="zeta friction eta viscosity drag",
     ),
     Argument(

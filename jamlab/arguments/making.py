@@ -119,6 +119,7 @@ MAKING = (
         choices=get_args(Units),
         default=None,
         unset="as the function or the file has them",
+        unset_otherwise={"sweep": "eps from onset, k at pressures and φ"},
         otherwise={"Packing": "eps", "deck": "eps", "in.sp.pressure": "k"},
     ),
     Argument(
@@ -163,7 +164,10 @@ MAKING = (
             "ncores jobs np cpus n_cpu n_jobs workers nproc num_workers njobs n_workers processes threads "
             "nthreads n_threads cores omp_num_threads parallel"
         ),
-        text_otherwise={"jamlab deck": "MPI ranks."},
+        text_otherwise={
+            "jamlab deck": "MPI ranks.",
+            "sweep": "Threads for each minimisation of disks, useful above 10 000 particles.",
+        },
     ),
     Argument(
         "seed",
@@ -206,6 +210,8 @@ MAKING = (
         above=True,
         default=None,
         unset="none, give pressure or phi",
+        unset_otherwise={"sweep": "none, another protocol"},
+        text_otherwise={"sweep": "Nominal packing fractions of random disks at energy minima, jammed or unjammed."},
         habits="phi_target target_phi phi_max volume_fraction area_fraction packing_fraction density rho",
     ),
     Argument(
@@ -253,6 +259,10 @@ MAKING = (
             **dict.fromkeys(("jamlab compress", "sweep.compress", "deck"), 0.01),
         },
         limits_otherwise={**dict.fromkeys(("jam", "Recipe", "sweep"), (0, 0.5)), "sweep.compress": (0, 1)},
+        text_otherwise={
+            "sweep": "Increment of packing fraction in the search for onset.",
+            "sweep.compress": "Increment of packing fraction.",
+        },
         habits=(
             "snapshot index i steps n_steps num_steps nsteps n_rows dphi drho dgamma increment delta_phi stepsize "
             "step_size"
