@@ -32,7 +32,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Jammed packings of soft disks and deformable droplets in two dimensions.",
+    help="Jammed packings of soft disks and deformable droplets in two dimensions, on LAMMPS.",
     epilog="Start with: jamlab demo",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
