@@ -38,22 +38,22 @@ OVERLAY = Overlay()
 
 @dataclass(frozen=True)
 class Micrograph(Result):
-    """Droplets that a picture shows whole; lengths in units of `pixel`, in pixels if that is None.
+    """Whole droplets of a picture; lengths are in units of `pixel`, or in pixels without it.
 
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film; of labels up to their edges.
+        areas: (n,) including half of each film; for labels the labelled area.
         shape_factor: (n,) perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_factor_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
-        contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
-        neighbours: (n,) int64, all droplets that each one touches, rattlers and cut ones too.
-        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
-        doubtful: (n,) bool, objects that may be no droplet, several or part of one, or that are poorly visible.
+        contacts: (n,) int64, number of contacts, cut droplets included, rattlers excluded.
+        neighbours: (n,) int64, number of all contacts, rattlers and cut droplets included.
+        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets are never rattlers.
+        doubtful: (n,) bool, objects that may be no droplet, several droplets or a part of one, or are poorly visible.
         voids: sides, areas and centres of the voids, and P_l.
         cut: number of droplets cut by the edge of the picture or by a label.
-        contrast: how droplets were told from the ground: "bright", "dark" or "labels".
+        contrast: "bright" or "dark" droplets, or "labels".
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
@@ -61,14 +61,14 @@ class Micrograph(Result):
         numbers: count, area (mean), rho, z, shape_factor_rim, voids (count), each with `value`, standard `error` over
             the droplets, `bound` of the systematic error, 95 % `interval` of both, its own `quality` and
             `reasons`; the names are those of `jamlab.measure`.
-        reasons: all of them; empty if every number is good.
-        label_notes: what was found in labels of another program, and set aside, filled, joined or parted,
-            and which intervals are wide, and why.
+        reasons: the reasons of all numbers; empty if every number is good.
+        label_notes: changes to labels of another program (removed, filled, joined or split), and causes of wide
+            intervals.
         pixel: size of a pixel; None leaves all lengths in pixels.
         unit: unit of lengths: "pixels", or the unit that a TIFF file states, such as "um"; "" if `pixel` was given.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
-        cut_outlines: the same of droplets that are cut.
+        cut_outlines: outlines of cut droplets.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
 
     Example:
@@ -118,27 +118,27 @@ class Micrograph(Result):
 
     @property
     def count(self) -> int:
-        """Number of droplets that the picture shows whole."""
+        """Number of whole droplets."""
         return len(self.areas)
 
     @property
     def quality(self) -> str:
-        """Result of checks that need no truth: "good" if all `numbers` are, else "doubtful"."""
+        """Reliability: "good" if all `numbers` are good, otherwise "doubtful"."""
         return "doubtful" if any(number.reasons for number in self.numbers.values()) else "good"
 
     @property
     def rho(self) -> float:
-        """Packing fraction of all that the picture shows, films included."""
+        """Packing fraction of the whole picture, films included."""
         return self.numbers["rho"].value
 
     @property
     def z(self) -> float:
-        """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
+        """Mean number of contacts of whole droplets that are not rattlers; nan if all are rattlers."""
         return self.numbers["z"].value
 
     @property
     def z_all(self) -> float:
-        """Mean number of droplets that each whole one touches, rattlers too: 2 N_c/N, without walls."""
+        """Mean number of contacts of whole droplets, rattlers included: 2 N_c/N, without walls."""
         return float(self.neighbours.mean())
 
     def table(self) -> pd.DataFrame:
@@ -169,11 +169,10 @@ class Micrograph(Result):
         return {str(name): table[name].to_numpy() for name in table}
 
     def packing(self, model: ModelName = "dp", seed: int = 1, law: Law | None = None) -> Packing:
-        """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
+        """Make a relaxed periodic packing of the droplets, at the packing fraction of the picture.
 
-        Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
-        relax into places that the picture does not show. Outlines are not kept, as
-        `jamlab.droplets_from_outlines` does.
+        Whole droplets with their centres and areas form a rectangular patch. Neighbours across its periodic boundary
+        differ from the picture. Outlines are not kept; `jamlab.droplets_from_outlines` keeps them.
 
         Args:
             model: name of the model: droplets, or disks in units "k" with lengths in mean diameters.
@@ -195,7 +194,7 @@ class Micrograph(Result):
         return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, law)
 
     def draw(self, path: str | Path) -> None:
-        """Write the picture with outlines, numbers, contacts and voids over it, as PNG.
+        """Write the picture with outlines, numbers, contacts and voids as a PNG file.
 
         Raises:
             StorageError: the file cannot be written.

@@ -50,15 +50,15 @@ def micrograph(
 ) -> Micrograph:
     """Detect and measure droplets in a micrograph, with a reliability check.
 
-    Uneven light, noise and blur are corrected; if they are too strong, `quality` is "doubtful", with `reasons`. Cut off
-    scale bars first. Droplets with dark walls, such as bubbles in brightfield, need `labels`.
+    Uneven light, noise and blur are corrected; if they are too strong, `quality` is "doubtful" and `reasons` names the
+    cause. Cut off scale bars first. Droplets with dark walls, such as bubbles in brightfield, need `labels`.
 
     Args:
         picture: image file, (h, w) grey values or (h, w, 3 or 4) colours; optional with `labels`.
         pixel: pixel size in the unit of length of the results; 1 for pixels. None: the size that a TIFF file states
             (OME, ImageJ, tags of resolution), else lengths in pixels.
         film: largest gap that counts as a contact, in pixels. None: estimated from the picture.
-        contrast: "bright" (droplets on dark background), "dark", or "auto" (the one that gives the roundest droplets).
+        contrast: "bright" (droplets on a dark background), "dark", or "auto" (the contrast with the roundest droplets).
         labels: droplets found by another program: (h, w) integers, 0 for the background, or a file of them. Only the
             size of the picture is then used. In a mask (True in droplets) each piece is a droplet; touching droplets
             are split at their necks. Specks are removed and holes filled; `label_notes` counts them.

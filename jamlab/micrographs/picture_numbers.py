@@ -30,12 +30,12 @@ VOIDS = CountedVoids()
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a picture, with how far a mean over its droplets may be from that over many more.
+    """A number of a picture with its statistical and systematic uncertainty.
 
-    The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
-    drawn on its own; for rho, the area of droplets over that of their cells, it is that of a ratio,
-    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps, which evens out what is
-    beside each other: in windows of 30 to 120 out of 1200 and 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z
+    The mean over n droplets has the standard error s/sqrt(n) of independent droplets with the standard deviation s. For
+    rho, the area of droplets over the area of their cells, it is the standard error of a ratio,
+    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps and are anticorrelated: in
+    windows of 30 to 120 out of 1200 and 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z
     scatter by 0.7 to 0.8 of this error, and rho by 0.6 to 1.0 of it from two sizes to a power law of 10:1; where disks
     of one size crystallise, by 2.
 
@@ -53,7 +53,7 @@ class Number:
 
     @property
     def quality(self) -> str:
-        """Whether it can be trusted: "good" or "doubtful"."""
+        """Reliability: "good" or "doubtful"."""
         return "doubtful" if self.reasons else "good"
 
     @property
@@ -63,12 +63,12 @@ class Number:
 
     @property
     def uncertainty(self) -> float:
-        """Half of `interval`: that of a mean and `bound`."""
+        """Half of `interval`: half-width of the mean plus `bound`."""
         return self.bound + (self.half_width if np.isfinite(self.half_width) else 0.0)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Ends of the 95 % interval, which holds the truth of the picture and of many more droplets."""
+        """Ends of the 95 % interval, including `bound`."""
         return self.value - self.uncertainty, self.value + self.uncertainty
 
     def text(self, form: str) -> str:

@@ -43,7 +43,7 @@ def synthetic_micrograph(
         light: brightness at the right edge relative to the left edge, with a linear gradient.
 
     Returns:
-        (h, w) float64, one period, whose edges cut droplets; y of the cell runs with the rows.
+        (h, w) float64, one period; its edges cut droplets. Rows follow the y axis of the cell.
 
     Raises:
         InputError: an SP packing, a tilted box, fewer than 32 or more than 6000 pixels, an argument out of range.

@@ -58,27 +58,26 @@ def track_droplets(
     contrast: Contrast = "auto",
     channel: Channel = "grey",
 ) -> pd.DataFrame:
-    """Track droplets through a series of pictures or of labels, with their strains and T1 events.
+    """Track droplets through a series of pictures or labels, with local strains and T1 events.
 
     A frame without droplets, such as a dark one, is skipped with a warning.
 
     Args:
         source: frames in the order of time: pictures as for `jamlab.micrograph`, arrays of labels or masks (True in
             droplets), files, or `Micrograph` objects; an array (t, h, w); or one TIFF or NPY file of several pages.
-        memory: number of successive pictures in which a droplet may be missing and keep its number.
+        memory: number of successive pictures in which a droplet may be missing without losing its number.
         labels: labels of the frames, in the same forms; if they are given, `source` may be omitted.
         pixel, film, contrast, channel: as in `jamlab.micrograph`, the same for all pictures.
 
     Returns:
-        Table with a row per droplet and picture: the columns of `Micrograph.table`, frame and particle, as trackpy
-        names them; from the frame before to this one, strain_xx, strain_xy, strain_yx, strain_yy (d u_x / d y is
-        strain_xy; y points down in pictures) and d2min (squared lengths), as in `jamlab.local_strain`, nan without
-        three neighbours in both frames; and t1, the number of `jamlab.t1_events` of the droplet. `.attrs` has the unit
-        of length.
+        Table with a row per droplet and picture: the columns of `Micrograph.table`, and frame and particle with the
+        names of trackpy. Since the frame before: strain_xx, strain_xy, strain_yx, strain_yy (strain_xy is d u_x / d y;
+        y points down) and d2min (squared lengths), as in `jamlab.local_strain`, nan without three neighbours in both
+        frames; t1, the number of `jamlab.t1_events` of the droplet. `.attrs` has the unit of length.
 
     Raises:
-        InputError: fewer than two pictures, none with droplets, pictures of unlike size or unit, a negative memory, or
-            an error of `jamlab.micrograph`, with the number of the frame.
+        InputError: fewer than two pictures, no droplets, pictures of different size or unit, a negative memory, or an
+            error of `jamlab.micrograph`, with the number of the frame.
 
     Example:
         >>> p = jamlab.jam(16, "dp")

@@ -41,10 +41,10 @@ class LocalStrain(Result):
     """Local strain of n particles between two states.
 
     Attributes:
-        d2min: (n,) D2min, squared lengths: sum over neighbours of the squared motion that the best affine map leaves.
+        d2min: (n,) squared residual of the best affine map, summed over the neighbours, squared lengths.
         strain: (n, 2, 2) strain[i, a, b] = d u_a / d x_b of the best affine map, that is F - 1, with the strain of the
             box and with rotation. Both are nan where `undefined` says why.
-        displacements: (n, 2) motion of each particle beyond that of the box, without the motion of the whole.
+        displacements: (n, 2) non-affine displacement of each particle, without the mean over particles.
         neighbors: (n,) int64, number of neighbours in the first state.
         undefined: (n,) text, "" where there is a value: "rattler", "flat wall", "too few neighbors" (below 3) or
             "neighbors on a line".
@@ -76,8 +76,8 @@ class LocalStrain(Result):
 
     @property
     def participation(self) -> float:
-        """Number of particles that take part in the non-affine motion, (sum D2min)^2 / sum D2min^2; 0 where none
-        moves, but for rounding."""
+        """Number of particles that take part in the non-affine motion, (sum D2min)^2 / sum D2min^2; 0 if no
+        particle moves, within rounding."""
         known = self.d2min[np.isfinite(self.d2min)]
         largest = known.max(initial=0.0)
         if not largest > ROUNDING**2 * self.packing.area / self.packing.n:
@@ -224,10 +224,9 @@ def local_strain(
 ) -> Any:
     """Compute local strain and D2min of every particle between states.
 
-    Particles are disks at their centres or droplets at their area centroids. Vectors to neighbours go from one state to
-    the next at the image nearest to the affine motion of the box, so that tilted, flipped and strained boxes and
-    wrapped particles need nothing. Of two boxes far apart the smallest strain is taken, or that of the run, which
-    counts from its start, such as the end of the run before.
+    Positions are centres of disks or area centroids of droplets. Vectors to neighbours are taken at the periodic image
+    nearest to the affine motion of the box, so boxes may be tilted, flipped or strained and particles wrapped. If
+    several strains relate the two boxes, the one that the run records is taken, or else the smallest.
 
     Args:
         before: the first state; or, without `after`, a run or packings one after the other, for every step from one
@@ -235,11 +234,11 @@ def local_strain(
         after: the second state of the same particles; or a run or packings, each compared with `before`.
         cutoff: largest distance of neighbours, centre to centre in the first state, unit of length of the packing.
             Default: particles whose cells of `jamlab.tessellation` share a wall.
-        rattlers: whether rattlers of either state have values and count as neighbours. Default: not between energy
-            minima, where no force determines their places, and yes where a state is none, as in flow.
+        rattlers: whether rattlers of either state have values and count as neighbours. Default: False between energy
+            minima, where no force determines their positions; True otherwise, as in flow.
 
     Returns:
-        `LocalStrain` of two states; `LocalStrains` of more. Fixed particles count as others do; flat walls do not.
+        `LocalStrain` of two states, `LocalStrains` of several. Fixed particles are included, flat walls are not.
 
     Raises:
         InputError: states of other particles, models or units, fewer than two, or a cutoff that is not above 0.

@@ -28,10 +28,10 @@ class MeanSquareDisplacement(Result):
 
     Attributes:
         lag: (m,) int64, number of states from the first to the second.
-        strain: (m,) strain between them, to and fro counted alike; 0 where states carry none.
-        time: (m,) time between them, 0 where states carry none.
+        strain: (m,) path of strain between them, reversals included; 0 for states without strain.
+        time: (m,) time between them; 0 for states without time.
         along, across: (m,) mean square displacement along x and along y.
-        non_gaussian: (m,) <r^4> / (2 <r^2>^2) - 1, 0 of a Gaussian distribution; nan where nothing moves.
+        non_gaussian: (m,) <r^4> / (2 <r^2>^2) - 1, 0 for a Gaussian distribution; nan if nothing moves.
         origins: (m,) int64, number of first states.
         unit: unit of length, for labels.
 
@@ -84,20 +84,20 @@ class MeanSquareDisplacement(Result):
 def mean_square_displacement(
     run: Run | Iterable[Packing], *, particles: ArrayLike | Mask | None = None
 ) -> MeanSquareDisplacement:
-    """Compute the mean square displacement beyond the affine motion of the box, over lags even in their logarithm.
+    """Compute the non-affine mean square displacement over logarithmically spaced lags.
 
-    From each state to the next, the affine motion, that of the whole and lattice vectors are taken off; the rest is
-    summed. States must lie so close that no particle moves by half a box beyond the flow between two of them. Means are
-    over all pairs of states if these lie evenly (the last may come early, and is left out); else from the first state.
+    From each state to the next, the affine motion of the box, the mean displacement and lattice vectors are subtracted;
+    the remainders are summed. Between two states no particle may move by half a box relative to the flow. If states are
+    evenly spaced, means are over all pairs of states (an early last state is left out), else over pairs with the first.
 
     Also called: msd, MSD, mean_squared_displacement, mean_squared_displacements, diffusion.
 
     Args:
         run: a run with stored packings (`snapshot_every=...`), or packings of the same particles one after the other.
-        particles: (n,) truth values or numbers of those that are followed. Default: all that are free.
+        particles: (n,) mask, or numbers of the particles to follow. Default: all free particles.
 
     Raises:
-        InputError: fewer than two states, states of other particles, or numbers of no particle.
+        InputError: fewer than two states, states of different particles, or numbers that are out of range.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -32,8 +32,8 @@ class SelfOverlap(Result):
 
     Attributes:
         lag, strain, time, origins: as in `MeanSquareDisplacement`.
-        overlap: (m,) Q, share of particles that moved by no more than `length`.
-        susceptibility: (m,) chi_4 = n (<Q^2> - <Q>^2) over first states; nan of one.
+        overlap: (m,) Q, share of particles displaced by at most `length`.
+        susceptibility: (m,) chi_4 = n (<Q^2> - <Q>^2) over first states; nan for a single one.
         length: the distance, unit of length of the packings.
         unit: unit of length, for labels.
 
@@ -73,12 +73,12 @@ class SelfOverlap(Result):
 def self_overlap(
     run: Run | Iterable[Packing], length: float | None = None, *, particles: ArrayLike | Mask | None = None
 ) -> SelfOverlap:
-    """Compute the share of particles that moved by no more than a length beyond the affine motion, over lags.
+    """Compute the share of particles with a non-affine displacement of at most `length`, over lags.
 
     Args:
         run: as in `jamlab.mean_square_displacement`, with the same motion and lags.
         length: the distance, unit of length of the packings. Default: 0.3 mean sizes.
-        particles: (n,) truth values or numbers of those that are followed. Default: all that are free.
+        particles: (n,) mask, or numbers of the particles to follow. Default: all free particles.
 
     Raises:
         InputError: a length that is not above 0; and as in `jamlab.mean_square_displacement`.

@@ -83,10 +83,10 @@ class T1Events(Result):
 
 @checked
 def t1_events(run: Run | Iterable[Packing] | DataFrame) -> T1Events:
-    """Find T1 events from each state to the next: of packings by their cells, of tracked droplets by their centres.
+    """Find T1 events between successive states of packings or of tracked droplets.
 
-    An event is a pair that parts and a pair that meets, each of which was and is neighbour of both of the other.
-    Several changes around one particle between two states can hide events: choose close states.
+    In an event one pair of neighbours parts and another pair meets; each particle of one pair is a neighbour of both
+    particles of the other pair. Several changes around one particle can hide events: choose states close together.
 
     Args:
         run: a run with stored packings or packings one after the other; or a table of tracks with the columns frame,

@@ -46,18 +46,18 @@ COUNTING = PairCounting()
 
 @dataclass(frozen=True)
 class PairCorrelation(Result):
-    """g(r) of the particles of one or several packings, in all and by classes of sizes.
+    """g(r) of one or several packings, of all particles and by class of size.
 
     Attributes:
         r: (m,) middles of the bins of distance between centres (SP) or area centroids (DP).
         g: (m,) g(r) of all particles.
-        error: (m,) standard error of g over packings; nan of one packing.
-        pairs: (m,) int64, pairs of particles in each bin, those of all packings.
+        error: (m,) standard error of g over packings; nan for one packing.
+        pairs: (m,) int64, pairs of particles in each bin, summed over packings.
         edges: (m + 1,) of the bins.
         sizes: (c,) mean size of the particles of each class, ascending: diameter, DP root of the rest area.
-        shares: (c,) share of the particles that are in each class.
+        shares: (c,) share of the particles in each class.
         partial: (c, c, m) g_ab(r) of pairs of classes, symmetric; g is the sum of shares_a shares_b g_ab.
-        partial_error: (c, c, m) its standard error over packings; nan of one packing.
+        partial_error: (c, c, m) its standard error over packings; nan for one packing.
         packings: number of packings.
         unit: unit of length, for labels.
 
@@ -94,8 +94,7 @@ class PairCorrelation(Result):
 
     @drawn("Line2D, of g of all")
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw g(r) of all particles with a band of one standard error to each side, and thinner that of each pair of
-        classes.
+        """Draw g(r) of all particles with a band of one standard error, and thinner g_ab(r) of each pair of classes.
 
         >>> ax = jamlab.pair_correlation(jamlab.jam(n=64, seed=1), 4.0).plot()
         """
@@ -123,25 +122,24 @@ def pair_correlation(
     *,
     select: Select | None = None,
 ) -> PairCorrelation:
-    """Compute g(r) of centres (SP) or area centroids (DP), of all particles and by pairs of classes of sizes.
+    """Compute g(r) of centres (SP) or area centroids (DP), of all particles and of pairs of size classes.
 
     g_ab(r) is the number of pairs of a particle of class a and one of class b in a bin, over N_a N_b/A times the area
-    of the ring between its edges (Hansen & McDonald, Theory of Simple Liquids, 4th ed. (2013), sec. 2.5). Every image
-    within r counts.
+    of the ring between its edges (Hansen & McDonald, Theory of Simple Liquids, 4th ed. (2013), sec. 2.5). All periodic
+    images within r count.
 
     Args:
-        packings: one; or several of one kind, or a flow with its frames, over which g is averaged. Or a campaign, whose
-            converged states are taken.
+        packings: one packing, several of one kind, a flow (average over its frames), or a campaign (its converged
+            states).
         r: edges of the bins of distance, ascending from 0 or more; or the largest distance, with bins from 0 on of
             about 0.02 mean sizes.
-        size_classes: number of classes with equal numbers of particles; or the sizes between them, ascending, each of
-            which belongs to the class above. Default: a class for each size, or 3 where there are more than four sizes.
-            The size is the diameter, of droplets the root of the rest area.
-        select: of a campaign: columns of its table "states" and their values in the states that are wanted, such as
-            {"n": 128, "target_pressure": 1e-3}.
+        size_classes: number of classes with equal numbers of particles; or the sizes between classes, ascending; a
+            size on a bound belongs to the class above. Default: a class for each size, or 3 for more than four sizes.
+            Size: diameter; for droplets the root of the rest area.
+        select: for a campaign: values of columns of its table "states", such as {"n": 128, "target_pressure": 1e-3}.
 
     Raises:
-        InputError: walls, packings of several kinds or one that is given twice, edges that are not ascending, a class
+        InputError: walls, packings of several kinds, a packing given twice, edges that are not ascending, a class
             without particles, or too many pairs.
 
     Example:

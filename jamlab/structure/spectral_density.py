@@ -51,8 +51,8 @@ class SpectralDensity(ValuesAtWavevectors):
     """chi_V(k) at the wavevectors of one or several packings, see `jamlab.spectral_density`.
 
     Attributes:
-        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0: of each pair k, -k, which have one
-            value, that with k_x > 0, or k_x = 0 and k_y > 0; by packing, k_x, then k_y.
+        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0; of each pair k, -k the one with
+            k_x > 0, or k_x = 0 and k_y > 0. Sorted by packing, k_x and k_y.
         values: (m,) chi_V(k), an area.
         state: (m,) int64, packing of each wavevector, from 0.
         packings: number of packings.
@@ -79,28 +79,27 @@ def spectral_density(
 ) -> SpectralDensity:
     """Compute chi_V(k) = |integral over the covered area of exp(-i k.x)|^2/A, A the area of the box.
 
-    A packing is hyperuniform if chi_V vanishes for k -> 0: its covered area fluctuates less than that of particles
-    placed at random (Zachary, Jiao & Torquato, Phys. Rev. E 83, 051308 (2011), eq 9; Torquato, Phys. Rep. 745, 1
-    (2018), sec. 3.2). Half of the wavevectors are given, since chi_V(-k) = chi_V(k).
+    A packing is hyperuniform if chi_V vanishes for k -> 0: its covered area then fluctuates less than in a random
+    arrangement (Zachary, Jiao & Torquato, Phys. Rev. E 83, 051308 (2011), eq 9; Torquato, Phys. Rep. 745, 1
+    (2018), sec. 3.2). Of each pair k, -k one wavevector is given.
 
     Args:
-        packings: one; or several of one kind, or a flow with its frames: their values follow each other, and
-            `SpectralDensity.shells` averages over them. Or a campaign, whose converged states are taken.
+        packings: one packing, several of one kind, a flow (its frames), or a campaign (its converged states). Values
+            follow each other; `SpectralDensity.shells` averages over packings.
         k_max: longest wavevector, 1/length.
         method: what is covered, as in `jamlab.packing_fraction`:
 
             * "exact": the union of the particles, of droplets with their rims; the two-phase medium of Torquato.
-            * "nominal" (SP): the sum of undeformed disks, what two share counts twice: |sum of m(k; R)
+            * "nominal" (SP): the sum of undeformed disks, overlaps counted twice: |sum of m(k; R)
               exp(-i k.x)|^2/A with m = 2 pi R J_1(kR)/k, as Berthier et al., Phys. Rev. Lett. 106, 120601 (2011), and
-              Wu, Olsson & Teitel, Phys. Rev. E 92, 052206 (2015), have it for soft disks. At onset both agree.
-        select: of a campaign: columns of its table "states" and their values in the states that are wanted, such as
-            {"n": 128, "target_pressure": 1e-3}.
+              Wu, Olsson & Teitel, Phys. Rev. E 92, 052206 (2015), use for soft disks. At onset both agree.
+        select: for a campaign: values of columns of its table "states", such as {"n": 128, "target_pressure": 1e-3}.
 
     Returns:
         `SpectralDensity`: `wavevectors` (m, 2) and `values` (m,).
 
     Raises:
-        InputError: walls, packings of several kinds or one that is given twice, a method that the model does not have,
+        InputError: walls, packings of several kinds, a packing given twice, a method that the model does not have,
             `k_max` below the shortest wavevector of a box, or too many wavevectors.
         BoundaryError: outlines of droplets cross.
 

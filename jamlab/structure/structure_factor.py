@@ -41,13 +41,13 @@ LATTICES = Lattices()
 
 @dataclass(frozen=True)
 class ShellMeans(Result):
-    """Means over shells of wavevectors of about one length.
+    """Means over shells of wavevectors of similar length.
 
     Attributes:
         k: (m,) mean length of the wavevectors in each shell that has any.
-        mean: (m,) mean of the values, every wavevector of every packing weighs alike.
-        error: (m,) its standard error: over packings; of one packing over its wavevectors, nan where a shell has one.
-        wavevectors: (m,) int64, number of wavevectors, those of all packings.
+        mean: (m,) mean of the values; all wavevectors of all packings have the same weight.
+        error: (m,) standard error of `mean` over packings; for one packing over wavevectors, nan for a single one.
+        wavevectors: (m,) int64, number of wavevectors, summed over packings.
         packings: number of packings.
         unit: unit of k, for labels.
         value_unit: unit of the values, for labels.
@@ -73,7 +73,7 @@ class ShellMeans(Result):
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw the means over k, both logarithmic, with a band of one standard error to each side.
+        """Draw the means against k on logarithmic axes, with a band of one standard error.
 
         >>> ax = jamlab.structure_factor(jamlab.jam(n=64, seed=1), k_max=20.0).shells(40).plot()
         """
@@ -92,8 +92,8 @@ class ValuesAtWavevectors(Result):
     """Values at the wavevectors of one or several packings.
 
     Attributes:
-        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0: of each pair k, -k, which have one
-            value, that with k_x > 0, or k_x = 0 and k_y > 0; by packing, k_x, then k_y.
+        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0; of each pair k, -k the one with
+            k_x > 0, or k_x = 0 and k_y > 0. Sorted by packing, k_x and k_y.
         values: (m,) value at each.
         state: (m,) int64, packing of each, from 0.
         packings: number of packings.
@@ -120,7 +120,7 @@ class ValuesAtWavevectors(Result):
 
     @checked
     def shells(self, bins: int | ArrayLike | None = None) -> ShellMeans:
-        """Average over shells of wavevectors of about one length.
+        """Average over shells of wavevectors of similar length.
 
         Args:
             bins: number of shells of one width, up to the longest wavevector, or their edges, ascending. Default:
@@ -211,8 +211,8 @@ class StructureFactor(ValuesAtWavevectors):
     """S(k) at the wavevectors of one or several packings, see `jamlab.structure_factor`.
 
     Attributes:
-        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0: of each pair k, -k, which have one
-            value, that with k_x > 0, or k_x = 0 and k_y > 0; by packing, k_x, then k_y.
+        wavevectors: (m, 2) reciprocal lattice vectors up to `k_max`, without 0; of each pair k, -k the one with
+            k_x > 0, or k_x = 0 and k_y > 0. Sorted by packing, k_x and k_y.
         values: (m,) S(k).
         state: (m,) int64, packing of each wavevector, from 0.
         packings: number of packings.
@@ -235,21 +235,20 @@ def structure_factor(
 ) -> StructureFactor:
     """Compute S(k) = |sum over particles of exp(-i k.x)|^2/n of the centres (SP) or area centroids (DP).
 
-    Every particle weighs alike, whatever its size: `spectral_density` is of the area that particles cover. Half of the
-    wavevectors are given, since S(-k) = S(k) (Hansen & McDonald, Theory of Simple Liquids, 4th ed. (2013), sec. 4.1).
+    Every particle has the same weight; in `spectral_density` the covered area is the weight. Of each pair k, -k one
+    wavevector is given, since S(-k) = S(k) (Hansen & McDonald, Theory of Simple Liquids, 4th ed. (2013), sec. 4.1).
 
     Args:
-        packings: one; or several of one kind, or a flow with its frames: their values follow each other, and
-            `StructureFactor.shells` averages over them. Or a campaign, whose converged states are taken.
+        packings: one packing, several of one kind, a flow (its frames), or a campaign (its converged states). Values
+            follow each other; `StructureFactor.shells` averages over packings.
         k_max: longest wavevector, 1/length.
-        select: of a campaign: columns of its table "states" and their values in the states that are wanted, such as
-            {"n": 128, "target_pressure": 1e-3}.
+        select: for a campaign: values of columns of its table "states", such as {"n": 128, "target_pressure": 1e-3}.
 
     Returns:
         `StructureFactor`: `wavevectors` (m, 2) and `values` (m,).
 
     Raises:
-        InputError: walls, packings of several kinds or one that is given twice, `k_max` below the shortest wavevector
+        InputError: walls, packings of several kinds, a packing given twice, `k_max` below the shortest wavevector
             of a box, or too many wavevectors.
 
     Example:

@@ -34,15 +34,15 @@ def write_contacts(path: str | os.PathLike[str], packing: Packing) -> list[Path]
 
     Args:
         path: FILE.dump: the particles, and FILE.bonds.dump with the bonds, which OVITO loads by the modifier "Load
-            trajectory". FILE.vtp: points and lines for ParaView; a contact across the border of the box ends at a
-            further point, `image` 1.
+            trajectory". FILE.vtp: points and lines for ParaView; a contact that crosses the border of the box
+            ends at an extra point, marked by `image` = 1.
         packing: SP or DP.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: another ending; outlines of two droplets cross.
+        InputError: unknown ending, or outlines of two droplets cross.
         StorageError: a file cannot be written.
 
     Example:

@@ -51,21 +51,21 @@ def droplets_from_outlines(
 ) -> Packing:
     """Make droplets of given closed outlines, not relaxed.
 
-    Outlines may have any unit of length, and run either way around. The packing has the unit l, the mean root of the
-    rest areas a0. Line tension makes a droplet smaller than a0 even when nothing touches it, so either the area of this
-    free droplet is given or a0 itself. Go on with `jamlab.relax`.
+    Outlines may have any unit of length and either orientation. The packing has the unit l, the mean root of the rest
+    areas a0. Line tension makes a free droplet smaller than a0, so pass either its free area or a0. Relax the packing
+    with `jamlab.relax`.
 
     Args:
-        outlines: n arrays (vertices, 2), or polygons of shapely. A first vertex that is repeated at the end, and
-            vertices that are repeated one after the other, count once.
+        outlines: n arrays (vertices, 2), or polygons of shapely. Repeated successive vertices count
+            once, also the first vertex at the end.
         box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
-        free_areas: (n,) area that each droplet has when nothing touches it, in the square of the unit of the outlines;
-            a0 follows from it and the force law. Default: the areas of the outlines.
-        rest_areas: (n,) a0 of each droplet, instead.
-        rims: whether outlines and free areas are those of droplets with their rims, as pictures show them. Outlines
-            are then drawn in by half the width delta of the rims. Default: outlines are the polygons.
-        vertices: of all droplets, or (n,) of each: outlines are replaced by so many edges of equal length, at the same
-            area. Default: as given, and for `rims` as in `jamlab.droplets_from_disks`.
+        free_areas: (n,) area of each free droplet, in the square of the unit of the outlines; a0 follows from it and
+            the force law. Default: the areas of the outlines.
+        rest_areas: (n,) a0 of each droplet, instead of `free_areas`.
+        rims: whether outlines and free areas include the rims, as in pictures. Outlines then shrink by half the width
+            delta of the rims. Default: outlines are the polygons.
+        vertices: number of vertices, one for all droplets or (n,): edges become equally long at the same area.
+            Default: as given, and for `rims` as in `jamlab.droplets_from_disks`.
         wrapped: whether the box may cut outlines. Edges are then the shortest of their periodic images.
         law: parameters of the force law that replace the defaults, in units of eps and l, e.g. {"gamma": 0.3}.
 
@@ -73,7 +73,7 @@ def droplets_from_outlines(
         DP packing in units "eps".
 
     Warns:
-        JamlabWarning: rims of neighbours overlap by more than half their width, as where `rims` was forgotten.
+        JamlabWarning: rims of neighbours overlap by more than half their width (possibly `rims` is missing).
 
     Raises:
         InputError: outlines of too few vertices or with holes, outlines that touch or cross, too few vertices for edges

@@ -52,23 +52,23 @@ def read(
     Formats: HDF5 of jamlab, LAMMPS data files (`.data`) and dumps (`.dump`), extended xyz, GSD, and tables of disks
     (`.csv` with columns x, y and radius or diameter; give `box`). Text may be compressed (`.gz`, `.bz2`, `.xz`).
 
-    Files of other programs may lack sizes, units or parameters: pass them. Missing parameters have the defaults of the
-    decks and are listed in `provenance["assumed"]`. Other columns are ignored. Particles are in the order of the column
-    `id`, of tables also `particle`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) set
+    Pass sizes, units or parameters if a file of another program lacks them. Missing parameters have the defaults of the
+    decks and are listed in `provenance["assumed"]`. Unknown columns are ignored. Particles are in the order of the
+    column `id`, in tables also `particle`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) set
     `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`. If a dump, xyz file or table
     ends within a frame, for example because a job was killed, the complete frames are read, with a warning.
 
     Args:
         path: file; the format follows from the ending, or from the content.
         frame: number of the frame.
-        radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
+        radii: radii of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
         law: force law, by its name as in `jamlab.pack`, or some or all of its parameters, see `Packing`; "a0", the rest
             areas of droplets, may be one number.
-        box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
-        model: of the particles, where the file does not say it; by default atoms with molecules or bonds are vertices
-            of droplets, the others disks.
-        atom_style: of a LAMMPS data file that names none, such as "sphere".
+        box: two sides, or (2, 2) lattice vectors, for files without a periodic box.
+        model: name of the model, if the file does not state it. Default: atoms with molecules or bonds are vertices of
+            droplets, other atoms are disks.
+        atom_style: for a LAMMPS data file that does not name it, such as "sphere".
 
     Raises:
         StorageError: no such file or frame, or an incomplete or unknown file.

@@ -99,13 +99,13 @@ def universe(
     Atoms are disks, or vertices of droplets, in the order of `Packing.positions`, unwrapped. Residues are particles:
     `resindices` start at 0, `resids` at 1, as in LAMMPS files. `types` are the atom types "1", "2", ... by size;
     `radii` are half the diameters, or delta/2 for vertices; `masses` are 1. Droplets have bonds around their outline
-    and `residues.rest_areas`. If particles are fixed, `residues.fixed_flags` tells which. The segment's
-    `description` contains units, force law and what is known of each frame. `triclinic_dimensions` has the tilt of the
+    and `residues.rest_areas`. If particles are fixed, `residues.fixed_flags` marks them. The segment's
+    `description` contains units, force law and the facts of each frame. `triclinic_dimensions` has the tilt of the
     box. MDAnalysis stores positions and boxes in float32.
 
     Args:
         source: a packing, several packings of one sweep, or a file for `jamlab.read_all`.
-        radii, units, law, box, model, atom_style: of a file, as in `jamlab.read`; packings know them.
+        radii, units, law, box, model, atom_style: for a file, as in `jamlab.read`; packings contain them.
 
     Returns:
         A Universe in memory.
@@ -319,7 +319,7 @@ def from_universe(
     """Convert the frames of a trajectory to packings.
 
     Atoms without bonds become disks, closed rings of bonds become droplets (unwrapped). A Universe of `jamlab.universe`
-    has units, force law and sizes, and what is known of each frame; for other sources pass them. Missing parameters
+    has units, force law, sizes and the facts of each frame; for other sources pass them. Missing parameters
     have the defaults of the decks and are listed in `provenance["assumed"]`.
 
     MDAnalysis stores coordinates in float32: `Packing.rounding` is set, `converged` is False and `max_force` None. In
@@ -327,14 +327,14 @@ def from_universe(
     relaxes every frame first. `jamlab.read` keeps all digits of LAMMPS files.
 
     Args:
-        u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
+        u: Universe or AtomGroup; an updating AtomGroup has the atoms of each frame.
         radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default: as in the Universe.
         units: "eps" or "k", see `Packing`; default: as in the Universe, or "eps".
         law: force law, as in `jamlab.read`; its parameter "a0" may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
-        model: of the particles, where the source does not say it; by default atoms with bonds are vertices of droplets,
-            the others disks.
+        model: name of the model, if the source does not state it. Default: atoms with bonds are vertices of droplets,
+            other atoms are disks.
         frames: a slice or numbers of frames, as in `u.trajectory[frames]`: slice(0, 100, 10), [0, 5, -1]. Default: all.
 
     Raises:
@@ -427,7 +427,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     moduli are refused unless `relaxed=True`, and z and rattlers are nan where rounding could open or close a contact.
 
     Args:
-        u: Universe, or an AtomGroup of it; one that is updated has the atoms of each frame.
+        u: Universe or AtomGroup; an updating AtomGroup has the atoms of each frame.
         quantities: names as in `jamlab.measure`, or psi_6, psi_6_global.
         relaxed: relax every frame first.
         radii, units, law, box, model: as in `jamlab.from_universe`.
