@@ -1,5 +1,6 @@
-"""Tables that pages of the reference include: decks by their first lines, keys of campaign files and columns of tables
-by the code that checks and makes them. They are written when the documentation is built, as `*.inc` beside pages."""
+"""Tables that pages of the reference include: decks by their first lines; keys of campaign files, columns of tables and
+facts of files by the code that checks and makes them. They are written when the documentation is built, as `*.inc`
+beside the pages."""
 
 from collections.abc import Iterator, Mapping
 
@@ -10,6 +11,7 @@ from jamlab.arguments.table import ARGUMENTS
 from jamlab.campaign.tables import TABLE_COLUMNS
 from jamlab.engine.deck_files import summaries
 from jamlab.installed_files import installed
+from jamlab.packing.facts import facts_table
 from jamlab.rheology.damping import ContactDamping
 
 MADE = "name model n seeds compress pressures decompress phi onset changes law size_ratio fraction_large sizes units"
@@ -26,6 +28,7 @@ def included() -> dict[str, str]:
         "deck_examples.inc": _of_decks(summaries(folder / "examples")),
         **{f"campaign_keys_{topic}.inc": _of_keys(stands) for topic, stands in keys().items()},
         "campaign_columns.inc": _of_columns(),
+        "facts.inc": facts_table() + "\n",
     }
 
 

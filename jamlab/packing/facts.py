@@ -1,8 +1,8 @@
 """What a packing is, fact by fact, and where each format keeps it.
 
-Writers, readers, the table of the page `docs/reference/files.md` and the test of all round trips are made from these
-lists: a field of `Packing` that is missing here fails the test. A format keeps a fact, or it is in `LOST`: then
-`jamlab.write` returns its name, and so does `provenance["lost"]` of what is read.
+Writers, readers, the table that the page `docs/reference/files.md` includes and the test of all round trips are made
+from these lists: a field of `Packing` that is missing here fails the test. A format keeps a fact, or it is in `LOST`:
+then `jamlab.write` returns its name, and so does `provenance["lost"]` of what is read.
 
 Text formats hold facts of the whole packing as words `name=value`: numbers with 17 significant digits, which read back
 as the same doubles; truth values as 0 or 1; the provenance as JSON, percent-encoded. Columns of dumps hold numbers
@@ -83,7 +83,7 @@ def lost(kind: str, packings: Iterable[Packing]) -> tuple[str, ...]:
 
 
 def facts_table() -> str:
-    """The table of facts and formats as it stands in `docs/reference/files.md`."""
+    """The table of facts and formats that `docs/reference/files.md` includes."""
     alike: dict[tuple[str, ...], list[str]] = {}  # names of facts by what is said of them
     for fact in FACTS:
         name = f"`{fact.name}`" if " " not in fact.name else fact.name
