@@ -17,7 +17,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
-from matplotlib.figure import Figure
 
 import jamlab
 
@@ -59,7 +58,7 @@ def draw_modulus(ax: Axes) -> None:
     ax.legend(frameon=False)
 
 
-def draw(places: Any, size: tuple[float, float]) -> Figure:
+def draw(places: Any, size: tuple[float, float]) -> Any:
     """Draw the three panels in a figure; `places` as in `plt.subplot_mosaic`, `size` in inches."""
     figure, axes = plt.subplot_mosaic(places, figsize=size, layout="constrained")
     network = jamlab.contacts(onset)
