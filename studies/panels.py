@@ -23,8 +23,8 @@ COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
 FREQUENCY = r"frequency $\omega\,\tau_1$"
 MODEL_STYLE: dict[str, dict[str, Any]] = {
-    "sp": {"color": RED, "marker": "v", "label": "soft particles (SP)"},
-    "dp": {"color": BLUE, "marker": "D", "label": "deformable polygons (DP)"},
+    "sp": {"color": RED, "marker": "v", "label": "soft disks (SP)"},
+    "dp": {"color": BLUE, "marker": "D", "label": "deformable droplets (DP)"},
 }
 SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
     32: {"color": RED, "marker": "s"},

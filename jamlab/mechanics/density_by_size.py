@@ -23,7 +23,7 @@ from jamlab.mechanics.masses import Masses
 from jamlab.mechanics.vibrations import Modes, modes_of
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.plotting.drawable import LEGEND, drawn, label_axes, label_decades, merged_line
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, label_decades, merged_line
 from jamlab.plotting.palette import COLOURS, ordered_colours
 
 LEAST = 0.3  # of the mean, to which bands are drawn down
@@ -94,9 +94,9 @@ class DensityBySize(Result):
             low = np.maximum(each.density_low, LEAST * each.density)  # a logarithm has no 0
             ends = (factor * low[seen], factor * each.density_high[seen])
             axes.fill_between(x, *ends, color=merged_line(plain, style)["color"], alpha=0.2, linewidth=0)
-        units = (f"  [$\\sqrt{{{self.unit}/m}}$]", f"  [$\\sqrt{{m/{self.unit}}}$]") if self.unit else ("", "")
+        units = (f"$\\sqrt{{{self.unit}/m}}$", f"$\\sqrt{{m/{self.unit}}}$") if self.unit else ("", "")
         x, y = rf"$\omega\,N^{{{share:.3g}}}$", rf"$D\,N^{{{self.omega_exponent * share:.3g}}}$"
-        label_axes(axes, x + units[0], y + units[1])
+        label_axes(axes, in_unit(x, units[0]), in_unit(y, units[1]))
         label_decades(axes)
         axes.legend(fontsize=LEGEND)
 

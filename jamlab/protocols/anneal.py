@@ -16,6 +16,7 @@ from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.natural_units import mean_size, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.recipe import changed
+from jamlab.plotting.drawable import in_unit
 from jamlab.processes.progress import Progress, told
 from jamlab.protocols.relaxation import check_tolerance
 from jamlab.protocols.thermal_history import (
@@ -61,7 +62,7 @@ class AnnealHistory(ThermalHistory):
     """
 
     _rows = ("time", "temperature", "kinetic_temperature", "energy")
-    _along, _along_label = "time", r"time $t$  [$(m d^2/\epsilon)^{1/2}$]"
+    _along, _along_label = "time", in_unit("time $t$", r"$(m d^2/\epsilon)^{1/2}$")
 
     time: Array
     kinetic_temperature: Array

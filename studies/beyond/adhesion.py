@@ -13,6 +13,7 @@ from jamlab.laws.adhesive import AdhesiveLaw
 from jamlab.mechanics.stiffness import pressure
 from jamlab.models.droplets import regular_polygon
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relax import relax
@@ -134,10 +135,10 @@ def draw_adhesion(tables: EnsembleTables) -> Drawing:
         for k, pull in enumerate(pulls):
             one = Interval(mean.value[k], mean.low[k], mean.high[k])
             out.values[f"{name or 'tensile strength over that of Rumpf'}, adhesion {pull:g}"] = one
-    label(axes[0], r"adhesion  [$\epsilon/\delta$]", r"pull-off force  [$\epsilon/l$]", loc="best")
+    label(axes[0], in_unit("adhesion", "ε/δ"), in_unit("pull-off force", "ε/l"), loc="best")
     axes[1].set_xticks(np.arange(0.0, STEP * STEPS + 0.01, 0.05))
-    label(axes[1], r"$\phi_J - \phi$", r"tension  [$\epsilon/l^2$]", loc="best", title="adhesion")
-    label(axes[2], r"adhesion  [$\epsilon/\delta$]", r"tensile strength  [$\epsilon/l^2$]", loc="best")
+    label(axes[1], r"$\phi_J - \phi$", in_unit("tension", "ε/l²"), loc="best", title="adhesion")
+    label(axes[2], in_unit("adhesion", "ε/δ"), in_unit("tensile strength", "ε/l²"), loc="best")
     out.caption = caption(out.name, n=N, made=SEEDS, range=RANGE, failed=failed, rows=len(rows))
     return out
 

@@ -9,6 +9,7 @@ from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.shear import shear
 from jamlab.flow.velocity_profile import velocity_profile
 from jamlab.geometry.walls import slab, with_walls
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
@@ -64,7 +65,7 @@ def draw_profiles(tables: EnsembleTables) -> Drawing:
         for each, name in enumerate(names):
             out.values[f"{column}, {name}"] = Interval(found.value[each], found.low[each], found.high[each])
     label(axes[0], "place across the slab", "velocity over velocity of the upper edge", loc="best")
-    label(axes[1], "", "shear stress on the wall  [k]", loc="best")
+    label(axes[1], "", in_unit("shear stress on the wall", "k"), loc="best")
     label(axes[2], "", "localisation", loc="best")
     numbers = {"n": PARTICLES, "p": PRESSURE, "made": single.groupby("rate")["seed"].nunique().min(), "strain": STRAIN}
     out.caption = caption(out.name, **numbers, apart=float((single["lower"] / single["upper"] - 1).abs().max()))

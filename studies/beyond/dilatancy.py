@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
@@ -59,8 +60,8 @@ def draw_dilatancy(tables: EnsembleTables) -> Drawing:
             out.values[f"steady {column}, p = {pressure:g}"] = Interval(found.value[k], found.low[k], found.high[k])
     label(axes[0], r"strain $\gamma$", r"dilation $A/A_0 - 1$", loc="best")
     label(axes[1], r"strain $\gamma$", r"stress ratio $\sigma/p$", loc="best")
-    label(axes[2], "pressure $p$  [k]", r"steady $\sigma/p$", loc="best")
-    label(axes[3], "pressure $p$  [k]", r"steady $\phi$", loc="best")
+    label(axes[2], in_unit("pressure $p$", "k"), r"steady $\sigma/p$", loc="best")
+    label(axes[3], in_unit("pressure $p$", "k"), r"steady $\phi$", loc="best")
     numbers = {"n": PARTICLES, "made": rows.groupby("pressure")["seed"].nunique().min(), "step": STEP}
     out.caption = caption(out.name, **numbers, off=rows["off"].max(), missed=int(rows["missed"].max()))
     return out

@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.ticker import NullFormatter
 
 from jamlab.arrays import Array
+from jamlab.plotting import in_unit
 from studies.beyond.elastic_sheet import mean_of_zeros, screened_zero, screening
 from studies.beyond.elastic_waves import BOTH, PRESSURES, shells_of, tasks, whole_fields
 from studies.ensemble_tables import STABILIZED, EnsembleTables
@@ -221,7 +222,7 @@ def _draw_spectrum(out: Drawing, axes: Any, shells: pd.DataFrame) -> None:
     axes.text(0.7, 0.2, "across $k$", fontsize=9)
     axes.text(0.9, 0.017, "along $k$ (dotted)", fontsize=9)
     axes.set(xlim=(0.05, 8.0), ylim=(1e-3, 40.0))
-    label(axes, r"wavenumber $k$  [1/d]", r"$n\,k^2 S(k)\,p^{1/2}$  [k$^{1/2}$]", loc="upper left")
+    label(axes, in_unit("wavenumber $k$", "1/d"), in_unit(r"$n\,k^2 S(k)\,p^{1/2}$", "k$^{1/2}$"), loc="upper left")
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
@@ -264,8 +265,14 @@ def _draw_lengths(out: Drawing, panels: list[Any], tables: EnsembleTables, whole
     theory = [screened_zero(round(float(each), 4)) for each in np.radians(degrees)]
     out.curve(panels[1], "theory", degrees, theory, **LOG)
     panels[1].set_ylim(0.3, 0.9)
-    label(panels[0], r"$l_s = (|G^*|/n\omega)^{1/2}$  [d]", r"length $l$  [d]", loc="upper left", fontsize=7.5)
-    label(panels[1], "phase of $G^*$  [degrees]", r"$l/l_s$", legend=False)
+    label(
+        panels[0],
+        in_unit(r"$l_s = (|G^*|/n\omega)^{1/2}$", "d"),
+        in_unit("length $l$", "d"),
+        loc="upper left",
+        fontsize=7.5,
+    )
+    label(panels[1], in_unit("phase of $G^*$", "degrees"), r"$l/l_s$", legend=False)
 
 
 def _draw_screening(out: Drawing, axes: Any, whole: pd.DataFrame, shells: pd.DataFrame) -> None:
@@ -322,7 +329,14 @@ def _draw_viscosities(out: Drawing, axes: Any, tables: EnsembleTables, shells: p
                 line = {"color": look["color"], "linewidth": 1.2}
                 out.curve(axes, f"theory, {name}", means["n"], height + slope * logs, label=None, **line)
     axes.set_ylim(0.0, 0.5)
-    label(axes, "$N$", r"$(\eta_0 - \eta_F)\,p^{1/2}$  [k$^{3/2}\tau_1$]", loc="upper left", ncols=2, fontsize=7.5)
+    label(
+        axes,
+        "$N$",
+        in_unit(r"$(\eta_0 - \eta_F)\,p^{1/2}$", r"k$^{3/2}\tau_1$"),
+        loc="upper left",
+        ncols=2,
+        fontsize=7.5,
+    )
 
 
 def _numbers(tables: EnsembleTables, whole: pd.DataFrame, shells: pd.DataFrame) -> TextTable:

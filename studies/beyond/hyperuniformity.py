@@ -8,6 +8,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.power_laws import fit_power_law
@@ -91,8 +92,8 @@ def draw_structure(tables: EnsembleTables) -> Drawing:
         axes[0].plot(middle, height * (middle / LONG[0]) ** power, **look, label=name)
     close = np.geomspace(*CLOSE, 2)
     axes[2].plot(close, 6.0 * (close / CLOSE[0]) ** -GAMMA, **PAPER, label=f"Charbonneau et al.: -{GAMMA:.3f}")
-    label(axes[0], r"$k$  [1/d]", r"$\chi_V(k)$  [d²]", loc="upper left")
-    label(axes[1], r"$k$  [1/d]", r"$S(k)$", loc="upper left")
+    label(axes[0], in_unit("$k$", "1/d"), in_unit(r"$\chi_V(k)$", "d²"), loc="upper left")
+    label(axes[1], in_unit("$k$", "1/d"), r"$S(k)$", loc="upper left")
     label(axes[2], "gap over the distance of contact", "pair correlation $g$", loc="best")
     for part in axes[:2]:
         part.set_ylim(top=8 * part.get_ylim()[1])  # room for the legend

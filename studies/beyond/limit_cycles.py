@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
@@ -70,7 +71,7 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     limits = rows[rows["period"] > 0]
     longer = mean_over_packings([(limits["period"] > 1).to_numpy().astype(np.float64)])
     out.values["share of limit cycles of period above 1"] = Interval(longer.value[0], longer.low[0], longer.high[0])
-    titles = ("share that repeats", "cycles", "displacement a cycle  [d]", "number a cycle")
+    titles = ("share that repeats", "cycles", in_unit("displacement a cycle", "d"), "number a cycle")
     for part, title in zip(axes, titles, strict=True):
         label(part, r"amplitude $\gamma_0$", title, loc="best")
     numbers = {"n": PARTICLES, "p": PRESSURE, "made": rows.groupby("amplitude")["seed"].nunique().min()}

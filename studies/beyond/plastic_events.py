@@ -8,6 +8,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.power_laws import fit_exponent
 from jamlab.statistics.size_distribution import fit_sizes
@@ -82,12 +83,12 @@ def draw_events(tables: EnsembleTables) -> Drawing:
         out.curve(axes[1 + k], f"exponent {write_interval(power)}", SIZES, means, band=False, **style(k))
         line = means.value[0] * (np.array(SIZES) / SIZES[0]) ** PUBLISHED[column]
         axes[1 + k].plot(SIZES, line, "k--", linewidth=0.9, label=f"published {PUBLISHED[column]:.2f}")
-        label(axes[1 + k], "number of disks $N$", f"mean {text} of an event  [{unit}]", loc="best")
+        label(axes[1 + k], "number of disks $N$", in_unit(f"mean {text} of an event", unit), loc="best")
     taken = [[part["participation"].mean() for _, part in rows[rows["n"] == n].groupby("seed")] for n in SIZES]
     means = mean_over_packings([np.array(each) for each in taken])
     out.curve(axes[3], r"by $D^2_{\min}$", SIZES, means, band=False, **style(2))
     axes[0].set_ylim(2e-3, 1.2)
-    label(axes[0], "energy of an event  [k d²]", "share of events that are larger", loc="lower left")
+    label(axes[0], in_unit("energy of an event", "k d²"), "share of events that are larger", loc="lower left")
     label(axes[3], "number of disks $N$", "disks that take part in an event", loc="best")
     t1 = float((rows["kind"] == "T1").mean())
     rising = [100 * float((rows.loc[rows["n"] == n, "stress_drop"] <= 0).mean()) for n in SIZES]

@@ -9,6 +9,7 @@ import pandas as pd
 from jamlab.arguments.choices import Registered
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
+from jamlab.plotting import in_unit
 from jamlab.protocols.compression import compress
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
@@ -78,14 +79,14 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
     above = rf"$\phi_J + {DISTANCE:g}$"
     label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
     label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
-    label(axes[4], "width of the sizes", f"$G$ at {above}  [ε/d², ε/l²]", loc="best")
+    label(axes[4], "width of the sizes", in_unit(f"$G$ at {above}", "ε/d², ε/l²"), loc="best")
     scale(axes[5])
     for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
         of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")
         size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
         if len(of_sizes) >= FEWEST:
             out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
-    label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
+    label(axes[5], r"$\omega$", in_unit(f"$|G^*|$ of disks at {above}", "ε/d²"), loc="best")
     counts = rows.groupby(["model", "sizes"]).size()
     made = {"few": counts.min(), "most": counts.max(), "kinds": len(counts), "rows": len(rows)}
     out.caption = caption(out.name, loose=int(rows["z"].isna().sum()), at=DISTANCE, **PARTICLES, **made)

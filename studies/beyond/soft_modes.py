@@ -13,6 +13,7 @@ from jamlab.mechanics.density_by_size import density_by_size
 from jamlab.mechanics.quasilocalized_modes import QuasilocalizedModes, quasilocalized_modes
 from jamlab.mechanics.vibrations import lowest_modes
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, mean_over_packings
@@ -145,8 +146,8 @@ def _draw_density(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         chosen, lambda drawn: _slope(gaps[near], np.array([onset_frequency(omega, each) for each in drawn]))
     )
     out.slope(axes[1], 0.5, (1e-3, 1e-2), 0.5 * float(stars.value[3]))
-    label(axes[0], r"$\omega$  [$\sqrt{k/m}$]", r"$D(\omega)$  [$\sqrt{m/k}$]", loc="best")
-    label(axes[1], "pressure $p$  [k]", r"$\omega^*$  [$\sqrt{k/m}$]", loc="best")
+    label(axes[0], in_unit(r"$\omega$", r"$\sqrt{k/m}$"), in_unit(r"$D(\omega)$", r"$\sqrt{m/k}$"), loc="best")
+    label(axes[1], in_unit("pressure $p$", "k"), in_unit(r"$\omega^*$", r"$\sqrt{k/m}$"), loc="best")
 
 
 def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
@@ -179,7 +180,7 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         }
     for exponent, start in ((5.0, 0.4), (4.5, 0.64)):
         out.slope(axes[0], exponent, (start, 1.5 * start), 0.005)
-    label(axes[0], r"$\omega_{\min} N^{1/5}$  [$\sqrt{k/m}$]", "share of packings below", loc="best")
+    label(axes[0], in_unit(r"$\omega_{\min} N^{1/5}$", r"$\sqrt{k/m}$"), "share of packings below", loc="best")
     label(axes[1], "$N$", "participation ratio", loc="best")
 
 

@@ -11,6 +11,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.rigid_clusters import rigid_clusters
 from jamlab.mechanics.stiffness import pressure
+from jamlab.plotting import in_unit
 from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.target_pressure import pack
 from studies.ensemble_tables import EnsembleTables
@@ -91,7 +92,14 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
             beyond = phi > onset
             mean = mean_over_packings([values[:, beyond]])[0]
             out.curve(part, text, phi[beyond] - onset, mean, band=False, **style(k))
-    titles = (r"$z$", r"pressure $p$  [k]", "largest rigid cluster over $N$", r"$z$", r"$G$  [k]", r"$B$  [k]")
+    titles = (
+        r"$z$",
+        in_unit("pressure $p$", "k"),
+        "largest rigid cluster over $N$",
+        r"$z$",
+        in_unit("$G$", "k"),
+        in_unit("$B$", "k"),
+    )
     for k, (part, title) in enumerate(zip(axes, titles, strict=True)):
         if k > 3:
             part.set_ylim(top=20 * part.get_ylim()[1])  # room for the legend

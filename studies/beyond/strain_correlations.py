@@ -16,6 +16,7 @@ from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.motion.local_strain import LocalStrain, local_strain
 from jamlab.motion.mean_square_displacement import mean_square_displacement
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.protocols.target_pressure import pack
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, mean_over_packings, of_packings
@@ -108,8 +109,8 @@ def draw_strain_correlations(tables: EnsembleTables) -> Drawing:
         look = {"linestyle": "--", "color": style(k)["color"], "linewidth": 1.0}
         out.curve(part, f"published: {published:g}", x[fitted], line, **look)
     height = r"$\cos 4\theta$ part of $|\epsilon_{xy}(q)|^2$, over its mean"
-    label(axes[0], r"wave number $q$  [1/d]", height, loc="lower left")
-    label(axes[1], r"strain $\Delta\gamma$", r"$\langle\Delta r^2\rangle$  [d²]", loc="best")
+    label(axes[0], in_unit("wave number $q$", "1/d"), height, loc="lower left")
+    label(axes[1], r"strain $\Delta\gamma$", in_unit(r"$\langle\Delta r^2\rangle$", "d²"), loc="best")
     out.caption = caption(
         out.name, elastic=ELASTIC[0], flowing=FLOWING[0], many=ELASTIC[1], made=FLOWING[1], p=PRESSURE, tiny=TINY,
         window=WINDOW, start=START, strain=STRAIN, step=STEP, most=MOST,

@@ -10,6 +10,7 @@ from jamlab.engine.session import evaluate
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.protocols.anneal import anneal
 from jamlab.protocols.decompression import decompress
 from jamlab.protocols.moduli import bulk_modulus, shear_modulus
@@ -31,7 +32,12 @@ SIZES = {"power-law:-3,0.4243,1": "power law, width 0.246", "lognormal:0.2": "lo
 SWEEPS = (0, 30, 300, 3000, 30000)
 LINES = {"0": "quenched", "radii": "transient radii", "thermal": "thermal annealing"}
 WAYS = (*map(str, SWEEPS), "radii", "thermal")
-COLUMNS = {"phi_J": r"$\phi_J$", "energy": "energy a disk [k d²]", "g": "$G$ [k]", "b": "$B$ [k]"}
+COLUMNS = {
+    "phi_J": r"$\phi_J$",
+    "energy": in_unit("energy a disk", "k d²"),
+    "g": in_unit("$G$", "k"),
+    "b": in_unit("$B$", "k"),
+}
 # largest onset of disks of the power law after swaps of many at once: Ghimenti, Berthier & van Wijland, Phys. Rev.
 # Lett. 133, 028202 (2024), as Zaccone, arXiv:2502.03354, cites it
 PUBLISHED = 0.905

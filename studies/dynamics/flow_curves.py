@@ -7,6 +7,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import BLACK, RED
 from jamlab.statistics.confidence import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
@@ -17,7 +18,7 @@ from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style,
 from studies.papers.statements import caption, paper
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
-STRESS = r"shear stress $\sigma$  [k]"
+STRESS = in_unit(r"shear stress $\sigma$", "k")
 SETTINGS = {"n": 256, "background_drag": 1e-2, "tolerance": 5e-2}  # of the runs that are averaged
 ONSET = 0.84  # packing fraction nearest to onset
 JAMMED = 0.86  # of the fit with a yield stress
@@ -99,7 +100,7 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     said = _draw_fit(out, fit, tables)
     label(stress, RATE, STRESS, fontsize=7.5)
     label(friction, RATE, r"stress over pressure $\sigma/p$", legend=False)
-    label(fit, RATE, r"$\sigma - \sigma_y$  [k]", loc="upper left")
+    label(fit, RATE, in_unit(r"$\sigma - \sigma_y$", "k"), loc="upper left")
     made = table["seed"].nunique()
     out.caption = caption(out.name, n=SETTINGS["n"], made=made, jammed=JAMMED, highest=HIGHEST, **said)
     return out
@@ -155,13 +156,18 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
                 text = name if column == "storage" else None
                 look = {**style(k), "linestyle": line, "label": text}
                 draw_mean(out, part, name, rows, "amplitude", column, **look)
-        label(part, AMPLITUDE, rf"$G'$, dashed $G''$  [k], $\omega\,\tau_1$ = {omega:g}", legend=part is axes[0])
+        label(
+            part,
+            AMPLITUDE,
+            in_unit(rf"$G'$, dashed $G''$ at $\omega\,\tau_1$ = {omega:g}", "k"),
+            legend=part is axes[0],
+        )
     scale(axes[-1])
     amplitude, groups = _moduli(tables)
     ends = side_by_side([bootstrap([g], lambda drawn: _softens(amplitude, average(drawn[0]))) for g in groups])
     out.curve(axes[-1], "softening", PRESSURES, ends, band=False, color=RED, marker="s")
     out.slope(axes[-1], paper("flow-softening"), (PRESSURES[0], PRESSURES[-1]), 0.5 * ends.value[0])
-    label(axes[-1], "pressure $p$  [k]", AMPLITUDE)
+    label(axes[-1], in_unit("pressure $p$", "k"), AMPLITUDE)
     made = {"n": int(table["n"].iloc[0]), "made": table["seed"].nunique()}
     out.caption = caption(out.name, soft=100 * SOFT, **made)
     return out
@@ -219,7 +225,7 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
             said.append(f"{name} at alpha {alpha:.2f}: {round(mean.value.min())} to {round(mean.value.max())}")
         axes.axhspan(-ALLOWED, ALLOWED, color="#999999", alpha=0.15, linewidth=0)
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
-        label(axes, r"$\omega\,\tau_\alpha$", f"error of {name}  [%]", legend=part == "storage")
+        label(axes, r"$\omega\,\tau_\alpha$", in_unit(f"error of {name}", "%"), legend=part == "storage")
     made = {"n": small["n"], "made": table["seed"].nunique(), "said": "; ".join(said)}
     out.caption = caption(out.name, pressure=small["target_pressure"], amplitude=small["amplitude"], **made)
     return out

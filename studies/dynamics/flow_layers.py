@@ -4,6 +4,7 @@ The table was measured once, with explicit steps in plain numpy for the layers; 
 minutes and were left out.
 """
 
+from jamlab.plotting import in_unit
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import MARKERS, Drawing, drawing, label, scale, sequence
 from studies.papers.statements import caption
@@ -32,8 +33,8 @@ def draw_layers(tables: EnsembleTables) -> Drawing:
             out.curve(stress, f"{name}, N = {n}", apart, rows["largest_change"], **look)
     steps.axhline(1.0, color="black", linewidth=0.8)
     stress.axhline(0.0, color="black", linewidth=0.8)
-    label(steps, "layer  [mean diameters]", "steps over steps of the limit", legend=False)
-    label(stress, "layer  [mean diameters]", "change of the largest stress  [%]", loc="lower left")
+    label(steps, in_unit("layer", "mean diameters"), "steps over steps of the limit", legend=False)
+    label(stress, in_unit("layer", "mean diameters"), in_unit("change of the largest stress", "%"), loc="lower left")
     thin = ended[(ended["layer"] <= _START) & (ended["exponent"] == LAWS["linear"][0])]
     said = {"cells": len(table), "layer": _START, "low": thin["ratio_low"].min(), "high": thin["ratio_high"].max()}
     said |= {"moved": thin["largest_change"].abs().max(), "drop": -ended["largest_change"].min()}

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED, SKY
 from jamlab.statistics.power_laws import fit_exponent
 from jamlab.storage.atomic_file import atomic_file
@@ -197,7 +198,7 @@ def draw(tables: EnsembleTables) -> Drawing:
                 up: dict[str, Any] = {"arrowstyle": "<-", "color": look["color"], "linewidth": 1.8}
                 axes.annotate("", place, xytext=(0, 24), textcoords="offset points", arrowprops=up)
         below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2, "frameon": False}
-        label(axes, "number of particles N", "CPU time on one core, s", **below)
+        label(axes, "number of particles $N$", in_unit("CPU time on one core", "s"), **below)
         axes.set_title(name, fontsize=11)
     out.caption = CAPTION
     heads = ("work", "N", "code", "CPU time, s", "over jamlab's", "note")

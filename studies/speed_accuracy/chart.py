@@ -13,9 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError, EngineError
+from jamlab.plotting import in_unit
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, TextTable, space_ticks
@@ -28,9 +30,9 @@ BAND = (0.1, 0.9)  # quantiles
 WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("charts.toml").read_text(encoding="utf-8"))
 LEAD = (
     "Each curve is one method along its own parameter: median cost on one core and mean error over packings, with the "
-    "10 to 90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
+    "10 to 90 % of them. A mean above its band is dominated by a few packings. A ring marks the default of jamlab. "
     "Errors in the hatched strip may be errors of the reference: it reaches up to 100 times the error of the "
-    "reference. Open marks: some packings gave no number. Half marks: runs were cut short by a limit of time."
+    "reference. Open marks: some packings gave no number. Half marks: runs were stopped by the time limit."
 )
 
 # Okabe & Ito, light yellow left out
@@ -153,7 +155,7 @@ def curve_figure(title: str, error: str, points: pd.DataFrame) -> Figure:
         _draw_panel(axes, here, style)
         missing = int((points["panel"] == name).sum()) - len(here)
         axes.set_title(name + (f"   (without a number: {missing})" if missing else ""), fontsize=TICK)
-        axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
+        axes.set_xlabel(in_unit("CPU time on one core", "s"), fontsize=LABEL)
         axes.set_ylabel(error, fontsize=LABEL)
     for axes in grid[len(names) :]:
         axes.set_axis_off()
@@ -163,12 +165,12 @@ def curve_figure(title: str, error: str, points: pd.DataFrame) -> Figure:
     handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
     for text, column, look in (
         ("jamlab's default", "default", _RING),
-        ("some failed", "failed", {"markerfacecolor": "white"}),
-        ("cut short by its limit of time", "cut", _HALF),
+        ("some runs failed", "failed", {"markerfacecolor": "white"}),
+        ("stopped by the time limit", "cut", _HALF),
     ):
         if shown[column].any():
             handles.append(Line2D([], [], label=text, **grey | look))
-    handles.append(Patch(label="not told from the reference", **_UNKNOWN))
+    handles.append(Patch(label="within the error of the reference", **_UNKNOWN))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), fontsize=LEGEND)
     return figure
 
@@ -179,7 +181,7 @@ def _draw_panel(axes: Axes, points: pd.DataFrame, style: Mapping[str, dict[str, 
     axes.grid(alpha=0.3)
     axes.margins(x=0.16, y=0.1)
     axes.tick_params(labelsize=TICK)
-    floor, named = float(points["floor"].max()) if len(points) else 0.0, set[str]()
+    floor, named = float(points["floor"].max()) if len(points) else 0.0, dict[str, tuple[float, float, str]]()
     for method, look in style.items():
         curve = points[points["method"] == method]
         x = curve["seconds"].to_numpy()
@@ -192,15 +194,39 @@ def _draw_panel(axes: Axes, points: pd.DataFrame, style: Mapping[str, dict[str, 
             if point["default"]:
                 axes.plot(x[k], y[k], "o", **_RING)
             if (point["default"] or k in (0, len(curve) - 1)) and point["setting"] not in named:
-                named.add(point["setting"])
-                place: dict[str, Any] = {"xytext": (5, 4), "textcoords": "offset points", "color": look["color"]}
-                axes.annotate(point["setting"], (x[k], y[k]), fontsize=8, **place)
+                named[point["setting"]] = (x[k], y[k], look["color"])
     if (points["low"] <= floor).any() and floor > 0:
         axes.axhspan(floor / 1e3, floor, **_UNKNOWN, zorder=0)
         axes.set_ylim(bottom=floor / 3)
     axes.set_xlim(*_widened(*axes.get_xlim()))
     axes.set_ylim(*_widened(*axes.get_ylim()))
     space_ticks(axes)
+    _name_settings(axes, named, np.maximum(points[["seconds", "error"]].to_numpy(), [0.0, floor]))
+
+
+def _name_settings(axes: Axes, named: Mapping[str, tuple[float, float, str]], points: NDArray[np.float64]) -> None:
+    """Write settings beside their points, each where it is farthest from all points (m, 2)."""
+    places = np.array([[14, 9], [-14, 9], [14, -9], [-14, -9], [0, 15], [0, -15]]) * axes.figure.dpi / 72  # pixels
+    marks = axes.transData.transform(points)
+    for setting, (x, y, colour) in named.items():
+        tried = axes.transData.transform((x, y)) + places
+        free = np.abs((tried[:, None] - marks) / (2.0, 1.0)).max(axis=2).min(axis=1)  # words are wider than high
+        place: dict[str, Any] = {"xytext": tuple(places[free.argmax()] * 72 / axes.figure.dpi), "color": colour}
+        halo = [withStroke(linewidth=3, foreground="w")]
+        place |= {"textcoords": "offset points", "ha": "center", "va": "center", "path_effects": halo, "zorder": 6}
+        axes.annotate(_setting_text(setting), (x, y), fontsize=9, **place)
+
+
+def _setting_text(setting: str) -> str:
+    """A setting as the reader sees it: numbers far from 1 as powers of ten."""
+    try:
+        digits, exponent = f"{float(setting):e}".split("e")
+    except ValueError:
+        return setting
+    if -3 <= int(exponent) < 4:
+        return setting
+    power = f"10^{{{int(exponent)}}}"
+    return f"${power}$" if float(digits) == 1 else f"${float(digits):g} \times {power}$"
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:
@@ -216,9 +242,9 @@ def _widened(low: float, high: float) -> tuple[float, float]:
 class Chart:
     """A chart before it is measured.
 
-    Its words stand in `charts.toml`: title; error, the label of its axis; parameter, what settings are; reference, what
-    errors are measured against, and how well that is known; packings, the number of seeds; of some a reason why a
-    default lies off its front.
+    Its words stand in `charts.toml`: title; error and unit, the label of its axis; parameter, what settings are;
+    reference, for errors, and how well it is known; packings, the number of seeds; of some a reason why a default is not
+    on the Pareto front.
     """
 
     name: str  # of its table and its files
@@ -232,6 +258,11 @@ class Chart:
         return WORDS[self.name]
 
     @property
+    def error(self) -> str:
+        """Label of the axis of errors, with its unit."""
+        return in_unit(self.words["error"], self.words.get("unit", ""))
+
+    @property
     def study(self) -> Study:
         """The chart as a study, with one task for each packing."""
         seeds = range(self.words["packings"], 0, -1)
@@ -240,19 +271,20 @@ class Chart:
     def draw(self, tables: EnsembleTables) -> Drawing:
         """Draw the mean cost and error of every setting, and say which defaults lie off their front."""
         points, words = self.points(tables.read(self.name)), self.words
-        figure = curve_figure(words["title"], words["error"], points)
+        error = self.error
+        figure = curve_figure(words["title"], error, points)
         caption = f"Reference: {words['reference']}. Settings: {words['parameter']}."
-        columns = ("panel", "method", "setting", "time [s]", words["error"], "price")
+        columns = ("panel", "method", "setting", in_unit("time", "s"), error, "price")
         more, rows, off, marks = ("10 to 90 %", "packings", "note"), [], [], []
         for p in points.to_dict("records"):
-            error = "exact" if p["error"] <= p["floor"] else f"{p['error']:.1e}"
-            cells = [p["panel"], p["method"], p["setting"], f"{p['seconds']:.2g}", error, f"{p['price']:.1f}"]
+            size = "exact" if p["error"] <= p["floor"] else f"{p['error']:.1e}"
+            cells = [p["panel"], p["method"], p["setting"], f"{p['seconds']:.2g}", size, f"{p['price']:.1f}"]
             made, band = f"{p['packings']} of {p['packings'] + p['failed']}", f"{p['low']:.1e} .. {p['high']:.1e}"
             rows.append([*cells, band, made, p["note"]])
-            marks.append("on the front" if p["on_front"] else "beaten")
+            marks.append("on the front" if p["on_front"] else "dominated")
             if p["default"] and p["price"] > ALIKE:
                 off.append(cells)
-        said = f"Defaults off their front: {words.get('reason', '')}"
+        said = f"Defaults that are not on the Pareto front: {words.get('reason', '')}"
         text = [TextTable(columns, off, said, words=True)] if off else []
         text.append(TextTable((*columns, *more), rows, marks=marks, folded=f"{len(rows)} points in numbers"))
         return Drawing(self.name, figure, caption, rows=[points], text=text)

@@ -23,6 +23,7 @@ from jamlab.measure import measure
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
@@ -137,7 +138,7 @@ def draw_scaling(tables: EnsembleTables) -> Drawing:
         measured = "; ".join(f"{a:g}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
         exponent = fit_exponent(n, seconds) if len(n) > 1 else np.nan
         lines.append([str(part), measured, f"{exponent:.2f}"])
-    label(axes, "number of particles N", "CPU time on one core, s", **BESIDE)
+    label(axes, "number of particles $N$", in_unit("CPU time on one core", "s"), **BESIDE)
     out.text, out.caption = [TextTable(["part", "N: seconds, memory", "time ~ N^"], lines)], STUDY.title
     return out
 

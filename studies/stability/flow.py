@@ -57,7 +57,7 @@ def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
         return trial
     run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, FINEST))
     change = abs(run.stress[-1] - finest.stress[-1]) / np.abs(finest.stress).max()
-    return _as("another basin" if change > _PARTED else "converged", trial, f"{change:.1g} from the finest steps")
+    return _as("another minimum" if change > _PARTED else "converged", trial, f"{change:.1g} from the finest steps")
 
 
 def _as(verdict: str, trial: Trial, note: str) -> Trial:
@@ -115,7 +115,7 @@ def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
     error = abs(complex(run.storage, run.loss) - exact) / abs(exact)
     note, elastic = f"G* off by {error:.1g}", elastic_trial(run)
     if amplitude > _BEFORE_CHANGE * opening_strain(packing):
-        return _as("another basin" if error > _NOT_LINEAR else "converged", elastic, note)
+        return _as("another minimum" if error > _NOT_LINEAR else "converged", elastic, note)
     return worst_of(Trial("converged", note, error, _SUMMED * SMALL_STRAIN_TOLERANCE), elastic)
 
 

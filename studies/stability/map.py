@@ -19,7 +19,7 @@ from matplotlib.patheffects import withStroke
 from jamlab.arrays import Array
 from jamlab.errors import JamlabError
 from jamlab.packing.packing import Packing
-from jamlab.plotting.drawable import LABEL, LEGEND, TICK
+from jamlab.plotting.drawable import LABEL, LEGEND, TICK, in_unit
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, TextTable
@@ -32,18 +32,25 @@ _ROUNDING = 30 * float(np.finfo(np.float64).eps)  # of forces of order 1, summed
 
 SILENT = "silent"
 # verdict -> its colour (Okabe & Ito), from the bottom of a cell to its top: pale where all is well or said
-COLOURS = {"converged": GREEN, "another basin": SKY, "stalled": ORANGE, "blew up": RED, "refused": GREY, SILENT: PINK}
+COLOURS = {
+    "converged": GREEN,
+    "another minimum": SKY,
+    "stalled": ORANGE,
+    "diverged": RED,
+    "refused": GREY,
+    SILENT: PINK,
+}
 VERDICTS = tuple(COLOURS)
-_CLAIMS = ("converged", "another basin")  # give a number as if it were right
+_CLAIMS = ("converged", "another minimum")  # give a number as if it were right
 _FILLED = 0.9  # of a cell, so that cells stand apart
 WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("maps.toml").read_text(encoding="utf-8"))
 LEAD = (
     "Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Converged: met its "
-    "tolerance where it should; another basin: met it in another minimum, or on another path; stalled: says that it "
-    "ended above it; blew up: positions or energies ran away; refused: an error instead of a number. Numbers given "
-    "as right are checked by physics written anew from the definitions, at the state where the run ended: one that "
-    "does not follow from it is a silent wrong number. Legends count runs; contents count the pairs of conditions at "
-    "which some run did not converge, by how most of their runs ended."
+    "tolerance in the expected minimum; another minimum: met it in another minimum, or on another path; stalled: "
+    "reported a residual above its tolerance; diverged: positions or energies grew without bound; refused: an error "
+    "instead of a number. Every number reported without a warning is compared with an independent implementation at "
+    "the final state; a difference counts as a silent wrong number. Legends count runs; contents count the "
+    "pairs of conditions at which some run did not converge, by how most of their runs ended."
 )
 
 
@@ -51,8 +58,8 @@ LEAD = (
 class Trial:
     """One run."""
 
-    # one of `VERDICTS`. "converged": met its tolerance where it should. "another basin": met it in another minimum.
-    # "stalled": said that it ended above its tolerance. "blew up": positions or energies ran away, for all to see.
+    # one of `VERDICTS`. "converged": met its tolerance where it should. "another minimum": met it in another minimum.
+    # "stalled": said that it ended above its tolerance. "diverged": positions or energies grew without bound.
     # "refused": jamlab raised an error instead of giving a number. "silent": gave a number as if it were right, and the
     # check says that it is wrong.
     verdict: str
@@ -85,10 +92,10 @@ def attempt(run: Callable[[], Trial]) -> Trial:
 def judge_descent(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
     """Judge a minimisation by the largest force left, and by energies at its end, its start and the minimum beside."""
     if not (np.isfinite(left) and np.isfinite(energy)) or energy > _RUNAWAY * start:
-        return "blew up"
+        return "diverged"
     if left > tolerance:
         return "stalled"
-    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "another basin"
+    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "another minimum"
 
 
 def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
@@ -139,7 +146,7 @@ class Map:
 
     Its words and conditions stand in `maps.toml`: title; x, y: names of both conditions, x a parameter of a method, y
     what it works on; across, up: their values, see `Axis.of`; runs: at every pair; meaning; check; of some also the
-    limit, and what "another basin" is.
+    limit, and what "another minimum" is.
     """
 
     name: str  # of its table and its files
@@ -150,7 +157,11 @@ class Map:
     @property
     def words(self) -> dict[str, Any]:
         """Its words, by name."""
-        return {"elsewhere": "another basin"} | WORDS[self.name]
+        return {"elsewhere": "another minimum"} | WORDS[self.name]
+
+    def label(self, axis: str) -> str:
+        """Name and unit of an axis, "x" or "y"."""
+        return in_unit(self.words[axis], self.words.get(f"{axis}_unit", ""))
 
     @property
     def x(self) -> Axis:
@@ -185,7 +196,7 @@ class Map:
         shown = table[table["converged"] < table["runs"]].to_dict("records")
         marks = [SILENT if row[SILENT] else max(VERDICTS, key=row.__getitem__) for row in shown]
         lines = [[f"{row['x']:.3g}", f"{row['y']:.3g}", *(str(row[v]) for v in VERDICTS), row["note"]] for row in shown]
-        columns = [words["x"], words["y"], *VERDICTS, "worst run"]
+        columns = [self.label("x"), self.label("y"), *VERDICTS, "worst run"]
         text = TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
         caption = f"{words['meaning']} Check: {words['check']} {table['runs'].max()} seeds."
         return Drawing(self.name, failure_figure(self, table), caption, rows=[table], text=[text])
@@ -215,7 +226,7 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     handles = [*_fill_cells(axes, chart, table), *_draw_limit(axes, chart, table), *_draw_defaults(axes, chart)]
     for axis, side, name in ((chart.x, axes.xaxis, "x"), (chart.y, axes.yaxis, "y")):
         side.set_ticks(range(len(axis.values)), [tick_text(value) for value in axis.values], fontsize=TICK - 1)
-        side.set_label_text(chart.words[name], fontsize=LABEL)
+        side.set_label_text(chart.label(name), fontsize=LABEL)
     axes.tick_params(axis="x", rotation=45)
     axes.tick_params(length=0)
     axes.set_xlim(-0.55, len(chart.x.values) - 0.45)
@@ -245,7 +256,7 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
         axes.bar(columns[some], _FILLED * share[some], _FILLED, floor[some], linewidth=0, **look)
         floor = floor + _FILLED * share
         if count or verdict == SILENT:
-            name = {SILENT: "silent wrong number", "another basin": chart.words["elsewhere"]}.get(verdict, verdict)
+            name = {SILENT: "silent wrong number", "another minimum": chart.words["elsewhere"]}.get(verdict, verdict)
             handles.append(Patch(label=f"{name}: {count}", **look))
     return handles
 

@@ -91,13 +91,13 @@ def try_fire(timestep: float, ka: float, seed: int) -> Trial:
             if len(session.self_crossings()):
                 raise EngineError("a droplet folds over itself")
         except EngineError as error:
-            return Trial("blew up", str(error).splitlines()[0])
+            return Trial("diverged", str(error).splitlines()[0])
         end = session.evaluate()
         verdict = judge_descent(end.max_force, _LOOSE, end.energy, before, jolted.energy)
-        if verdict == "blew up":
+        if verdict == "diverged":
             return Trial(verdict, f"energy {end.energy:.1g}")
         found = balanced(verdict, session.packing(), _LOOSE)
-    return replace(found, verdict="converged") if verdict == "another basin" else found
+    return replace(found, verdict="converged") if verdict == "another minimum" else found
 
 
 def try_tolerance(tolerance: float, n: int, seed: int) -> Trial:
@@ -161,7 +161,7 @@ def try_step(step: float, rho: float, seed: int) -> Trial:
     if not (packing.converged and packing.on_target):
         return Trial("stalled", f"max force {packing.max_force:.1g}, on target: {packing.on_target}")
     same = abs(plain_forces(packing)[0] / plain_forces(finest)[0] - 1) < _SAME_ENERGY
-    verdict = "converged" if same else "another basin"
+    verdict = "converged" if same else "another minimum"
     return worst_of(
         balanced(verdict, packing, FORCE), Trial(verdict, "rho", abs(plain_packing_fraction(packing) - rho), 2e-4)
     )
@@ -176,7 +176,7 @@ def try_hand_over(rho: float, gamma: float, seed: int, ka: float = KA) -> Trial:
     if not packing.converged:
         return Trial("stalled", f"max force {packing.max_force:.1g}")
     handed = packing.provenance["handover"]
-    verdict = "converged" if handed["continuous"] else "another basin"
+    verdict = "converged" if handed["continuous"] else "another minimum"
     return worst_of(
         balanced(verdict, packing, usual_force_tolerance("dp"), stiffness=max(1.0, ka + gamma)),
         Trial(verdict, "rho", abs(plain_packing_fraction(packing) - handed["rho"]), _COVERED),

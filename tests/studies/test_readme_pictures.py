@@ -58,7 +58,7 @@ def claims():
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
     points = points_of(open_tables().read(chart.name))
-    return curve_figure(chart.words["title"], chart.words["error"], points[points["panel"] != "N = 1024"])
+    return curve_figure(chart.words["title"], chart.error, points[points["panel"] != "N = 1024"])
 
 
 def test_cpu_times_of_the_readme():

@@ -8,6 +8,7 @@ Rims that attract each other hold droplets together under tension. See :doc:`/ho
 import matplotlib.pyplot as plt
 
 import jamlab
+from jamlab.plotting import in_unit
 
 # %%
 # A packing at the onset of repulsive droplets, with adhesion, is expanded. Contacts that pull are red.
@@ -32,5 +33,5 @@ for adhesion in (0.01, 0.02, 0.05):
     p = jamlab.relax(onset.with_state(params=law | {"adhesion": adhesion}))
     states = [p, *jamlab.compress(p, to=p.phi - 0.2, step=0.01, by="phi")]
     ax.plot([p.phi for p in states], [-jamlab.evaluate(p).pressure for p in states], "o-", label=f"{adhesion}")
-ax.legend(title=r"adhesion  [$\epsilon/\delta$]")
-ax.set(xlabel=r"nominal packing fraction $\phi$", ylabel=r"tension  [$\epsilon/l^2$]")
+ax.legend(title=in_unit("adhesion", "ε/δ"))
+ax.set(xlabel=r"nominal packing fraction $\phi$", ylabel=in_unit("tension", "ε/l²"))

@@ -8,6 +8,7 @@ Disks that exchange their sizes find minima far below those of a quench. See :do
 import matplotlib.pyplot as plt
 
 import jamlab
+from jamlab.plotting import in_unit
 
 # %%
 # Swap Monte Carlo at falling temperature. The minima found on the way are lower the longer it takes.
@@ -37,5 +38,5 @@ for name, p in made.items():
         p = jamlab.decompress(p, pressure)
         phi.append(p.phi)
     ax.semilogy(phi, pressures, "o-", label=name)
-ax.set(xlabel=r"packing fraction $\phi$", ylabel="pressure $p$  [$k$]")
+ax.set(xlabel=r"packing fraction $\phi$", ylabel=in_unit("pressure $p$", "k"))
 ax.legend()

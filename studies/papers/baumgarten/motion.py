@@ -10,6 +10,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import BLACK
 from jamlab.statistics.confidence import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
@@ -141,8 +142,8 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         out.curve(bound, r"a plateau below $10^{-4}$", [min(squares), PLATEAU_FROM], [level] * 2, **PAPER)
     for text, fill in (("median", "full"), ("root mean square", "none")):
         axes.plot([], [], color=BLACK, marker="s", linestyle="none", fillstyle=fill, label=text)
-    label(axes, r"pressure $p$  [$k$]", r"displacement per strain  [$d$]")
-    label(bound, r"pressure $p$  [$k$]", r"mean approach per strain  [$d$]")
+    label(axes, in_unit("pressure $p$", "k"), in_unit("displacement per strain", "d"))
+    label(bound, in_unit("pressure $p$", "k"), in_unit("mean normal displacement per strain", "d"))
     return out
 
 
@@ -220,7 +221,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         for text, fill in (("no pre-stress", "full"), ("with pre-stress", "none")):
             axes.plot([], [], color=BLACK, marker="o", linestyle="none", fillstyle=fill, label=text)
         power = "" if a == 1 else f"^{{{a:g}}}"
-        label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N{power}$  [$k\,\tau_1$]", legend=False)
+        label(axes, in_unit(rf"{name}: $p\,N^2$", "k"), in_unit(rf"$\eta_0 / N{power}$", r"$k\,\tau_1$"), legend=False)
         axes.autoscale(axis="x", tight=True)
         axes.margins(x=0.03)
     out.legend_above(panels[0], ncols=6)
@@ -373,7 +374,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         out.curve(d, name, omega / p**0.5, scaled(found, (-np.log(p)) ** power), **look)
     ends = [stokes["omega"].min(), stokes["omega"].max()]
     out.curve(c, "paper: plateau $L/4$", ends, [float(stokes["box"].mean()) * paper("T7-length-stokes")] * 2, **PAPER)
-    label(c, f"Stokes drag: {FREQUENCY}", r"length $l$  [$d$]")
+    label(c, f"Stokes drag: {FREQUENCY}", in_unit("length $l$", "d"))
     label(d, r"Stokes drag: $\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{power:g}}}$")
     return out
 
@@ -404,7 +405,7 @@ def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> Non
         _draw_correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
     axes.axhline(0, color="#888888", linewidth=0.8)
     p = format_power(float(part["pressure"].iloc[0]))
-    label(axes, rf"Stokes drag, $p = {p}$: distance $\delta$  [$d$]", r"$C$")
+    label(axes, in_unit(rf"Stokes drag, $p = {p}$: distance $\delta$", "d"), r"$C$")
 
 
 def _draw_correlation(

@@ -14,6 +14,7 @@ from jamlab.errors import InputError
 from jamlab.packing.hdf5 import read_hdf5
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
@@ -36,7 +37,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "undamped": {"damping": "contact", "beta": 0.0},
 }
 FEWER = 512  # disks of packings with columns of their own
-MODULUS = r"[$k$]"
+MODULUS = in_unit(r"$G'$ (filled), $G''$ (open)", "k")
 SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
 REGIMES = {"slow": 1e-10, "critical": 1e-3, "fast": 1e4}  # omega of fig 1: non-affine, square root, affine
 STRAIN = 0.2  # amplitude that the six panels are drawn at
@@ -277,7 +278,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     out.slope(axes, 1.0, (w[0], 0.1 * SHOWN), 0.4 * loss[0])
     out.slope(axes, 0.5, (low, high), 2.0 * float(np.interp(low, w, storage)), above=True)
     out.slope(axes, 1.0, (10, w[-1]), 0.4 * float(np.interp(10, w, loss)))
-    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
+    label(axes, FREQUENCY, MODULUS)
     inset = axes.inset_axes((0.66, 0.04, 0.32, 0.38))
     inset.set_gid("inset")
     _draw_disks(inset, read_hdf5(DATA / SHEARED))
@@ -341,7 +342,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     w = next(iter(groups.values())).omega
     least = min(group.loss.mean(axis=0)[0] for group in groups.values())
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 0.25 * least)
-    label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
+    label(a, FREQUENCY, MODULUS, **BESIDE)
     return out
 
 
@@ -364,7 +365,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     for name, text, colour in (("eta0", r"$\eta_0$", BLUE), ("eta_inf", r"$\eta_\infty$", RED)):
         mean_values = [float(getattr(group, name).mean()) for group in known.values()]
         out.curve(c, name, list(known), mean_values, label=text, color=colour, marker="o")
-    label(c, r"balance $\beta$", r"viscosity  [$k\,\tau_1$]")
+    label(c, r"balance $\beta$", in_unit("viscosity", r"$k\,\tau_1$"))
     return out
 
 
@@ -373,7 +374,7 @@ def _draw_scan(out: Drawing, axes: Any, groups: dict[float, Group], symbol: str)
     for index, (value, group) in enumerate(groups.items()):
         draw(out, axes, group, rf"${symbol} = {format_power(value) if value else 0}$", sequence(index, len(groups)))
     ncols = 2 if symbol == r"\beta" else 1
-    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="best", fontsize=7.5, ncols=ncols)
+    label(axes, FREQUENCY, MODULUS, loc="best", fontsize=7.5, ncols=ncols)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:

@@ -8,6 +8,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
@@ -37,7 +38,7 @@ from studies.papers.statements import caption, paper
 from studies.papers.verdicts import compare
 
 SHOWN = (SIZES[0], SIZES[-1])  # N of fig 5
-G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
+G_UNITS = in_unit("$G$", "SP: ε/σ², DP: ε/l²")
 SMALL: dict[str, Any] = {"loc": "upper right", "ncols": 2, "fontsize": 7}  # letters of a legend of many lines
 AVERAGED = "mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
@@ -269,7 +270,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
     axes.set_ylim(0, 2.2)
-    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", **SMALL)
+    label(axes, r"SP: $\Delta\phi$", in_unit(r"$G / \Delta\phi^{1/2}$", "ε/σ²"), **SMALL)
 
 
 def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import GREEN, ORANGE
 from jamlab.statistics.power_laws import fit_exponent, fit_power_law
 from studies.ensemble_tables import EnsembleTables
@@ -126,7 +127,7 @@ def figure_11(tables: EnsembleTables) -> Drawing:
     out, (a, b, c, d, e, rest) = drawing("boromand-11", 2, 3, 4.6, 3.9)
     rest.remove()
     _draw_law(out, a, tables, "sp", ("u", "overlap", ENERGIES), "B11-kappa")
-    label(a, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
+    label(a, in_unit("energy per particle $U/N$", "ε"), r"$\phi - \rho$")
     scale(b)
     x, y = tables.curve("sp", N, "d_phi", "d_rho", NEAR).band
     out.curve(b, f"SP, N = {N}", x, y, **model_style("sp"))

@@ -8,6 +8,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.plotting import in_unit
 from jamlab.plotting.palette import SIDE_COLOURS
 from studies.ensemble_tables import ALL_LAW, EnsembleTables
 from studies.ensembles import SHARE, Sample, bootstrap, mean_over_packings, select
@@ -23,7 +24,7 @@ PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the pape
     "void_090": (r"$\mathcal{A}_3$ at $\rho = 0.90$", paper("B8-A3-dense-dp"), 0.05),
     "void_098": (r"$\mathcal{A}_3$ at $\rho = 0.98$", paper("B8-A3-dense-dp"), 0.05),
     "rho_star": (r"$\rho^*$, where $z = 6$", 1.0, 0.005),
-    "g": (r"$G$ at $\Delta\rho = 0.15$  [$\epsilon_r/l^2$]", float(table_fit("DP(ρ)", "G")(0.15)), 0.02),
+    "g": (in_unit(r"$G$ at $\Delta\rho = 0.15$", "ε/l²"), float(table_fit("DP(ρ)", "G")(0.15)), 0.02),
     "shape_factor": (r"mean $\mathcal{A}$ at $\rho = 0.99$", paper("B4-A-099-dp"), 0.005),
     "z_010": (r"$z$ at $\Delta\rho = 0.1$", float(SUBTRACTED + table_fit("DP(ρ)", "z")(0.1)), 0.02),
 }
