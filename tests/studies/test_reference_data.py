@@ -50,6 +50,11 @@ MOVED = {  # by the frozen rule, with the analyses of its day; with all; by the 
     "B4-C": ("small difference", "small difference", "agrees"),
     "B4-rho-is-phi": ("compatible, weak", "compatible, weak", "no verdict (estimator fails a control)"),
     "B4-A-confluence-sp": ("not resolved", "not resolved", "agrees"),
+    "B4-A-092-dp": (
+        "compatible, weak",
+        "compatible, weak",
+        "compatible, weak (unprinted parameters)",
+    ),
     "B4-A-099-dp": ("tension", "tension", "tension (unprinted parameters)"),
     "B4-omega": ("not resolved", "not resolved", "not resolved (paper inconsistent)"),
     "B5-z-parts": ("not resolved", "not resolved", "no verdict (threshold not printed)"),

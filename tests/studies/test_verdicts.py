@@ -180,7 +180,7 @@ def test_quoted_words_agree_with_the_kind_of_sentence():
     ("column", "tolerance", "rows"),
     [
         ("g", 0.028, "B5-g-parts B5-g-models BT-G0-dp BT-G1-dp BT-G-ratio"),
-        ("shape_factor", 0.006, "B4-A-099-dp B4-A-confluence-dp"),
+        ("shape_factor", 0.006, "B4-A-092-dp B4-A-099-dp B4-A-confluence-dp"),
         ("z_010", 0.2, "BT-z0-dp BT-z1-dp BT-z-ratio"),
         ("rho_star", 0.016, "B9-confluence-dp B9-limit-dp"),
     ],
