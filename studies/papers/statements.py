@@ -34,8 +34,9 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parent
 DUPLICATE = "duplicate"  # another row measures the same
+IDENTITY = "identity"  # every packing of the model gives it: linear response, or a count of contacts
 UNTESTED = (  # why a number is no test although its sentence is one
-    *(DUPLICATE, "paper inconsistent"),  # it contradicts another number of the same paper
+    *(DUPLICATE, IDENTITY, "paper inconsistent"),  # it contradicts another number of the same paper
     "not comparable",  # other conditions
     *("ensemble not printed", "threshold not printed"),  # which packings are averaged, what "begins" means
     "no power law",  # local exponents run through the window
@@ -94,7 +95,8 @@ class Statement:
     @property
     def listed(self) -> bool:
         """Whether figures show it: it is a number of its own, and has something to measure."""
-        return self.no_test != DUPLICATE and (bool(self.statistic) or self.sentence != Sentence.DEFINITION)
+        derived = self.sentence == Sentence.DEFINITION or self.no_test == IDENTITY
+        return self.no_test != DUPLICATE and (bool(self.statistic) or not derived)
 
     @property
     def counted(self) -> bool:

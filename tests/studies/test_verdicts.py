@@ -145,19 +145,21 @@ def test_counts_are_of_tests():
         *(("measured", "", ""), ("drawn", "", ""), ("approximate", "", ""), ("guess", "", "guess")),
         *(("unprinted parameters", "", "unprinted parameters"), ("definition", "", "definition")),
         *(("measured", "paper inconsistent", "paper inconsistent"), ("guess", "duplicate", "duplicate")),
+        ("measured", "identity", "identity"),
     ],
 )
 def test_whether_a_number_is_a_test_follows_from_its_sentence(kind, word, reason):
     row = replace(ONE, sentence=Sentence(kind), no_test=word)
     assert (row.reason, row.tested) == (reason, not reason)
     assert row.listed == (word != "duplicate")
+    assert replace(row, statistic="").listed == (word not in ("duplicate", "identity") and kind != "definition")
 
 
 WORDS = {  # of the quoted words -> what the sentence cannot be
     r"\blikely\b": set(Sentence) - {Sentence.GUESS},
     r"\b(slopes? (of|equal)|(solid|dashed|dotted) lines?)\b": {Sentence.MEASURED, Sentence.GUESS},
     r"\b(assuming|from Eq\. 5)|Kelvin|solved exactly|directly proportional": {Sentence.MEASURED, Sentence.DRAWN},
-    r"O\(1\)|\b(similar|nearly|weak|comparable|approximately|little|indistinguishable|qualitatively)\b": {
+    r"O\(1\)|\b(similar|nearly|weak|comparable|approximately|little|indistinguishable|qualitatively|resemble)\b": {
         *(Sentence.MEASURED, Sentence.DRAWN, Sentence.GUESS, Sentence.DEFINITION)
     },
 }
