@@ -11,6 +11,7 @@ from argument_places import COMMAND, DECK, FUNCTION, KEY, Stand, columns, of_dec
 from jamlab.arguments.argument import REQUIRED, Argument, FromDeck, InWords
 from jamlab.arguments.decks import DECKS
 from jamlab.arguments.table import SUBJECTS
+from jamlab.campaign.observable import LARGEST_NUMBER
 from jamlab.engine.deck_defaults import defaults
 from jamlab.laws.laws import LAWS
 from jamlab.laws.parameter import Parameter
@@ -120,7 +121,7 @@ def range_at(line: Argument, *places: str) -> str:
         return ""
     number = "whole, " if line.kind == "integer" else ""
     above = "above " if line.above else ""
-    if highest is None:
+    if highest is None or highest >= LARGEST_NUMBER:
         return f"{number}{above}{least:g}" + ("" if line.above else " or more")
     return f"{number}{above}{least:g} to {highest:g}" if least is not None else f"{number}at most {highest:g}"
 
