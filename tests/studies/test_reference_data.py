@@ -71,7 +71,7 @@ MOVED = {  # by the frozen rule, with the analyses of its day; with all; by the 
     "B7-collapse-dp": ("not resolved", "not resolved", "not resolved (no power law)"),
     "B8-P3-parts": ("compatible, weak", "compatible, weak", "no verdict (estimator fails a control)"),
     "B8-A3-dense-dp": ("differs", "tension", "tension"),
-    "B8-P4-for-P3": ("not resolved", "not resolved", "agrees"),
+    "B8-P4-for-P3": ("not resolved", "not resolved", "compatible, weak"),
     "B9-exponent-dp": ("differs", "differs", "differs (paper inconsistent)"),
     "B9-limit-dp": ("tension", "tension", "tension (paper inconsistent)"),
     "B11-overlap": ("compatible, weak", "compatible, weak", "compatible, weak (definition)"),
