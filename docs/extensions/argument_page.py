@@ -22,11 +22,9 @@ MOST = 4  # places of one sort that a row lists
 
 HEAD = """# Arguments
 
-Every argument stands here once. It has one name in Python, in the shell (`--` before it, `-` for `_`), in
-[campaign files](campaign_files.md), in tables and in [decks](decks.md). What differs from place to place stands behind
-the usual value. Types, shapes and what a function does with an argument stand in [its docstring](python/index.rst).
-
-This page is made from the table that checks the arguments (`jamlab.arguments`) and from the declarations of the laws.
+This page lists every argument once. An argument has one name in Python, in the shell (`--` in front, `-` for `_`), in
+[campaign files](campaign_files.md), in tables and in [decks](decks.md). Places with other values follow the usual
+values. [Docstrings](python/index.rst) give types and shapes, and what each function does with an argument.
 """
 
 
