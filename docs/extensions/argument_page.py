@@ -53,7 +53,7 @@ def page() -> str:
 
 def written(text: str) -> str:
     """Symbols and public names of plain sentences, as pages write them."""
-    for plain, symbol in (("tau_1", "τ₁"), ("eta_f ", "η_F "), ("k_B T", "$k_B T$"), ("φ_J", r"$\phi_J$")):
+    for plain, symbol in (("tau_1", "τ₁"), ("eta_f ", r"$\eta_F$ "), ("k_B T", "$k_B T$"), ("φ_J", r"$\phi_J$")):
         text = text.replace(plain, symbol)
     return re.sub(r"(?<![`\w.])jamlab\.(?=[a-z])\w+", r"`\g<0>`", text)
 
