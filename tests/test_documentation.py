@@ -110,6 +110,16 @@ def test_every_public_name_has_a_page(monkeypatch):
     assert set(jamlab.__all__) - {"results"} <= set(found)
 
 
+def test_the_picture_of_the_layers_has_every_package_and_its_purpose(monkeypatch):
+    for name in ("sphinx", "sphinx.application", "sphinx.util", "sphinx.util.docutils"):
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(Sphinx=None, SphinxDirective=object))
+    page = runpy.run_path(str(ROOT / "docs" / "extensions" / "layers_picture.py"))
+    drawn = page["picture"](page["contract"]())
+    packages = {path.parent.name for path in (ROOT / "jamlab").glob("*/__init__.py")}
+    assert packages <= set(re.findall(r">(\w+)</text>", drawn)) and "<title></title>" not in drawn
+    assert drawn.count(page["COLOURS"]["LAMMPS"]) == 2 * 3  # engine, protocols, flow
+
+
 def first_script():
     """Code of the README, and what it says that the code prints."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
