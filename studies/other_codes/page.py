@@ -21,7 +21,6 @@ from studies.ensemble_tables import EnsembleTables
 from studies.other_codes.packing_generation import NAME
 from studies.panels import Drawing, TextTable, drawing, label, scale
 from studies.reference_data import open_tables
-from studies.speed_accuracy.chart import points_of
 from studies.study import Study
 from studies.tables import DATA, read_manifest
 
@@ -94,7 +93,6 @@ def made(tables: EnsembleTables) -> dict[str, str]:
     return {
         "machine": said.replace("LAMMPS cg", "LAMMPS"),
         "jamlab": _markdown(("work", *(f"*N* = {n}" for n in SIZES)), _of_sizes(found)),
-        "minimum": _markdown(("code", "*N* = 64", "1024", "8192"), _of_minima(tables)),
     }
 
 
@@ -135,19 +133,6 @@ def _of_others(found: pd.DataFrame) -> Iterable[Sequence[str]]:
             f"{least}{_two_digits(row['seconds'])}",
             f"{least}{_two_digits(row['ratio'])}",
             note,
-        ]
-
-
-def _of_minima(tables: EnsembleTables) -> Iterable[Sequence[str]]:
-    """Of the chart `other-codes`, at its tightest tolerance."""
-    points = points_of(tables.read("other-codes"))
-    points = points[points["setting"] == "1e-12"]
-    for method, rows in points.groupby("method", sort=False):
-        of = rows.set_index("panel")
-        cells = [of.loc[name] if name in of.index else None for name in ("N = 64", "N = 1024", "N = 8192")]
-        yield [
-            str(method),
-            *("" if c is None else f"> {c.seconds:.2g}" if c.cut else f"{c.seconds:.2g}" for c in cells),
         ]
 
 
