@@ -58,7 +58,7 @@ def sequence(index: int, count: int) -> dict[str, Any]:
     if count <= 5:
         return style(index)
     return {
-        "color": matplotlib.colormaps["viridis"](0.92 * index / (count - 1)),
+        "color": matplotlib.colormaps["cividis"](0.92 * index / (count - 1)),
         "marker": MARKERS[index % len(MARKERS)],
     }
 

@@ -270,7 +270,7 @@ class QuasistaticShear(ShearRun):
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.locator_params(axis="x", nbins=5)  # strains of both signs, and small ones, are wide
         legend = axes.legend(
-            *axes.get_legend_handles_labels(), title=describe_balance(self), fontsize=LEGEND, ncols=3 - bool(first),
-            title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
+            *axes.get_legend_handles_labels(), title="" if self.balanced else describe_balance(self),
+            fontsize=LEGEND, ncols=3 - bool(first), title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
-        legend.get_title().set_color(BLACK if self.balanced else RED)
+        legend.get_title().set_color(RED)

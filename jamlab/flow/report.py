@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.plotting.drawable import LEGEND
-from jamlab.plotting.palette import BLACK, RED
+from jamlab.plotting.palette import RED
 
 LEAST_SHOWN = 1e-4
 
@@ -67,11 +67,9 @@ def worst_imbalance(result: Any) -> float:
 
 
 def say_balance(axes: Any, result: Any) -> None:
-    """Title axes with how well energy is balanced; of several runs, with the last or the last that is doubtful."""
-    doubtful = worst_imbalance(result) > result.energy_tolerance
-    if doubtful or not axes.get_title("right"):
-        words = describe_balance(result) + ": DOUBTFUL" * doubtful
-        axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
+    """Title axes with a warning if energy is not balanced; of several runs, the last such one."""
+    if worst_imbalance(result) > result.energy_tolerance:
+        axes.set_title(f"{describe_balance(result)}: DOUBTFUL", fontsize=LEGEND, loc="right", color=RED)
 
 
 def _percent(result: Any) -> str:

@@ -96,7 +96,7 @@ class Tessellation(Result):
         packing, fraction = self.packing, local_packing_fraction(self.packing)
         look = merged(LineCollection, {"color": RED, "linewidth": 1.0}, style)
         walls = self.lines + moves_home(self.lines.mean(axis=1), packing.box)[:, None]
-        scale = Normalize(np.nanmin(fraction), np.nanmax(fraction))
+        scale = Normalize(min(0.6, np.nanmin(fraction)), 1.0)  # one scale for all but very loose packings
         draw_coloured(axes, packing, fraction, scale, "local packing fraction")
         line_everywhere(axes, walls, packing.box, **look)
         frame_cell(axes, packing.box)

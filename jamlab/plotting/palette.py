@@ -23,4 +23,4 @@ def ordered_colours(count: int) -> list[Any]:
     """Colours of an ordered series, such as pressures: from dark to light, none as light as paper."""
     import matplotlib
 
-    return [matplotlib.colormaps["viridis"](0.9 * k / max(count - 1, 1)) for k in range(count)]
+    return [matplotlib.colormaps["cividis"](0.9 * k / max(count - 1, 1)) for k in range(count)]

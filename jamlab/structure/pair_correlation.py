@@ -103,7 +103,7 @@ class PairCorrelation(Result):
         axes.axhline(1.0, color=BLACK, linewidth=0.8)
         if len(self.sizes) > 1:
             classes = self._classes()
-            colours = colormaps["viridis"](np.linspace(0.05, 0.85, len(classes)))
+            colours = colormaps["cividis"](np.linspace(0.05, 0.85, len(classes)))
             for (a, b), colour in zip(classes, colours, strict=True):
                 label = f"{self.sizes[a]:.3g}, {self.sizes[b]:.3g}"
                 axes.plot(self.r, self.partial[a, b], color=colour, linewidth=0.9, label=label)

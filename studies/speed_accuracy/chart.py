@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -135,8 +136,8 @@ def drawn_of(points: pd.DataFrame) -> NDArray[np.bool_]:
 # pictures -------------------------------------------------------------------------------------------------------------
 
 
-def curve_figure(title: str, error: str, points: pd.DataFrame) -> Figure:
-    """Draw one panel for each of the panels of `points_of`.
+def curve_figure(title: str, error: str, points: pd.DataFrame, parameter: str) -> Figure:
+    """Draw one panel for each of the panels of `points_of`; the legend says what settings are: `parameter`.
 
     Lines are mean errors over packings, bars the 10 to 90 % of them. What lies below the floor of a panel stands on it.
     Open marks: some packings gave no number. Half marks: runs were cut short by a limit of time, and stand where they
@@ -171,7 +172,8 @@ def curve_figure(title: str, error: str, points: pd.DataFrame) -> Figure:
         if shown[column].any():
             handles.append(Line2D([], [], label=text, **grey | look))
     handles.append(Patch(label="within the error of the reference", **_UNKNOWN))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), fontsize=LEGEND)
+    look = {"title": fill(f"numbers beside marks: {parameter}", 110), "title_fontsize": LEGEND, "fontsize": LEGEND}
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), **look)
     return figure
 
 
@@ -211,6 +213,7 @@ def _name_settings(axes: Axes, named: Mapping[str, tuple[float, float, str]], po
     for setting, (x, y, colour) in named.items():
         tried = axes.transData.transform((x, y)) + places
         free = np.abs((tried[:, None] - marks) / (2.0, 1.0)).max(axis=2).min(axis=1)  # words are wider than high
+        free[(tried < axes.bbox.p0 + 24).any(axis=1) | (tried > axes.bbox.p1 - 24).any(axis=1)] = 0.0  # not within
         place: dict[str, Any] = {"xytext": tuple(places[free.argmax()] * 72 / axes.figure.dpi), "color": colour}
         halo = [withStroke(linewidth=3, foreground="w")]
         place |= {"textcoords": "offset points", "ha": "center", "va": "center", "path_effects": halo, "zorder": 6}
@@ -243,8 +246,8 @@ class Chart:
     """A chart before it is measured.
 
     Its words stand in `charts.toml`: title; error and unit, the label of its axis; parameter, what settings are;
-    reference, for errors, and how well it is known; packings, the number of seeds; of some a reason why a default is not
-    on the Pareto front.
+    reference, for errors, and how well it is known; packings, the number of seeds; of some a reason why a default is
+    not on the Pareto front.
     """
 
     name: str  # of its table and its files
@@ -272,7 +275,7 @@ class Chart:
         """Draw the mean cost and error of every setting, and say which defaults lie off their front."""
         points, words = self.points(tables.read(self.name)), self.words
         error = self.error
-        figure = curve_figure(words["title"], error, points)
+        figure = curve_figure(words["title"], error, points, words["parameter"])
         caption = f"Reference: {words['reference']}. Settings: {words['parameter']}."
         columns = ("panel", "method", "setting", in_unit("time", "s"), error, "price")
         more, rows, off, marks = ("10 to 90 %", "packings", "note"), [], [], []

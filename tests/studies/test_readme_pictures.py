@@ -58,7 +58,8 @@ def claims():
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
     points = points_of(open_tables().read(chart.name))
-    return curve_figure(chart.words["title"], chart.error, points[points["panel"] != "N = 1024"])
+    shown = points[points["panel"] != "N = 1024"]
+    return curve_figure(chart.words["title"], chart.error, shown, chart.words["parameter"])
 
 
 def test_cpu_times_of_the_readme():

@@ -1,8 +1,8 @@
 """
-Ensembles: why G can be negative
-================================
+Negative shear moduli in a fixed box
+====================================
 
-G over the direction of shear, for packings in a fixed square box, and for packings whose box has relaxed its shear too.
+Shear modulus against direction of shear, for packings in a fixed square box and in the shear-stabilised ensemble.
 See :doc:`/explanation/ensembles`.
 """
 
@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.plotting import in_unit, label_axes
 
 angle = np.linspace(0, np.pi, 16, endpoint=False)
 print("                   p      negative in some direction   along x   mean of G")
@@ -32,5 +33,5 @@ for ax, packings in zip(axes, (fixed, stable), strict=True):
     for p in packings:
         ax.plot(np.degrees(angle), jamlab.shear_modulus(p, direction=angle), color="#0072B2", alpha=0.7)
     ax.axhline(0, color="black", linewidth=0.8)
-    ax.set(title=packings[0].ensemble, xlabel="direction of shear, degrees from x")
-axes[0].set_ylabel("G, k")
+    label_axes(ax, in_unit("direction of shear from x", "degrees"), in_unit("shear modulus $G$", "k"))
+    ax.set_title(packings[0].ensemble)

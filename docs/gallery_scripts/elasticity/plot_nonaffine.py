@@ -3,7 +3,7 @@ Non-affine motion
 =================
 
 Under shear, particles near jamming swirl instead of following the strain. Left: displacements per strain, less the
-affine part. Right: how far disks approach, slide and leave the affine flow.
+affine part. Right: normal, tangential and non-affine displacements.
 """
 
 import matplotlib.pyplot as plt
@@ -17,5 +17,5 @@ swirl = tensor.displacements[:, :, 0, 1]
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="constrained")
 p.plot(axes[0], alpha=0.3)
 axes[0].quiver(*p.positions.T, *swirl.T, color="#D55E00", angles="xy", scale_units="xy", scale=3)
-axes[0].set_title("displacement per strain, a third of its length")
+axes[0].set_title("displacement per strain, arrows scaled by 1/3")
 jamlab.nonaffine_response(p).plot(axes[1])

@@ -31,11 +31,11 @@ def show(name: str) -> None:
 show("baumgarten-3")
 
 # %%
-# Sliding that is damped less, or not at all; the last panel shows viscosities.
+# Weak or no tangential damping; the last panel shows viscosities.
 
 show("baumgarten-4")
 
 # %%
-# What is slow: relative displacements in quasi-static shear.
+# Relative displacements in quasi-static shear.
 
 show("baumgarten-5")

@@ -2,8 +2,8 @@
 Figures of Boromand et al., with verdicts
 =========================================
 
-Contacts, moduli, shapes and voids over packing fraction, from the reference data that ship with jamlab, and the verdict
-on each number. ``python -m studies draw papers`` draws every figure and writes them on one page.
+Coordination, moduli, shapes and voids against packing fraction, from the reference data of jamlab, with the verdict on
+each number. ``python -m studies draw papers`` draws every figure and writes them on one page.
 """
 
 import matplotlib.pyplot as plt
@@ -26,7 +26,7 @@ def show(name: str) -> None:
 
 
 # %%
-# Contacts and shear modulus over the distance to onset.
+# Coordination and shear modulus against distance from onset.
 
 show("boromand-6")
 
@@ -41,6 +41,6 @@ show("boromand-4")
 show("boromand-8")
 
 # %%
-# Spread of the onset over the size of packings.
+# Width of the distribution of onsets against the number of particles.
 
 show("boromand-10")

@@ -2,8 +2,8 @@
 A campaign, with error bars
 ===========================
 
-Contact number and shear modulus of disks over the distance to onset: means over packings, with 95 % intervals from
-bootstrap. A campaign is one file; run again, it does only what is missing.
+Coordination number and shear modulus of disks against the distance from onset: means over packings with 95 % confidence
+intervals (bootstrap). A campaign is one file; run again, it makes only the missing packings.
 """
 
 from pathlib import Path
@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.plotting import COLOURS, in_unit, label_axes
 
 CAMPAIGN = """
 name = "gallery"
@@ -33,11 +34,14 @@ with TemporaryDirectory() as folder:
     campaign = jamlab.open_campaign(path)
     print(campaign.run(1))
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained")
-    for ax, quantity, label in zip(axes, ("z", "g"), ("contact number $z$", "shear modulus $G/k$"), strict=True):
+    labels = {"z": "coordination number $z$", "g": in_unit("shear modulus $G$", "k")}
+    for ax, (quantity, label) in zip(axes, labels.items(), strict=True):
+        ax.set_prop_cycle(color=COLOURS)
         means = campaign.aggregate([quantity], along="d_rho", bins=np.geomspace(1e-3, 0.1, 6))
         for n, curve in means.groupby("n"):
             errors = [curve[quantity] - curve[f"{quantity}_low"], curve[f"{quantity}_high"] - curve[quantity]]
             ax.errorbar(curve["d_rho"], curve[quantity], errors, marker="o", capsize=2.5, label=f"N = {n}")
-        ax.set(xscale="log", xlabel=r"distance from onset $\rho - \rho_J$", ylabel=label)
+        label_axes(ax, r"distance from onset $\rho - \rho_J$", label)
+        ax.set_xscale("log")
         ax.xaxis.set_minor_formatter("")  # labels of minor ticks would overlap
         ax.legend()

@@ -2,8 +2,8 @@
 Cost against error
 ==================
 
-What every method costs, along its own parameter, and how wrong it is, over ten packings or more: lines are mean errors,
-bars 10 to 90 % of the packings, a ring is what jamlab does by default. In a checkout, ``python -m studies draw
+Error against CPU time of each method, as its own parameter varies; ten packings or more. Lines: mean errors; bars: 10
+to 90 % of the packings; ring: default of jamlab. In a checkout, ``python -m studies draw
 speed-accuracy`` draws all of them, and ``python -m studies run`` measures them anew.
 """
 
@@ -24,36 +24,36 @@ def show(name: str) -> None:
 
 
 # %%
-# Droplets: first-order methods crawl along their flats; steps preconditioned by the Hessian do not. Open marks: some
+# Droplets: first-order methods converge slowly; L-BFGS preconditioned with the Hessian does not. Open marks: some
 # packings ended above the tolerance.
 
 show("droplet-minimisers")
 
 # %%
-# The shear modulus, with the minimisation before it: linear response works where finite strain meets rounding at one
-# end and changing contacts at the other.
+# The shear modulus, including the minimisation. Finite strain is limited by rounding at small strains and by contact
+# changes at large strains; linear response is not.
 
 show("shear-modulus")
 
 # %%
-# Start-up of shear without inertia: the tolerance of a step, and the residual of the solver of velocities, whose
-# default adds no error that the default tolerance has not.
+# Overdamped start-up of shear: tolerance of a step, and residual of the solver of velocities. The default residual adds
+# no error beyond the default tolerance.
 
 show("flow-steps")
 
 # %%
-# A mean over packings of disks: how many of which size. φ and z depend on N, so larger packings err less for the same
-# time, and more packings of a small size do not help. G scatters from packing to packing.
+# A mean over packings of disks against number and size of packings. φ and z depend on N: larger packings have a smaller
+# error at equal time, and more small packings do not help. G scatters from packing to packing.
 
 show("ensemble-means")
 
 # %%
-# The true packing fraction of disks: pairs of overlaps suffice until three disks overlap in a point.
+# The true packing fraction of disks: overlaps of pairs are exact until three disks overlap in one point.
 
 show("packing-fraction")
 
 # %%
-# Vertices of droplets: what the default numbers, 12 and 17, differ from smooth outlines by.
+# Vertices of droplets: difference of the default numbers, 12 and 17, from smooth outlines.
 
 show("droplet-vertices")
 

@@ -2,8 +2,8 @@
 The explorer
 ============
 
-One page to look through a sweep: a slider through the states, force network, voids, cells and displacements, and what a
-contact or a particle is under the pointer. Needs no network and no server.
+A page to look through a sweep: a slider through the states, force network, voids, cells and displacements, and the
+values of the contact or particle under the pointer. It needs no network and no server.
 """
 
 from html import escape
@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import jamlab
 
-onset = jamlab.jam(model="dp", n=12, seed=1)
+onset = jamlab.jam(model="dp", n=32, seed=1, ensemble="shear-stabilized")
 sweep = [onset, *jamlab.compress(onset, to=0.95, step=0.02)]
 with TemporaryDirectory() as folder:
     jamlab.write_page(Path(folder, "page.html"), sweep)

@@ -1,5 +1,5 @@
 """
-What a packing costs
+CPU time of packings
 ====================
 
 CPU time of an onset, of a packing at a pressure and of a minimum against the number of particles, in jamlab and in

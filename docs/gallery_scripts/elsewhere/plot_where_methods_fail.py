@@ -2,9 +2,9 @@
 Where methods fail
 ==================
 
-Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Numbers that were
-given as right were checked by physics written anew from the definitions, at the state where the run ended; one that
-does not follow from it would be a silent wrong number. In a checkout, ``python -m studies draw
+Every cell is one pair of conditions; its colours are the shares of outcomes over several seeds. Every number reported
+without a warning was compared with an independent implementation at the final state; a difference would count as a
+silent wrong number. In a checkout, ``python -m studies draw
 stability`` draws all maps, and ``python -m studies run`` measures them anew.
 """
 
@@ -25,11 +25,11 @@ def show(name: str) -> None:
 
 
 # %%
-# FIRE over droplets in plain decks: beyond two over the largest frequency of the Hessian it stalls, then blows up.
+# FIRE of LAMMPS decks for droplets: beyond two over the largest frequency of the Hessian it stalls, then diverges.
 
 show("droplet-timestep")
 
 # %%
-# Linear response of disks that were moved off their minimum: the modulus is right to a per cent, or it is refused.
+# Linear response of disks displaced from their minimum: the modulus is correct to 1 %, or jamlab refuses.
 
 show("moved")

@@ -2,8 +2,8 @@
 Oscillations beyond linear response
 ===================================
 
-Stress over strain in the last cycle at two amplitudes. A small one gives an ellipse; a large one, in which contacts
-change, a loop with corners. What each dissipates in a cycle is its area.
+Stress against strain in the last cycle at two amplitudes (Lissajous figures). At the small amplitude the loop is an
+ellipse. At the large amplitude contacts change. The area of the loop is the energy dissipated per cycle.
 """
 
 import matplotlib.pyplot as plt
@@ -12,8 +12,8 @@ import jamlab
 
 p = jamlab.pack(n=32, pressure=1e-2, seed=1)
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
-for ax, amplitude in zip(axes, (1e-3, 1e-1), strict=True):
-    o = jamlab.oscillate(p, omega=1.0, amplitude=amplitude, cycles=4)
+for ax, amplitude in zip(axes, (1e-3, 2e-2), strict=True):
+    o = jamlab.oscillate(p, omega=1.0, amplitude=amplitude, cycles=40, points_per_cycle=64)
     o.plot(ax)
     third = abs(o.harmonics[1] / o.harmonics[0])
     print(f"amplitude {amplitude:g}: G' {o.storage:.4g} k, G'' {o.loss:.4g} k, third harmonic over first {third:.2g}")

@@ -2,7 +2,7 @@
 Start-up of shear
 =================
 
-Shear stress (solid) and its elastic part (dashed) over strain, at two rates: the higher one needs more drag.
+Shear stress (solid) and its elastic part (dashed) against strain at two rates.
 Right: the last packing of the slower run with the forces in its contacts.
 """
 

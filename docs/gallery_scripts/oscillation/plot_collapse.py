@@ -1,6 +1,6 @@
 """
-Bring pressures onto one curve
-==============================
+Scaling collapse of G*
+======================
 
 Rescaled with the exponents that fit best, without pre-stress as in the paper: twelve packings of 1024 disks at each
 pressure give all three to less than a tenth (95 % intervals over packings).

@@ -2,7 +2,7 @@
 Drag laws
 =========
 
-The same packing with three kinds of drag: on approach and sliding at contacts, on approach alone, and against a fluid.
+One packing with three drag laws: normal and tangential contact damping, normal damping only, and Stokes drag.
 """
 
 import matplotlib.pyplot as plt

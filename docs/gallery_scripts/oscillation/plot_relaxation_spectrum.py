@@ -2,8 +2,8 @@
 Relaxation spectrum
 ===================
 
-The Maxwell elements whose sum is G*: all of them from the dense solver, and the few of the reduced model that have the
-same sum.
+Maxwell elements of G*: all from the dense solver, and the elements of the reduced model, which have the same sum.
+Elements weaker than 10⁻⁶ k are left out: many modes at λτ₁ = 1 do not couple to shear.
 """
 
 import matplotlib.pyplot as plt
@@ -17,3 +17,4 @@ omega = np.logspace(-6, 2, 41)
 dense, reduced = jamlab.complex_modulus(p, omega, method="dense"), jamlab.complex_modulus(p, omega, method="reduced")
 for s, color in ((dense, "#0072B2"), (reduced, "#D55E00")):
     s.spectrum.plot(ax, color=color, label=f"{s.method}, {len(s.spectrum.rates)} elements")
+ax.set_ylim(bottom=1e-6)

@@ -2,16 +2,16 @@
 Droplets that adhere
 ====================
 
-Rims that attract each other hold droplets together under tension. See :doc:`/how_to/adhesive_droplets`.
+Adhesive rims hold droplets together under tension. See :doc:`/how_to/adhesive_droplets`.
 """
 
 import matplotlib.pyplot as plt
 
 import jamlab
-from jamlab.plotting import in_unit
+from jamlab.plotting import COLOURS, in_unit, label_axes
 
 # %%
-# A packing at the onset of repulsive droplets, with adhesion, is expanded. Contacts that pull are red.
+# A packing at the onset of repulsive droplets is expanded with adhesion. Red: contacts under tension.
 
 onset = jamlab.jam(16, "dp", seed=1)
 law = {**onset.params, "adhesion": 0.05, "adhesion_range": 0.3, "eta": 1e-3}
@@ -26,12 +26,13 @@ for ax, p in zip(axes, (sweep[0], sweep[8], sweep[-1]), strict=True):
     ax.set_title(rf"$\phi$ = {p.phi:.2f}, $z$ = {jamlab.contacts(p).z:.2f}")
 
 # %%
-# The tension grows as the packing expands, and falls where contacts part.
+# The tension grows as the packing expands, and falls where contacts open.
 
 figure, ax = plt.subplots(figsize=(6, 4), layout="constrained")
+ax.set_prop_cycle(color=COLOURS)
 for adhesion in (0.01, 0.02, 0.05):
     p = jamlab.relax(onset.with_state(params=law | {"adhesion": adhesion}))
     states = [p, *jamlab.compress(p, to=p.phi - 0.2, step=0.01, by="phi")]
     ax.plot([p.phi for p in states], [-jamlab.evaluate(p).pressure for p in states], "o-", label=f"{adhesion}")
 ax.legend(title=in_unit("adhesion", "ε/δ"))
-ax.set(xlabel=r"nominal packing fraction $\phi$", ylabel=in_unit("tension", "ε/l²"))
+label_axes(ax, r"nominal packing fraction $\phi$", in_unit("tension", "ε/l²"))

@@ -1,9 +1,9 @@
 """
-Contact forms: why eq 8 has kinks
-=================================
+Kinks of the contact energy
+===========================
 
-One polygon lies flat on another and is turned a little. In form ``segment``, eq 8 to the letter, the torque jumps where
-edges are parallel; in the two others it does not. See :doc:`/explanation/contact_forms`.
+One polygon lies flat on another and is rotated. In form ``segment``, the published eq 8, the torque jumps where edges
+are parallel; in the other two forms it is continuous. See :doc:`/explanation/contact_forms`.
 """
 
 import matplotlib.pyplot as plt
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 import jamlab
 from jamlab.mechanics.stiffness import energy_terms, forces
+from jamlab.plotting import in_unit, label_axes
 
 # %%
-# Two bricks of twelve vertices, a gap of 0.15 between them; rims are 0.25 wide.
+# Two bricks of twelve vertices at a distance of 0.15; rims are 0.25 wide.
 
 x, y = np.linspace(-0.8, 0.8, 5), np.linspace(-0.4, 0.4, 3)
 brick = np.concatenate(
@@ -48,6 +49,6 @@ for form, color in zip(("segment", "outline", "segment/smooth"), ("#D55E00", "#0
     axes[0].plot(angles, energy, color=color, label=form)
     axes[1].plot(angles, torque, color=color, label=form)
     print(f"{form:15s} largest jump of the torque in one step: {np.abs(np.diff(torque)).max():.3f}")
-axes[0].set(xlabel="angle between the flats", ylabel="energy, ε")
-axes[1].set(xlabel="angle between the flats", ylabel="torque, ε")
+for ax, quantity in zip(axes, ("energy", "torque"), strict=True):
+    label_axes(ax, in_unit("angle between the flats", "rad"), in_unit(quantity, "ε"))
 axes[0].legend()

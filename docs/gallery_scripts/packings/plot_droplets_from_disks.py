@@ -2,8 +2,8 @@
 Droplets from disks
 ===================
 
-Disks are cheap up to where the models part, about ρ = 0.88. There droplets take over: the same centres, areas and
-packing fraction.
+Up to ρ ≈ 0.88 disks and droplets agree, and disks are cheaper. Then droplets replace the disks, with the same centres,
+areas and packing fraction.
 """
 
 import matplotlib.pyplot as plt

@@ -1,8 +1,8 @@
 """
-Vesicles and cells: outlines that bend, and a preferred shape
-=============================================================
+Vesicles and cells
+==================
 
-Onsets of droplets with line tension, of stiff outlines, and of cells that prefer a long perimeter. See
+Onsets of droplets with line tension, with bending stiffness, and with a preferred perimeter. See
 :doc:`/how_to/vesicles_and_cells`.
 """
 
@@ -11,8 +11,8 @@ import matplotlib.pyplot as plt
 import jamlab
 
 # %%
-# One random start. Droplets with line tension and vesicles are round at onset. Cells that prefer the shape index 3.8
-# are not round, and jam at a higher packing fraction.
+# One random start. Droplets with line tension and vesicles are round at onset. Cells with preferred shape index 3.8 are
+# not round and jam at a higher packing fraction.
 
 LAWS = {
     "line tension": {},
@@ -27,7 +27,7 @@ for ax, (name, p) in zip(axes, onsets.items(), strict=True):
     ax.set_title(rf"{name}: $\rho_J$ = {jamlab.packing_fraction(p):.3f}, $\mathcal{{A}}$ = {shape:.3f}")
 
 # %%
-# The same packings, compressed. Line tension lets contacts flatten; bending stiffness resists at their corners.
+# The same packings, compressed. Contacts flatten under line tension; bending stiffness resists at the corners.
 
 figure, axes = plt.subplots(1, 3, figsize=(13, 4.8), layout="constrained")
 for ax, (name, onset) in zip(axes, onsets.items(), strict=True):

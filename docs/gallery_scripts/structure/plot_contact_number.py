@@ -1,18 +1,18 @@
 """
-Contacts above onset
-====================
+Excess coordination above onset
+===============================
 
-The excess contact number over the distance to onset: means of ten packings with standard errors, and the fit of a sum
-of two power laws as in Boromand et al. by ``jamlab.statistics.power_laws``. States are log-spaced near onset
-(``first_step``). Residuals are relative to the fit, so it follows the means at every distance; states with as many
-contacts as onset count too. A few states unjam near onset and have no contact number. Packings of 64 disks are small:
-the paper finds the square root alone near onset in the limit of large ones.
+Excess coordination against distance from onset: means of ten packings with standard errors, and a fit of two power laws
+as in Boromand et al. (``jamlab.statistics.power_laws``). States are log-spaced near onset (``first_step``). Residuals
+are relative to the fit; states with zero excess are included, unjammed states have no coordination number. For large
+packings the paper finds the square root alone near onset; packings of 64 disks are small.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.plotting import label_axes
 from jamlab.statistics.power_laws import fit_power_law
 
 rows_of_distance, rows_of_excess = [], []
@@ -34,5 +34,5 @@ ax.loglog(distance.ravel(), excess.ravel(), ".", color="#999999", ms=3, label="s
 ax.errorbar(places, mean, error, fmt="o", color="#0072B2", capsize=2.5, label="means")
 at = np.geomspace(1e-3, 0.09, 20)
 ax.loglog(at, fit(at), color="#D55E00", label=law)
-ax.set(xlabel="Δφ = φ − φ$_J$", ylabel="z − z$_J$")
+label_axes(ax, r"distance from onset $\phi - \phi_J$", r"excess coordination $z - z_J$")
 ax.legend()

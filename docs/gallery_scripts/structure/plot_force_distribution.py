@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.plotting import label_axes
 
 forces = []
 for seed in range(1, 11):
@@ -17,4 +18,5 @@ for seed in range(1, 11):
 
 figure, ax = plt.subplots(figsize=(5, 3.6), layout="constrained")
 ax.hist(np.concatenate(forces), bins=np.linspace(0, 4, 33).tolist(), density=True, color="#0072B2")
-ax.set(xlabel="contact force over its mean", ylabel="probability density", yscale="log")
+label_axes(ax, "contact force over its mean", "probability density")
+ax.set_yscale("log")

@@ -2,8 +2,7 @@
 Force network
 =============
 
-Lines between the centres of particles that touch, as wide as their force is strong. Grey particles are rattlers: fewer
-than three contacts hold them.
+Lines connect the centres of particles in contact; their width is proportional to the force. Grey: rattlers.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 Bond-orientational order
 ========================
 
-Two sizes keep disks from crystallising; equal disks do it in patches.
+Disks of two sizes are disordered; equal disks crystallise in patches.
 """
 
 import matplotlib.pyplot as plt

@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.plotting import label_axes
 
 onset = jamlab.jam(n=32, seed=1)
 sweep = list(jamlab.compress(onset, to=1.8, step=0.03, by="phi"))
@@ -19,5 +20,6 @@ ax.plot(phi, [jamlab.packing_fraction(p, "nominal") for p in sweep], ":", color=
 ax.plot(phi, [jamlab.packing_fraction(p, "pairs") for p in sweep], "--", color="#D55E00", label="pairs")
 ax.plot(phi, [jamlab.packing_fraction(p) for p in sweep], "-", color="#0072B2", label="exact")
 ax.axhline(1, color="0.8", zorder=0)
-ax.set(xlabel="φ", ylabel="packing fraction by each method", ylim=(0.8, 1.4))
+label_axes(ax, "nominal packing fraction φ", "packing fraction by each method")
+ax.set_ylim(0.8, 1.4)
 ax.legend(loc="upper left")

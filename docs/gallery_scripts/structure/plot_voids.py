@@ -2,7 +2,7 @@
 Voids
 =====
 
-The regions that no particle covers, coloured by the number of particles around them, and how often each number occurs.
+Voids, coloured by the number of particles around them, and the share of each number.
 """
 
 import matplotlib.pyplot as plt
@@ -18,6 +18,6 @@ found.plot(axes[0])
 jamlab.void_statistics(found).plot(axes[1])
 
 # %%
-# Their areas add up to what particles leave free.
+# Their areas add up to (1 − ρ) times the area of the box.
 
 print(found.area.sum() / p.area, 1 - jamlab.packing_fraction(backbone))
