@@ -164,6 +164,17 @@ def test_rims_of_another_width_are_another_analysis_of_voids():
     assert shapes[2] == pytest.approx(float(beyond(*void_sums(open_tables(), "dp", False), "shape", 0.97)), rel=0.01)
 
 
+def test_contacts_of_droplets_move_with_the_force_law():
+    """By what the law with most or least contacts, of those with four packings of N = 64, has more than the usual."""
+    given = open_tables()
+    found = measure("BT-z-dp-10", given)
+    laws = given.droplet_laws.query("n == 64").groupby(["gamma", "delta", "eps", "nv_small"])["z_010"]
+    z = laws.mean()[laws.count() >= 4]
+    off = {name: float(found.variants[f"law = {name}"].value) - found.value for name in ("most", "least")}
+    usual = z[0.4, 0.25, 1.0, 12]
+    assert len(z) == 14 and off == pytest.approx({"most": z.max() - usual, "least": z.min() - usual})
+
+
 def test_what_tables_lack_is_told():
     none = EnsembleTables({"onset": onset().query("model == 'sp'")}.__getitem__)
     found = measure("B10-theta-dp", none)

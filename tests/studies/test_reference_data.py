@@ -98,7 +98,7 @@ MOVED = {  # by the frozen rule, with the analyses of its day; with all; by the 
         "not resolved (collinear coefficients)",
     ),
     "BT-z-dp-05": ("–", "–", "small difference"),
-    "BT-z-dp-10": ("–", "–", "differs"),
+    "BT-z-dp-10": ("–", "–", "tension"),
     "BT-z-dp-15": ("–", "–", "differs (paper inconsistent)"),
     "BT-z-ratio": ("agrees (unprinted parameters)", "agrees (unprinted parameters)", "agrees"),
     "T3-quasistatic-end": ("tension", "tension", "not resolved"),

@@ -11,7 +11,7 @@ from jamlab.arguments.choices import Start
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, fit_power_law
-from studies.ensemble_tables import PACKINGS, EnsembleTables
+from studies.ensemble_tables import ALL_LAW, PACKINGS, EnsembleTables, of_papers
 from studies.ensembles import Ensemble, Sample, average, groups_by, log_places, median, scaled, select
 from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
@@ -22,6 +22,7 @@ SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp",
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
 START: Start = "from-disks"  # of droplets at onset, see `jamlab.jam`
+OF_LAWS, FEW = 64, 4  # N of droplets of other force laws; packings of a law that gives an analysis
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
 MIDDLES: dict[str, Callable[[Array], Array]] = {"mean": average, "median": median}  # over packings
@@ -67,6 +68,23 @@ def curve(
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
     return found.between(beyond, np.inf).sample()
+
+
+def curve_of_law(tables: EnsembleTables, model: str, n: int, x: str, y: str, places: str, law: str = "") -> Sample:
+    """Take the mean curve of z of droplets; "most" or "least": moved by the contacts at drho = 0.1 that droplets of the
+    force law with most or least of them have more than those of the usual one, at N = 64."""
+    usual = curve(tables, model, n, x, y, places)
+    if not law:
+        return usual
+    known = select(tables.droplet_laws, n=OF_LAWS).dropna(subset=["z_010"]).assign(model="dp")
+    groups = [part.to_numpy() for _, part in known.groupby(list(ALL_LAW))["z_010"] if len(part) >= FEW]
+    other = {"most": max, "least": min}[law](groups, key=np.mean)
+
+    def moved(drawn: list[Array]) -> tuple[Array, Array]:
+        x, y = usual.reduce(drawn[:-2])
+        return x, y + drawn[-2].mean() - drawn[-1].mean()
+
+    return Sample([*usual.groups, other, of_papers(known)["z_010"].to_numpy()], moved)
 
 
 def curves(tables: EnsembleTables, kinds: str, x: str, y: str, places: str, packings: str = PACKINGS[0]) -> Sample:
