@@ -1,8 +1,7 @@
 """Linear equation of motion of a packing under oscillating shear, Baumgarten & Tighe eqs 10-12.
 
-(K + i omega B) Q = dS A e_gamma with the Hessian K of the energy and the Hessian B of the Rayleigh function (their
-eq 10 prints a dot on the first Q). At unit strain Q = (q, 1), and q follows from (K_qq + s B_qq) q = -(k + s b),
-s = i omega, with the columns k, b of gamma.
+(K + i omega B) Q = dS A e_gamma with the Hessian K of the energy and the Hessian B of the Rayleigh function. At unit
+strain Q = (q, 1), and q follows from (K_qq + s B_qq) q = -(k + s b), s = i omega, with the columns k, b of gamma.
 
 With masses, K + i omega B - omega^2 M. The coordinates q are displacements relative to the affine flow, and their
 momenta are peculiar, so gamma has no mass: A. Lemaitre and C. Maloney, J. Stat. Phys. 123, 415 (2006).
