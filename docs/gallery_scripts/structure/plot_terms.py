@@ -5,9 +5,12 @@ Terms in a picture
 The words of :doc:`/explanation/terms` on packings of 16 disks and of 8 droplets.
 """
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 from numpy.typing import ArrayLike, NDArray
 
 import jamlab
@@ -20,8 +23,9 @@ def name(ax: Axes, text: str, place: ArrayLike, shift: tuple[float, float], colo
     """Write a term in a panel, with an arrow to a place."""
     box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": color}
     arrow = {"arrowstyle": "->", "color": color, "linewidth": 1.4}
-    look = {"ha": "center", "fontsize": 11, "zorder": 9}
-    ax.annotate(text, np.asarray(place), shift, textcoords="offset points", bbox=box, arrowprops=arrow, **look)
+    look: dict[str, Any] = {"ha": "center", "fontsize": 11, "zorder": 9}
+    x, y = np.asarray(place)
+    ax.annotate(text, (x, y), shift, textcoords="offset points", bbox=box, arrowprops=arrow, **look)
 
 
 def in_cell(p: jamlab.Packing, places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -70,7 +74,7 @@ droplets.plot(axes[1, 0])
 scale = droplets.box[0, 0] / disks.box[0, 0]
 for centre, diameter in zip(in_cell(disks, disks.positions) * scale, disks.disk_diameters * scale, strict=True):
     x, y = centre
-    axes[1, 0].add_patch(plt.Circle((x, y), diameter / 2, fill=False, linestyle="--", linewidth=1.2))
+    axes[1, 0].add_patch(Circle((x, y), diameter / 2, fill=False, linestyle="--", linewidth=1.2))
 axes[1, 0].set_title("handover from disks to droplets")
 
 # %%
@@ -78,7 +82,7 @@ axes[1, 0].set_title("handover from disks to droplets")
 
 *_, dense = jamlab.compress(droplets, to=0.93, step=0.01)
 dense.plot(axes[1, 1])
-first, last = dense.offsets[2:4]
+first, last = np.asarray(dense.offsets)[2:4]
 outline = dense.positions[first:last]
 outline = outline + in_cell(dense, outline[:1]) - outline[:1]
 middle = outline.mean(axis=0)
