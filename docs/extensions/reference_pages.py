@@ -30,14 +30,19 @@ class Group(NamedTuple):
 
 
 GROUPS = (
-    Group("states", "States", "A packing, and LAMMPS holding one.", ("packing.packing", "engine")),
+    Group(
+        "states",
+        "States",
+        "`Packing`, a state that jamlab analyses, and `Session`, LAMMPS with a packing.",
+        ("packing.packing", "engine"),
+    ),
     Group(
         "protocols",
         "Making packings",
-        "Onset of jamming, a pressure, compression, and no more model than needed.",
+        "Jamming onset, target pressure, sweeps, and the choice of the cheapest model.",
         ("protocols", "estimates", "trajectories.droplets_from_outlines"),
     ),
-    Group("measure", "Measuring many things", "One call for what most people want to know.", ("measure",)),
+    Group("measure", "First measurements", "The usual quantities of one packing in one call.", ("measure",)),
     Group(
         "structure",
         "Structure",
@@ -45,19 +50,46 @@ GROUPS = (
         ("geometry", "packing.", "structure"),
     ),
     Group("motion", "Motion of particles", "Local strain, displacements and T1 events between states.", ("motion",)),
-    Group("elasticity", "Elasticity and modes", "What a small strain costs.", ("mechanics", "protocols.moduli")),
-    Group("oscillation", "Oscillation", "G*(omega), drag laws, spectra, scaling.", ("rheology",)),
-    Group("time", "Rheology in time", "Start-up, flow, creep, relaxation.", ("flow", "statistics.herschel")),
+    Group(
+        "elasticity",
+        "Elasticity and modes",
+        "Elastic moduli, Hessian, vibrational modes and constraint counting.",
+        ("mechanics", "protocols.moduli"),
+    ),
+    Group(
+        "oscillation", "Oscillation", "Complex shear modulus, drag laws, relaxation spectra and scaling.", ("rheology",)
+    ),
+    Group(
+        "time",
+        "Rheology in time",
+        "Start-up, steady flow, LAOS, creep, stress relaxation and quasi-static shear.",
+        ("flow", "statistics.herschel"),
+    ),
     Group(
         "files",
         "Files and other programs",
         "HDF5, LAMMPS data files and dumps, MDAnalysis.",
         ("packing.hdf5", "packing.write", "packing.lammps_files", "trajectories", "statistics"),
     ),
-    Group("campaigns", "Campaigns", "Ensembles of packings from one file.", ("campaign",)),
-    Group("pictures", "Pictures", "Pages to look through, and figures of several things.", ("figures",)),
-    Group("micrographs", "Micrographs", "Droplets of a photograph, and rendered photographs.", ("micrographs",)),
-    Group("errors", "Errors", "Every error that a user can cause names the value and the remedy.", ("errors",)),
+    Group("campaigns", "Campaigns", "Ensembles of packings from one campaign file.", ("campaign",)),
+    Group(
+        "pictures",
+        "Pictures",
+        "Interactive pages of sweeps. Results and packings draw themselves: `plot`.",
+        ("figures",),
+    ),
+    Group(
+        "micrographs",
+        "Micrographs",
+        "Droplets in a micrograph, tracks of droplets, and rendered micrographs.",
+        ("micrographs",),
+    ),
+    Group(
+        "errors",
+        "Errors",
+        "Classes of errors. A message names the value, the allowed range and the remedy.",
+        ("errors",),
+    ),
 )
 
 
@@ -91,28 +123,35 @@ def grouped() -> dict[Group, list[str]]:
 
 
 def summary(names: list[str]) -> str:
-    """Table of names with the first line of each."""
-    return ".. autosummary::\n\n" + "".join(f"   jamlab.{name}\n" for name in names)
+    """Table of names, without signatures, with the first line of each."""
+    return ".. autosummary::\n   :nosignatures:\n\n" + "".join(f"   jamlab.{name}\n" for name in names)
+
+
+def titled(title: str, mark: str = "=") -> str:
+    """A heading."""
+    return f"{title}\n{mark * len(title)}\n"
 
 
 def python_page(group: Group, names: list[str]) -> str:
-    """One page of public names."""
-    parts = [f"{group.title}\n{'=' * len(group.title)}\n\n{group.about}\n", summary(names)]
-    for name in names:
-        kind = "autoclass" if is_class(name) else "autofunction"
-        members = "   :members:\n" if kind == "autoclass" else ""
-        parts.append(f".. {kind}:: jamlab.{name}\n{members}")
-    return "\n".join(parts)
+    """One group of public names; each has a page."""
+    return f"{titled(group.title)}\n{group.about}\n\n{summary(names)}"
+
+
+def name_page(name: str, group: Group) -> str:
+    """One public name: its docstring, and the scripts of the gallery that use it. In no table of contents, which every
+    page would repeat."""
+    kind, members = ("autoclass", "   :members:\n") if is_class(name) else ("autofunction", "")
+    scripts = f".. minigallery:: jamlab.{name}\n   :add-heading: In the gallery\n   :heading-level: -\n"
+    above = f":doc:`Python <index>` › :doc:`{group.title} <{group.page}>`"
+    return f":orphan:\n\n{titled(f'jamlab.{name}')}\n{above}\n\n.. {kind}:: jamlab.{name}\n{members}\n{scripts}"
 
 
 def python_index(groups: dict[Group, list[str]]) -> str:
     """All public names, group by group."""
-    title = "Python"
     about = "Every public name, ``import jamlab``. Arrays are float64; positions are two-dimensional."
-    parts = [f"{title}\n{'=' * len(title)}\n\n{about}\n"]
+    parts = [f"{titled('Python')}\n{about}\n"]
     for group, names in groups.items():
-        heading = f":doc:`{group.title} <{group.page}>`"
-        parts.append(f"{heading}\n{'-' * len(heading)}\n")
+        parts.append(titled(f":doc:`{group.title} <{group.page}>`", "-"))
         parts.append(f"{group.about}\n\n{summary(names)}")
     pages = "".join(f"   {group.page}\n" for group in groups)
     return "\n".join([*parts, f".. toctree::\n   :hidden:\n\n{pages}"])
@@ -126,7 +165,7 @@ def command_page() -> str:
     from jamlab.cli.main import app
 
     def sections(command: Any, words: tuple[str, ...]) -> list[str]:
-        done = CliRunner().invoke(app, [*words, "--help"], env={"COLUMNS": "96"}, prog_name="jamlab")
+        done = CliRunner().invoke(app, [*words, "--help"], env={"COLUMNS": "88"}, prog_name="jamlab")
         if done.exit_code:
             raise RuntimeError(f"{words} --help: {done.output}")
         title, mark = " ".join(("jamlab", *words)), "-" if len(words) < 2 else "~"
@@ -192,7 +231,19 @@ def write_pages(app: Sphinx) -> None:
         write(folder / name, table)
 
 
+def write_names(app: Sphinx) -> None:
+    """Write a page for every public name; remove pages of names that are gone."""
+    folder, groups = Path(app.srcdir) / "reference" / "python", grouped()
+    pages = {f"jamlab.{name}.rst": name_page(name, group) for group, names in groups.items() for name in names}
+    for name, text in pages.items():
+        write(folder / name, text)
+    for path in folder.glob("*.rst"):
+        if path.name not in pages and path.stem not in {"index", *(group.page for group in groups)}:
+            path.unlink()
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Make the pages when Sphinx starts."""
     app.connect("builder-inited", write_pages)
+    app.connect("builder-inited", write_names)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
