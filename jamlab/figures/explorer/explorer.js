@@ -174,7 +174,8 @@ class Explorer {
 function start() {
   const sections = document.querySelectorAll('.explorer');
   for (const section of sections) section.explorer = new Explorer(section);
-  if (sections.length === 1) sections[0].focus({preventScroll: true}); // so that keys work at once
+  // keys work at once, but for a frame, which leaves them to the page around it
+  if (sections.length === 1 && window === window.parent) sections[0].focus({preventScroll: true});
 }
 
 if (document.readyState === 'loading') addEventListener('DOMContentLoaded', start);
