@@ -1,7 +1,7 @@
 """Equations as MathML: what docutils translates, mended where browsers would draw something else.
 
 A subscript of a letter with an accent stands beside the letter, not below it; a star in a superscript is one of
-mathematics; a slash has no spaces.
+mathematics; a slash and what stands in a script have no spaces.
 """
 
 import re
@@ -15,6 +15,7 @@ SPACE = "{http://www.w3.org/1998/Math/MathML}"
 STAR = "∗"
 CLOSE = {"lspace": "0", "rspace": "0"}  # no spaces around an operator
 _NAMED = re.compile(r"&(?!amp;|lt;|gt;|#)\w+;")  # characters that HTML names and XML does not
+SCRIPTS = {f"{SPACE}{name}" for name in ("msub", "msup", "msubsup")}
 ElementTree.register_namespace("", SPACE[1:-1])
 
 
@@ -32,21 +33,24 @@ def mathml(tex: str, as_block: bool = False) -> str:
     for element in list(math.iter()):
         if element.tag == f"{SPACE}mo" and element.text == "/":
             element.attrib |= CLOSE
-        if element.tag in (f"{SPACE}msup", f"{SPACE}msubsup"):
-            _mend_star(element[-1])
-            if element[0].tag == f"{SPACE}munderover":
-                _mend_accent(element[0])
-                if element[0].tag == f"{SPACE}msub":  # x_i^2 of an accented letter: both beside it
-                    element.tag, element[:1] = f"{SPACE}msubsup", list(element[0])
         if element.tag == f"{SPACE}munderover":
             _mend_accent(element)
+        if element.tag in SCRIPTS:
+            for script in element[1:]:
+                _mend_script(script)
+            if element[0].tag == f"{SPACE}munderover":
+                _mend_accent(element[0])
+                if (
+                    element.tag == f"{SPACE}msup" and element[0].tag == f"{SPACE}msub"
+                ):  # x_i^2 of an accented letter: both beside it
+                    element.tag, element[:1] = f"{SPACE}msubsup", list(element[0])
     return ElementTree.tostring(math, encoding="unicode")
 
 
-def _mend_star(script: ElementTree.Element) -> None:
+def _mend_script(script: ElementTree.Element) -> None:
+    """No spaces within subscripts and superscripts, and a star as in print."""
     for element in script.iter(f"{SPACE}mo"):
-        if element.text == "*":
-            element.text, element.attrib = STAR, element.attrib | CLOSE
+        element.text, element.attrib = STAR if element.text == "*" else element.text, element.attrib | CLOSE
 
 
 def _mend_accent(element: ElementTree.Element) -> None:
