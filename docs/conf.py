@@ -24,6 +24,7 @@ extensions = [
     "sphinxcontrib.bibtex",
     "myst_parser",
     "explorer_frame",
+    "layers_picture",
     "mathml_equations",
     "plain_docstrings",
     "reference_pages",
