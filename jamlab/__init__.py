@@ -51,7 +51,7 @@ __doc__ = _completed(__doc__ or "")
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name; the version is that of the installed distribution."""
+    """Load a public name; the version is read from the installed distribution."""
     if name == "__version__":
         from importlib.metadata import version
 

@@ -357,10 +357,10 @@ CONCEPTS = (
     Concept("energy_drops avalanche_sizes drop_sizes event_sizes", "", "", {"QuasistaticShear": "`events.released`"}),
     Concept("mu mu_I friction_coefficient macroscopic_friction stress_ratio", "", "",
             dict.fromkeys(("FlowCurve", "FlowRun"), "`stress / pressure`")),
-    Concept("inertial_number", "", "", {"FlowCurve": "`rate`: motion is overdamped, without inertia", "ShearRun":
-            "`rate`: motion is overdamped, without inertia"}),
+    Concept("inertial_number", "", "", {"FlowCurve": "`rate`: motion is overdamped", "ShearRun":
+            "`rate`: motion is overdamped"}),
     Concept("Kn harmonic potential potentials hertzian hertz soft_sphere soft_spheres force_law pair_style "
-            "pair_potential interaction", "", "`jamlab.pack(n, pressure)`, whose argument exponent is that of the "
+            "pair_potential interaction", "", "`jamlab.pack(n, pressure)`, whose argument exponent belongs to the "
             "energy",
             {"Packing": "`law` and `params`"}),
     Concept("bidisperse binary binary_mixture polydisperse monodisperse", "", "", {MODULE: "the arguments size_ratio "

@@ -49,7 +49,7 @@ void BodyForces::measure()
   forces.assign(atom->nlocal, Vec3());
   for (Source &source : sources) {
     if (modify->get_fix_by_id(source.id) != source.fix)
-      error->all(FLERR, "{}: fix {} is not that of the last run: leave out pre no", WHO, source.id);
+      error->all(FLERR, "{}: fix {} was not in the last run: leave out pre no", WHO, source.id);
     source.fix->post_force(0);
     double most[NUMBERS] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.0};
     for (int i = 0; i < atom->nlocal; i++) {

@@ -27,7 +27,7 @@ struct DensePanels {
   // are `apart` from each other.
   using Multiply = void(const double *rows, int width, int height, Stride stride,
                         const double *signs, double *product, Stride apart);
-  // Take one step of solving with L, down, or with L^T, up. `numbers` are those of the columns and
+  // Take one step of solving with L, down, or with L^T, up. `numbers` belong to the columns and
   // of the rows that follow, and then PANEL_ROWS zeros.
   template <class Number>
   using Step = void(const Number *panel, int width, int height, Stride stride, Number *numbers);

@@ -97,7 +97,7 @@ void DenseSolver::mark_undetermined(std::vector<bool> &marks) const
   for (std::size_t k = rank; k < m; k++) marks[unknown[k]] = marks[row[k]] = true;
 }
 
-/* The same steps as those of the first right-hand side. Of rows that have had their pivot, those
+/* The same steps as for the first right-hand side. Of rows that have had their pivot, those
    that are asked for go on. */
 std::vector<double> DenseSolver::solve(const std::vector<double> &rights, std::size_t columns,
                                        const std::vector<std::size_t> &asked) const

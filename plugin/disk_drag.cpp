@@ -294,7 +294,7 @@ void DiskDrag::zero_rattler_velocities(Field &u)
       count[row.j].x += 1.0;
     }
     exchange.add_from_ghosts(count);
-    double totals[3] = {0.0, 0.0, 0.0};    // disks that come loose, that are held; contacts' ends
+    double totals[3] = {0.0, 0.0, 0.0};    // disks that lose contact, that are held; contacts' ends
     for (int i = 0; i < nlocal; i++) {
       if (kept[i].x == 0.0) continue;
       if (count[i].x < least) {

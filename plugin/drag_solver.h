@@ -41,9 +41,9 @@ struct FlowSums {
    between rounds of conjugate gradients.
 
    An error e of the velocities of disks is judged by its energy e B e over the dissipated power, or
-   that of the affine flow if that is larger: neither depends on the preconditioner. Each iteration
+   the affine flow if it is larger: neither depends on the preconditioner. Each iteration
    takes a known part of this energy away. What is left is to what was taken as the squared norm of
-   the residual by the preconditioner is to that of the first residual. The velocities of droplets
+   the residual by the preconditioner is to the first residual. The velocities of droplets
    are judged by the residual over what drives them, both in the norm of the preconditioner, which
    is nearly the inverse of the matrix.
 

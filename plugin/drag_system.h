@@ -246,7 +246,7 @@ template <class Row> class DragSystem : public DragSolver {
   // Squared velocity over the mean one, below which contacts drag as if they moved so: power laws
   // below 1 diverge. The least one, of a unit of length and tau, is for disks of which none moves.
   static constexpr double SLOWEST = 1e-5 * 1e-5, LEAST = 1e-30 * 1e-30;
-  static constexpr int GROWN = 2, FEW = 8;    // iterations over those of the first solution; least
+  static constexpr int GROWN = 2, FEW = 8;    // times the first solution; least
   int fresh_iterations = 0;                   // of the first solution with these factors
   Field spun;
   std::vector<double> column;

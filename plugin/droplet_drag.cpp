@@ -305,7 +305,7 @@ void DropletDrag::factorise()
                   "finite?", WHO, lmp->update->ntimestep);
 }
 
-/* Spins of sites are those of their outlines, which belong to vertices and their neighbors. */
+/* Spins of sites are spins of their outlines, which belong to vertices and their neighbors. */
 void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
 {
   DragSystem::find_parts(k, parts);

@@ -89,7 +89,7 @@ void EliminationOrder::eliminate(int p, std::vector<int> &order)
 }
 
 /* Row i now has the neighbors of element p; other neighbors and elements that lie within p are
-   dropped. There is room for p, as p is no longer a neighbor or an element of p no longer one of
+   dropped. There is room for p, as p has ceased to be a neighbor or an element of p one of
    row i. Returns whether row i has neighbors outside p. */
 bool EliminationOrder::shorten(int i, int p)
 {

@@ -149,7 +149,7 @@ std::vector<Fix *> FixOverdamped::check_forces() const
 void FixOverdamped::setup(int /*vflag*/)
 {
   if (last_timestep >= 0 && last_timestep != update->ntimestep) flow->forget_velocities();
-  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // massless
+  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // no inertia
   flow->begin_interval();
   flow->check_held();
   flow->setup();

@@ -6,9 +6,9 @@
 
 namespace LAMMPS_NS {
 
-/* Simple shear of disks or droplets without mass, among the commands of LAMMPS: what the fix
+/* Overdamped simple shear of disks or droplets, among the commands of LAMMPS: what the fix
    refuses, the parts of a step, ghosts, neighbors and files, and the box, which flips when it leans
-   too far. The physics is that of the flow: disk_flow.h or droplet_flow.h. */
+   too far. The flow has the physics: disk_flow.h or droplet_flow.h. */
 class FixOverdamped : public Fix, private GhostExchange {
  public:
   FixOverdamped(class LAMMPS *, int, char **);

@@ -72,7 +72,7 @@ static constexpr PluginStyle STYLES[] = {
      &create<PairCirculoline>, nullptr},
     {"pair", "disk/drag", "harmonic repulsion and drag of disks", &create<PairDiskDrag>, nullptr},
     {"bond", "line/tension", "line tension of polygon edges", &create<BondLineTension>, nullptr},
-    {"fix", "overdamped", "flow of disks without inertia", nullptr, &create<FixOverdamped>},
+    {"fix", "overdamped", "overdamped flow of disks", nullptr, &create<FixOverdamped>},
     {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
     {"fix", "polygon/bending", "bending stiffness of polygons", nullptr,
      &create<FixPolygonBending>},

@@ -244,7 +244,7 @@ void OverdampedFlow::hold_fixed()
   solver->hold(given, per_rate);
 }
 
-/* Forces on walls do work beside that of the stress of an affine flow. Other fixed droplets keep
+/* Forces on walls do work beside the stress of an affine flow. Other fixed droplets keep
    their areas while the box is compressed, so that drag on them does another work. */
 void OverdampedFlow::add_walls()
 {

@@ -15,7 +15,7 @@
 
 namespace LAMMPS_NS {
 
-/* Simple shear of particles without mass: at every step drag balances the other forces. A rate, an
+/* Overdamped simple shear: at every step drag balances the other forces. A rate, an
    oscillating strain or a stress drives the flow. What disks and droplets share stands here: the
    velocities at one instant, the numbers of the flow, and what limits a step. How they step from
    one instant to the next is in disk_flow.h and droplet_flow.h. */

@@ -19,7 +19,7 @@ namespace LAMMPS_NS {
    them may reach. With a shell a, disks attract: E = K ((s - r)^2 - 2 a^2) up to r = s + a, and
    -K (s + 2 a - r)^2 up to s + 2 a. An atom of diameter 0 is a flat wall: all disks, of one rank,
    meet it at their distance along y. Their drag is no force of this style: fix overdamped balances
-   it against the elastic force. With `elastic off` the energy of two disks is that of the other
+   it against the elastic force. With `elastic off` the energy of two disks comes from the other
    styles of hybrid/overlay, which fix overdamped asks by `single`. */
 class PairDiskDrag : public Pair {
  public:

@@ -20,7 +20,7 @@ class PolygonRings : protected Pointers {
   struct Vertex {
     int i, prev, next;    // local or ghost indices
     int polygon;
-    ImageOffset image;    // from that of the first vertex of its polygon
+    ImageOffset image;    // relative to the first vertex of its polygon
   };
   struct RingSegment {    // owned vertices that follow each other on a polygon
     int polygon, begin, end;

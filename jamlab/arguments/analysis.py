@@ -89,7 +89,7 @@ ANALYSIS = (
         unit="unit of stiffness times time squared",
         default=None,
         otherwise={"damped_vibrations": 1.0},
-        unset="1 for each disk or vertex; in G* motion without inertia",
+        unset="1 for each disk or vertex; in G* overdamped motion",
         habits="mass m weights inertia",
     ),
     Argument(

@@ -142,7 +142,7 @@ CAMPAIGNS = (
     ),
     Argument(
         "cyclic_shear",
-        "Quasi-static shear to and fro of every state, with the arguments of jamlab.quasistatic_shear.",
+        "Cyclic quasi-static shear of every state, with the arguments of jamlab.quasistatic_shear.",
         default=None,
         unset="none",
     ),

@@ -37,7 +37,7 @@ EnsembleQuantity: TypeAlias = Literal["z", "g", "b", "rho_J", "d_shape_factor", 
 LeverArms: TypeAlias = Literal["radius", "contact"]
 
 # flow
-HeldPressure: TypeAlias = Literal["constant"] | float  # "constant": that of the packing
+HeldPressure: TypeAlias = Literal["constant"] | float  # "constant": the pressure of the packing
 Against: TypeAlias = Literal["strain", "rate"]
 
 # micrographs

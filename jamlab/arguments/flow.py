@@ -122,7 +122,7 @@ FLOW = (
         least=0,
         above=True,
         default=None,
-        unset="that of the closest law",
+        unset="from the closest law",
         habits="least xmin x_min s_min smin lower_cutoff minimum",
     ),
     Argument(

@@ -202,7 +202,7 @@ MAKING = (
     ),
     Argument(
         "phi",
-        "Nominal packing fraction: area of free particles over that of the box.",
+        "Nominal packing fraction: area of free particles over area of the box.",
         "number",
         "φ",
         least=0,

@@ -93,7 +93,7 @@ SWEEPS = (
     ),
     Argument(
         "packing",
-        "A packing; of jamlab analyze a file for that of the picture.",
+        "A packing; of jamlab analyze a file for the unit of the picture.",
         otherwise={"jamlab analyze": None},
         unset="none is written",
     ),

@@ -98,8 +98,8 @@ class Cutter:
         return max(sum(work) / workers, last)
 
     def _guessed(self) -> "Iterator[tuple[_Queue, float]]":
-        """Yield batches with tasks that have not ended, and the mean time of a task; where none has ended, that of the
-        batch before, in proportion to the sites of a packing."""
+        """Yield batches with tasks that have not ended, and the mean time of a task; where none has ended, the time of
+        the previous batch, in proportion to the sites of a packing."""
         before: _Queue | None = None
         for queue in self._of.values():
             each = queue.each

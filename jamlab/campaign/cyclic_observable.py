@@ -1,4 +1,4 @@
-"""An observable of campaigns: quasi-static shear to and fro, a row for each state and amplitude."""
+"""An observable of campaigns: cyclic quasi-static shear, a row for each state and amplitude."""
 
 from typing import Annotated, Any, ClassVar
 

@@ -295,7 +295,7 @@ class Sweep(FileTable):
 
 
 def site_count(n: int, model: str, law: Mapping[str, Any]) -> float:
-    """Count the sites of n particles, of droplets the vertices, whose mean is that of the two sizes."""
+    """Count the sites of n particles, of droplets the vertices, in the mean of the two sizes."""
     if (each := MODELS.get(model).sites) is not None:
         return n * each
     counts = [int(law[name]) for name in ("nv_small", "nv_large") if name in law]

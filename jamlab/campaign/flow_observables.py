@@ -140,7 +140,7 @@ class SteadyFlow(_Run):
     """Steady shear and its start-up at each rate."""
 
     name, needs = "flow", "a table with rates"
-    _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
+    _STEADY: ClassVar = (  # means of `FlowCurve`; its pressure has another name than the pressure of the state
         *("stress", "stress_stderr", "elastic_stress", "elastic_stress_stderr", "normal_stress_difference"),
         *("normal_stress_difference_stderr", "dissipation", "plastic_events", "z_all", "z_all_stderr"),
     )

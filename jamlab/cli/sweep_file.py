@@ -42,7 +42,7 @@ class SweepFile:
             self._read()
 
     def begin(self, start: "Packing") -> None:
-        """Set the first state; it must be that of the file."""
+        """Set the first state; it must be the first state of the file."""
         if not self.states:
             self.states = [start]
         elif start != self.states[0]:

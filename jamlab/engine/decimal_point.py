@@ -1,7 +1,7 @@
 """LAMMPS reads and prints numbers by the locale of its thread: with a decimal point, whatever locale a host has set.
 
-Qt, GTK and R set that of the user; with a decimal comma LAMMPS takes no number. The locale is changed for the thread
-that calls, and only while it calls.
+Qt, GTK and R set the locale of the user; with a decimal comma LAMMPS takes no number. The locale is changed for the
+thread that calls, and only while it calls.
 """
 
 import ctypes

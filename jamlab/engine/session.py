@@ -450,7 +450,7 @@ class Session(Hinted):
         return found
 
     def _pace(self) -> float:
-        """Factor of time steps: of laws beside jamlab's own, whose stiffness may be any, that of the present state."""
+        """Factor of time steps: of laws beside jamlab's own, whose stiffness may be any, from the present state."""
         if self.law.deck_part or self._own_forces:
             return 1.0
         return float(np.clip(self.law.stiffness_at(max(self.evaluate().pressure, 0.0)), *LIMITS.stiffness) ** -0.5)

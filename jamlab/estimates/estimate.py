@@ -186,7 +186,7 @@ class MeanPlan:
             wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), PLAN.most_growth))
 
     def half_width(self, values: Sequence[float] | Array) -> float:
-        """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
+        """Scatter of the interval: packings and table together, or the table alone if larger.
         Packings that happen to lie close together are no better known than the table says."""
         known, more = self.scatter, len(values) - 1
         freedom = known.freedom + more

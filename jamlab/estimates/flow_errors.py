@@ -84,7 +84,7 @@ class FlowErrors:
         """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
         Between conditions it lies on lines; where drag or strain are less than in the grid, and errors tend to a
-        limit, it is that of the least. One packing in twenty rearranges early, which a few do not show: no G* is
+        limit, it is the error of the least. One packing in twenty rearranges early, which a few do not show: no G* is
         promised better than that under linear drag, of which there are many.
         """
         grid = self._grids.get(f"{flow.kind}, {'stokes' if flow.alpha == CONDITIONS.stokes else 'contact'}")

@@ -277,7 +277,7 @@ QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted
 class Difference(NamedTuple):
     """Difference of two ensemble means."""
 
-    value: float  # mean of the first way minus that of the reference
+    value: float  # mean of the first way minus mean of the reference
     error: float  # standard error
     freedom: float  # degrees of freedom of it
 

@@ -103,7 +103,7 @@ def _compare_drag(packing: Packing, law: DragLaw, background: float, found: Eval
     if np.abs(rates).max() < _STILL:
         return False
     expected, beside_flow = power(rates), power(np.append(rates[:-1], 0.0))
-    if not beside_flow > _TELLING * expected:  # of what follows the flow all of the power is that of the flow
+    if not beside_flow > _TELLING * expected:  # of what follows the flow the flow dissipates all of the power
         _check("dissipated power per area", found.dissipation, expected, (loose + _SUMS) * expected, who)
         return False
     signs = np.random.default_rng(len(rates)).choice([-1.0, 1.0], len(rates))

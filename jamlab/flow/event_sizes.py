@@ -145,7 +145,7 @@ def event_sizes(
             table.
         quantity: "energy", lost by the whole packing; "stress_drop"; "participation", the number of particles that take
             part, which runs know that were given `event_width`.
-        discard: path of strain at the start whose events are left out, to and fro counted alike.
+        discard: path of strain at the start whose events are left out, both directions added.
         least_size: smallest size of the fit. Default: the one from which on the law is closest to the data, see
             `jamlab.statistics.size_distribution.fit_sizes`.
         truncated: whether large sizes are cut off exponentially; False fits a power law alone.

@@ -1,6 +1,6 @@
 """Cyclic quasi-static shear: what each cycle changes, cycles that repeat, and the pairs of events within them.
 
-A packing of finite size that is sheared to and fro without temperature returns, at a small amplitude, to a state that
+A packing of finite size under cyclic shear without temperature returns, at a small amplitude, to a state that
 it had one or more cycles before, and from there on all repeats (Regev, Lookman & Reichhardt, Phys. Rev. E 88, 062401
 (2013); Fiocco, Foffi & Sastry, Phys. Rev. E 88, 020301 (2013)). The number of cycles between the two is the period
 (Lavrentovich, Liu & Nagel, Phys. Rev. E 96, 020101 (2017)). Within such a limit cycle an event of the way there and one
@@ -194,7 +194,7 @@ def moved_between(before: Packing, after: Packing) -> Moved:
 
 
 def _common(moved: Array, counted: Mask, packing: Packing) -> Array | float:
-    """Motion of all together, by that of the sites that count."""
+    """Motion of all together, from the sites that count."""
     return packing.frame.drift(np.where(counted[:, None], moved, moved[counted].mean(axis=0)))
 
 

@@ -1,4 +1,4 @@
-"""One LAMMPS in which a packing without mass flows: at every instant drag balances the elastic forces.
+"""One LAMMPS in which a packing flows overdamped: at every instant drag balances the elastic forces.
 
 `fix overdamped` of the plugin finds the velocities, moves disks or vertices, strains the box and chooses the steps; the
 decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same with the numbers of `parts/flow`.
@@ -157,7 +157,7 @@ class OverdampedSession:
         self._scales, self._outlines = unit_scales(packing), ""
         self._starts = True  # no step has been taken
         self._agrees = False  # the plugin with the analysis, as far as this flow has shown
-        self._own: dict[str, float] = {}  # parameters that differ from those of the packing
+        self._own: dict[str, float] = {}  # parameters that the packing has otherwise
         natural = self._scales.to_natural(packing)
         settings["even"] = float(settings["even"]) * stiffness_scale(natural)
         self._session = Session(natural)
@@ -230,7 +230,7 @@ class OverdampedSession:
         """Drive the packing from its present state, which is returned; time, strain, work and iterations count from
         here, or from `before`, the last state of an earlier flow. `drive`: "rate value", "oscillate amplitude omega" or
         "stress value", as of `fix overdamped`; a stress as `stress_drive` says it. `interval`: of time, after which
-        `advance` returns. `longest`: step, by default no limit but that of the tolerance."""
+        `advance` returns. `longest`: step, by default limited only by the tolerance."""
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
@@ -446,7 +446,7 @@ SMALL_STRAIN_BACKGROUND = float(defaults("flow.rest")["background_drag"])
 
 def solver_residual(damping: DragLaw, tolerance: float, background: float) -> float:
     """Residual of the velocities over the driving force, so small that its noise stays below the error of a step. A
-    residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
+    residual r leaves errors up to r over the least eigenvalue of B, which is about the background drag."""
     softest = background if damping.at_contacts else 1.0
     least, most = STEPS.coarse
     linear = damping.linear() == damping  # a power law drags most what moves least, and small errors are large there

@@ -67,7 +67,7 @@ class QuasistaticShear(ShearRun):
     _apart = ("wall_stress", "event_displacements")
 
     converged: NDArray[np.bool_]  # (m,) whether the minimisation met `force_tolerance`
-    max_force: Array  # (m,) largest force left
+    max_force: Array  # (m,) residual force
     area: Array  # (m,) of the cell
     event: NDArray[np.bool_]  # (m,) whether the step to this state is a plastic event
     direction: Direction = "simple"  # see `quasistatic_shear`
@@ -270,7 +270,7 @@ class QuasistaticShear(ShearRun):
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.locator_params(axis="x", nbins=5)  # strains of both signs, and small ones, are wide
         legend = axes.legend(
-            *axes.get_legend_handles_labels(), title="" if self.balanced else describe_balance(self),
-            fontsize=LEGEND, ncols=3 - bool(first), title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
+            *axes.get_legend_handles_labels(), title="" if self.balanced else describe_balance(self), fontsize=LEGEND,
+            ncols=3 - bool(first), title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
         legend.get_title().set_color(RED)

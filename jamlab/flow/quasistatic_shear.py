@@ -79,7 +79,7 @@ def quasistatic_shear(
             Default: constant area.
         until_jammed: True: shear a packing that is unjammed until it jams, and stop there. The step that jams it is
             halved until it is a thousandth of `strain_step`. Default: False.
-        snapshot_every: strain between stored packings, to and fro counted alike. Default: only the first, the last and
+        snapshot_every: strain between stored packings, both directions added. Default: only the first, the last and
             those at the ends of cycles.
         event_width: strain to which each plastic event is bracketed, by halving the step that holds it; a step that
             holds several finds each of them. Missed are those that a step back undoes, and that lose less energy per

@@ -237,7 +237,7 @@ class Run(RunFile[R]):
             self.frames.append(self.packing())
 
     def result(self) -> R:
-        """The run so far; the last packing is that of the last row."""
+        """The run so far; the last packing belongs to the last row."""
         columns = {name: np.array([getattr(row, name) for row in self.rows]) for name in self._kind.series}
         last = [] if self._last_is_kept() else [self.packing()]
         effort = {"steps": self.steps, "seconds": time.perf_counter() - self._began}
@@ -312,7 +312,7 @@ class TimedRun(Run[R]):
 
     @property
     def path(self) -> float:
-        """Strain so far, to and fro counted alike."""
+        """Accumulated strain, both directions added."""
         return float(np.abs(np.diff([row.strain for row in self.rows])).sum())
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0) -> FlowState:

@@ -93,7 +93,7 @@ class ShearRun(FlowRun):
 
     @property
     def path(self) -> Array:
-        """(m,) strain so far, to and fro counted alike."""
+        """(m,) accumulated strain, both directions added."""
         return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.strain)))])
 
     @property

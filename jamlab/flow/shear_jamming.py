@@ -30,7 +30,7 @@ class ShearJamming(Result):
         strain_below: strain of the last state that is unjammed.
         strain: strain of the first state that is jammed; the step between the two is at most a thousandth of
             `strain_step`.
-        path: strain so far there, to and fro counted alike.
+        path: accumulated strain there, both directions added.
         pressure: of that state.
         packing: that state.
     """

@@ -10,7 +10,8 @@ without a linear term,
 which is fitted. Harmonic disks have another end: a contact that opens takes its stiffness away at once, and the
 Hessian jumps from a finite eigenvalue to a negative one. Such an event does not fit.
 
-At a pressure that is held the area is a coordinate beside the sites, and the eigenvalues are those of the enthalpy.
+At constant pressure the area is a coordinate beside the sites, and the eigenvalues belong to the Hessian of the
+enthalpy.
 """
 
 from __future__ import annotations
@@ -60,9 +61,9 @@ class Softening(Result):
     Attributes:
         distance: (m,) strain from each of them to the last minimum before the event.
         eigenvalues: (m,) of the mode, energy per length squared; zero modes and rattlers are left out.
-        kept: (m,) bool, whether the contacts are those of the last minimum, so that the Hessian has not jumped.
+        kept: (m,) bool, whether the last minimum has the same contacts, so that the Hessian has not jumped.
         vector: (n_sites, 2) the mode at the last minimum, of length 1; 0 for rattlers.
-        area_change: at a pressure that is held the part of the mode along the area, log(area) times sqrt(area); its
+        area_change: at constant pressure the part of the mode along the area, log(area) times sqrt(area); its
             square and that of `vector` add up to 1.
         ending: "fold": the eigenvalue vanishes as the square root, within the bracket. "contact change": it does not
             change on the way to the event, and a contact that opens or closes there ends the minimum. "unresolved":

@@ -18,7 +18,7 @@ class Target:
     """A strain to go to."""
 
     strain: float
-    path: float  # strain so far, to and fro counted alike
+    path: float  # accumulated strain, both directions added
     step: float  # from the one before, positive
     keep: bool  # whether its packing is kept
     ends_cycle: bool
@@ -41,7 +41,7 @@ class StrainPath:
 
     @property
     def length(self) -> float:
-        """Strain in all, to and fro counted alike."""
+        """Accumulated strain, both directions added."""
         again = np.abs(np.diff([self.points[-1], *self.points])).sum()
         return float(np.abs(np.diff([0.0, *self.points])).sum() + (self.repeats - 1) * again)
 

@@ -308,7 +308,7 @@ def contacts_are_certain(packing: Packing) -> bool:
 
 
 def contact_lines(network: Contacts) -> Array:
-    """(m, 2, 2) from the centre of i, moved into the cell, to that of the image of j that it touches."""
+    """(m, 2, 2) from the centre of i, moved into the cell, to the centre of the touching image of j."""
     from jamlab.packing.packing_plot import home_moves
 
     packing = network.packing

@@ -66,7 +66,7 @@ def rims(packing: Packing) -> Rims:
 
 
 def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
-    """Divide arcs: steps of each, and the radius u of inner points, in that of the ends, that keeps the sector's area.
+    """Divide arcs: steps of each, and the radius u of inner points, in radii of the ends, that keeps the sector's area.
     With k steps of psi = turn/k: u sin(psi) + (k - 2)/2 u^2 sin(psi) = k psi/2."""
     steps = np.maximum(np.ceil(turn / ARC_STEP), 2).astype(np.int64)
     share = 0.5 * steps / np.sinc(turn / (steps * np.pi))

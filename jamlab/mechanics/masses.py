@@ -18,7 +18,7 @@ from jamlab.packing.packing import Packing
 Masses = ArrayLike | Mapping[str, Any]  # what `masses` takes
 
 DENSITY = "density"
-CONTRAST = 1e4  # heaviest over lightest: 1e-9 of a stiffness times this is below that of the softest modes
+CONTRAST = 1e4  # heaviest over lightest: 1e-9 of a stiffness times this is below the stiffness of the softest modes
 LARGEST, LEAST = 1e100, 1e-100  # squares of frequencies times masses stay within float64
 
 
@@ -36,7 +36,7 @@ def particle_masses(packing: Packing, masses: Masses) -> Array:
     if len(outside):
         raise InputError(
             f"masses: particle {outside[0]} has the mass {found[outside[0]]:.6g}: must be positive, from {LEAST:g} to "
-            f"{LARGEST:g}; leave out masses for motion without inertia"
+            f"{LARGEST:g}; leave out masses for overdamped motion"
         )
     return found
 

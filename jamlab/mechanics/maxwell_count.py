@@ -94,7 +94,7 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
 
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
-    """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
+    """Compatibility matrix (contacts, motions) of the backbone; number of its particles; number of their pairs.
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
     free = packing.frame.free

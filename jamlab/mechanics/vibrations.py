@@ -256,7 +256,7 @@ def density_of_states(
 
 
 def modes_of(packing: Packing, count: int | None, rattlers: bool, prestress: bool, masses: Masses | None) -> Modes:
-    """`lowest_modes` of a packing with or without its rattlers; masses are those of the packing with them."""
+    """`lowest_modes` of a packing with or without its rattlers; masses always refer to the packing with them."""
     kept = packing if rattlers else remove_rattlers(packing)
     if masses is not None:
         masses = particle_masses(packing, masses)

@@ -44,7 +44,7 @@ class Odd:
     # scatter of gaps, of the most frequent: wide ones that vary by more are no lines that were left free
     varied: float = 0.75
     dilute: float = 0.5  # share of labelled pixels: more discs than 0.55 do not lie apart at random
-    # area over that of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
+    # area over area of the ellipse of the same second moments; half a disc 0.946, two in one 0.89
     ellipse: float = 0.97
     alike: float = 0.9  # share of labels that are ellipses, where all are taken for droplets as long as most
     long: float = 1.2  # aspect, beyond which droplets are elongated
@@ -55,7 +55,7 @@ class Odd:
     # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
     round: float = 0.72
     rough: float = 0.5  # pixels by which walls between labels of whole pixels wander into the largest discs
-    larger: float = 4.0  # area over that of the next smaller one: beyond, labels are no class of droplets
+    larger: float = 4.0  # area over area of the next smaller one: beyond, labels are no class of droplets
     few: float = 0.1  # share of labels that may lie beyond; more are a class
     smooth: float = 0.1  # typical radii, by which the edge of a large round droplet may leave its circle
     seen: float = 0.15  # share of its circle that a large droplet must show to be known as one

@@ -30,12 +30,12 @@ VOIDS = CountedVoids()
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a picture with its statistical and systematic uncertainty.
+    """A number of a picture, with how far a mean over its droplets may be from a mean over many more.
 
-    The mean over n droplets has the standard error s/sqrt(n) of independent droplets with the standard deviation s. For
-    rho, the area of droplets over the area of their cells, it is the standard error of a ratio,
-    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps and are anticorrelated: in
-    windows of 30 to 120 out of 1200 and 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z
+    The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
+    drawn on its own; for rho, the area of droplets over the area of their cells, it is the error of a ratio,
+    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps, which evens out what is
+    beside each other: in windows of 30 to 120 out of 1200 and 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z
     scatter by 0.7 to 0.8 of this error, and rho by 0.6 to 1.0 of it from two sizes to a power law of 10:1; where disks
     of one size crystallise, by 2.
 

@@ -97,7 +97,7 @@ def _of_ome(text: str | None) -> PixelSize | None:
 
 
 def _of_tags(tags: Any, imagej: dict[str, Any] | None) -> PixelSize | None:
-    """The size by the tags of resolution, in the unit of ImageJ or that of the tags."""
+    """The size by the tags of resolution, in the unit of ImageJ or of the tags."""
     if "XResolution" not in tags or "YResolution" not in tags:
         return None
     width, height = (float(1 / Fraction(*tags[name].value)) for name in ("XResolution", "YResolution"))

@@ -2,7 +2,7 @@
 
 Droplets of two pictures are matched so that squared displacements sum up to least; none goes further than half the
 spacing. With a memory, one that is missed keeps its number and is sought where it was seen last. Strain and D2min of
-a droplet are those of the vectors to its neighbours, from the frame before to this one.
+a droplet are moments of the vectors to its neighbours, from the frame before to this one.
 
 Source: H. W. Kuhn, Nav. Res. Logist. Q. 2, 83 (1955), for the matching; M. L. Falk & J. S. Langer, Phys. Rev. E 57,
 7192 (1998), for D2min.

@@ -195,9 +195,9 @@ def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
 def traced_outlines(cells: Indices, inside: Array) -> list[Array]:
     """Outlines of droplets, half a gap from the walls of their cells, smoothed to their first Fourier modes.
 
-    The outline of pixels is longer than that of the droplet by steps of a pixel, however fine they are; its first modes
-    hold flats and corners but not the steps. More modes hold more of the corners, and more of the noise: outlines of a
-    packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in good
+    The outline of pixels is longer than the outline of the droplet by steps of a pixel, however fine they are; its
+    first modes hold flats and corners but not the steps. More modes hold more of the corners and of the noise: outlines
+    of a packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in good
     rendered pictures errors of A are -0.010 to 0.018 with 8 modes, -0.008 to 0.020 with 10, and pass
     0.024 with 16.
 

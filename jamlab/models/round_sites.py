@@ -57,7 +57,7 @@ class RoundSites(Model[Packing]):
     `bond_coefficients`. Contacts follow any force law of disks.
     """
 
-    own: ClassVar[Mapping[str, Parameter]] = {}  # parameters beside those of the force law
+    own: ClassVar[Mapping[str, Parameter]] = {}  # parameters beside the force law
     bond_style: ClassVar[str]  # of LAMMPS
     # arguments of `bond_coeff`: formulas of v_d, the diameter of the particle, and of the parameters, such as v_bond
     bond_coefficients: ClassVar[tuple[str, ...]]

@@ -1,8 +1,8 @@
 """Two states of the same particles: the strain of the box between them, neighbours, and how particles moved.
 
 Boxes of one lattice are many, and particles may have been wrapped: the box strain is the smallest one that takes the
-lattice of the first state to that of the second, or the nearest to the strain that states of a run carry; what moves
-beyond it is taken at its shortest image.
+first lattice to the second, or the nearest to the strain that states of a run carry; motion beyond it is taken at its
+shortest image.
 """
 
 from __future__ import annotations

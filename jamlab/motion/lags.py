@@ -29,7 +29,7 @@ class Lags:
 
     moved: Array  # (states, n, 2) without the affine motion, since the first state
     lag: Indices  # (l,) number of states, evenly in their logarithm
-    strain: Array  # (l,) strain to and fro between states that far apart, 0 where states carry none
+    strain: Array  # (l,) accumulated strain between states that far apart, 0 where states carry none
     time: Array  # (l,) time between them, 0 where they carry none
     origins: Indices  # (l,) how many first states there are
     packing: Packing  # the first state

@@ -44,7 +44,7 @@ class LocalStrain(Result):
         d2min: (n,) squared residual of the best affine map, summed over the neighbours, squared lengths.
         strain: (n, 2, 2) strain[i, a, b] = d u_a / d x_b of the best affine map, that is F - 1, with the strain of the
             box and with rotation. Both are nan where `undefined` says why.
-        displacements: (n, 2) non-affine displacement of each particle, without the mean over particles.
+        displacements: (n, 2) motion of each particle relative to the box, without the motion of the whole.
         neighbors: (n,) int64, number of neighbours in the first state.
         undefined: (n,) text, "" where there is a value: "rattler", "flat wall", "too few neighbors" (below 3) or
             "neighbors on a line".
@@ -224,9 +224,10 @@ def local_strain(
 ) -> Any:
     """Compute local strain and D2min of every particle between states.
 
-    Positions are centres of disks or area centroids of droplets. Vectors to neighbours are taken at the periodic image
-    nearest to the affine motion of the box, so boxes may be tilted, flipped or strained and particles wrapped. If
-    several strains relate the two boxes, the one that the run records is taken, or else the smallest.
+    Particles are disks at their centres or droplets at their area centroids. Vectors to neighbours go from one state to
+    the next at the image nearest to the affine motion of the box, so that tilted, flipped and strained boxes and
+    wrapped particles need nothing. Of two boxes far apart the smallest strain is taken, or the strain of the run, which
+    counts from its start, such as the end of the run before.
 
     Args:
         before: the first state; or, without `after`, a run or packings one after the other, for every step from one

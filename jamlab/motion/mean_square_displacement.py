@@ -28,8 +28,8 @@ class MeanSquareDisplacement(Result):
 
     Attributes:
         lag: (m,) int64, number of states from the first to the second.
-        strain: (m,) path of strain between them, reversals included; 0 for states without strain.
-        time: (m,) time between them; 0 for states without time.
+        strain: (m,) accumulated strain between them, both directions added; 0 where states carry none.
+        time: (m,) time between them, 0 where states carry none.
         along, across: (m,) mean square displacement along x and along y.
         non_gaussian: (m,) <r^4> / (2 <r^2>^2) - 1, 0 for a Gaussian distribution; nan if nothing moves.
         origins: (m,) int64, number of first states.
@@ -86,9 +86,9 @@ def mean_square_displacement(
 ) -> MeanSquareDisplacement:
     """Compute the non-affine mean square displacement over logarithmically spaced lags.
 
-    From each state to the next, the affine motion of the box, the mean displacement and lattice vectors are subtracted;
-    the remainders are summed. Between two states no particle may move by half a box relative to the flow. If states are
-    evenly spaced, means are over all pairs of states (an early last state is left out), else over pairs with the first.
+    From each state to the next, the affine motion, the mean motion and lattice vectors are taken off; the rest is
+    summed. States must lie so close that no particle moves by half a box beyond the flow between two of them. Means are
+    over all pairs of states if these lie evenly (the last may come early, and is left out); else from the first state.
 
     Also called: msd, MSD, mean_squared_displacement, mean_squared_displacements, diffusion.
 

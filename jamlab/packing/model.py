@@ -205,7 +205,7 @@ class Contacts(Part[P]):
         self.lacks("terms")
 
     def shape_terms(self, packing: P) -> list[Terms]:
-        """Those of them that need no contact, by default none."""
+        """Sites that need no contact, by default none."""
         return []
 
     def rigidity(self, packing: P) -> Array:

@@ -46,7 +46,7 @@ MEASURED: dict[str, Quantity] = {
     "void_sides": Quantity("void sides", NUMBER, f"particles around a void, {_CLOSED}", ".4f"),
     "void_area": Quantity("void area", AREA, f"area of a void, {_CLOSED}"),
     "void_shape_factor": Quantity("void 𝒜", NUMBER, f"shape factor of a void, {_CLOSED}"),
-    "max_force": Quantity("max force", FORCE, "largest force left: how near to a minimum the packing is", ".1e"),
+    "max_force": Quantity("max force", FORCE, "residual force: distance of the packing from a minimum", ".1e"),
     "psi_6": Quantity("ψ6", NUMBER, "mean of |psi_6|", standard=False),
     "psi_6_global": Quantity("Ψ6", NUMBER, "|mean of psi_6|", standard=False),
 }

@@ -38,7 +38,7 @@ class HeatBath:
     """Numbers of the dynamics, in the time (m d^2/e)^(1/2) of contacts of the energy e."""
 
     damp: float = 1.0  # time in which friction stops a motion
-    # time step over that of the stiffest mode; kinetic energy is too low by the square of half of it
+    # time step over period of the stiffest mode; kinetic energy is too low by the square of half of it
     step: float = 0.1
     # least bound of the stiffest mode, over the stiffness of a contact: of a disk with four neighbors, which gets more
     # as it heats up

@@ -43,8 +43,8 @@ class SweepSteps:
     secant_steps: int = 15  # at most, to a true packing fraction
     met: float = 0.01  # distance from a state's packing fraction over that to the state before
     met_last: float = 1e-6  # distance of the last state from its packing fraction
-    least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
-    shortest: float = 1e-7  # step in phi, when following a basin
+    least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another minimum
+    shortest: float = 1e-7  # step in phi, when following a minimum
     loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
     easy: float = 0.3  # part of the error allowed below which the next step may be twice as long
 

@@ -52,7 +52,7 @@ class Effort:
 
     near: int = 400  # steps of L-BFGS beside a minimum of droplets
     far: int = 5000  # the same from elsewhere
-    rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
+    rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their minimum
     box: int = 60  # steps of the box around droplets
     # droplets from which on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a
     # minimum without. A sweep of 256 takes .90 to .99 times the CPU; of 64 the states up to rho = 0.855 take .73 times
@@ -73,7 +73,7 @@ class Descent(Protocol):
 
 
 class DescentOfDisks:
-    """By "cg", or "fire" of many disks: CG crawls where barely touching disks are soft."""
+    """By "cg", or "fire" of many disks: CG converges slowly where weak contacts are soft."""
 
     def name(self, session: Session) -> str:
         return "fire" if session.size >= QUENCH.many_disks or not session.law.springs else "cg"
@@ -82,7 +82,7 @@ class DescentOfDisks:
         return self.descend(session, tolerance, 0, USUAL)
 
     def descend(self, session: Session, tolerance: float, round_: int, effort: Effort) -> Evaluation:
-        if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
+        if round_ == 1:  # a curved valley, in which Newton and first-order steps converge slowly
             return descend_by_lbfgs(session, tolerance, effort.far)
         if self.name(session) == "fire":
             noise = QUENCH.newton_noise * 0.1**round_

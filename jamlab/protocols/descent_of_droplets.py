@@ -1,4 +1,4 @@
-"""First-order steps of droplets: vertices slide along flats almost freely, so first-order methods crawl.
+"""First-order steps of droplets: vertices slide along flats almost freely, so first-order methods are slow.
 
 L-BFGS on LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE and Newton steps help where it
 stalls.

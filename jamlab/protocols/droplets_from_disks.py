@@ -1,4 +1,4 @@
-"""From disks to droplets: hand a jammed packing of soft particles over to the DP model.
+"""From disks to droplets: hand a jammed packing of soft disks over to the DP model.
 
 The disks share their overlaps half and half, as their power cells cut them. Each becomes a polygon inscribed in what is
 left of it, drawn in by half the width of the circulo-lines, so that no two outlines cross and rims just meet where the

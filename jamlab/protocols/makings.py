@@ -44,7 +44,7 @@ class Making(Minimising):
         stiffening_version: the same for laws whose force does not grow in proportion to the overlap.
         compression_version: of states of `compress`.
         starts: of `jam(start=...)`, the usual one first; none: there is nothing to choose.
-        outlines: arguments of `jam` beside those of the law, which the start takes.
+        outlines: arguments of `jam` beside the law, which the start takes.
         way: packing fractions, and the share of the time to onset spent below them: minimisation slows down as
             contacts form.
     """

@@ -245,7 +245,7 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
 
 
 def _force_tolerance(packing: Packing) -> float:
-    """Largest force left, smaller where contacts are softer than springs: the same force moves those farther."""
+    """Residual force, smaller where contacts are softer than springs: the same force moves those farther."""
     softness = packing.law.stiffness_at(pressure(packing))
     typical = stiffness_scale(packing) * mean_size(packing)
     return packing.kind.least_force * max(1.0, typical) * softness

@@ -1,4 +1,4 @@
-"""Newton steps to the bottom of a basin: Levenberg-Marquardt on the analytic Hessian, forces from LAMMPS.
+"""Newton steps to a minimum: Levenberg-Marquardt on the analytic Hessian, forces from LAMMPS.
 
 References: D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Nocedal & Wright, Numerical Optimization,
 algorithm 4.1.

@@ -116,7 +116,7 @@ class OnsetSearch(Approach[SearchState]):
                 end = self._leave_saddles(end, late=falls >= DECOMPRESSION.falls)
             if self.at_end(end):
                 return end
-            # it fell apart in one go and found a denser basin, or ended on a saddle: compress what is left
+            # it fell apart in one go and found a denser minimum, or ended on a saddle: compress what is left
             low, step = end, self.protocol["step_fine"]
         raise fell_too_often(low.phi, DECOMPRESSION.most_falls + 1)
 

@@ -1,4 +1,4 @@
-"""Relax a packing to a minimum of its potential energy: first-order steps into the basin, Newton steps to the bottom.
+"""Relax a packing to a minimum of its potential energy: first-order steps, then Newton steps.
 
 The making of a model states the first-order steps, see `jamlab.protocols.descent`.
 """

@@ -58,7 +58,7 @@ class RigidSteps:
     # denser ones
     same: float = 1e-6
     repeats: int = 2
-    # tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
+    # tries at most until a state of droplets is a minimum or unjams, and changes of phi for each
     judgements: int = 8
     corrections: int = 4
     farthest: float = 100.0  # change of the distance to onset at most, in one of them

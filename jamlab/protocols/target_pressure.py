@@ -266,7 +266,7 @@ def _walk(
             if level == len(_LADDER):
                 return
             continue
-        if reached < loose:  # too far down, or it found a denser basin: up again by growing steps
+        if reached < loose:  # too far down, or it found a denser minimum: up again by growing steps
             phi, rise, before, level = packing.phi + rise, 2 * rise, None, 0
         else:
             overlap = law.linear_in_phi(reached)

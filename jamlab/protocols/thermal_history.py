@@ -30,7 +30,7 @@ from jamlab.storage.verified_file import versions
 Temperature = float | Sequence[float] | Array
 HOTTEST = 1.0  # contacts alone hold particles apart: beyond, they pass through each other all the time
 STRETCHES = 50  # rows of a history at most, each at one temperature
-_KEPT = ("seed", "source", "sizes")  # of a provenance: the seed is that of the random start
+_KEPT = ("seed", "source", "sizes")  # of a provenance: the seed of the random start
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def quenched(
     given: Packing, hot: Packing, tolerance: float | None, pressure: float | None, began: float, **entries: Any
 ) -> Packing:
     """The minimum next to a state, in the ensemble and the units of the packing that was given, and at a pressure if
-    one is given. It has no `phi_J`: its onset is another one than that of the packing given. `began`: see
+    one is given. It has no `phi_J`: its onset is another one than the onset of the given packing. `began`: see
     `time.perf_counter`."""
     scales = natural_scales(given)
     held = None if pressure is None else pressure / scales.stress

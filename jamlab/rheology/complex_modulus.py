@@ -80,7 +80,7 @@ class ComplexModulus(Result):
         g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p, direction=...)` of the same direction;
             negative if the packing is unstable to shear at its box shape.
         eta0: lim G''/omega at low frequency. Floppy modes of a network follow the motion of least dissipation.
-        eta_inf: lim G''/omega at high frequency; with masses that of the affine motion.
+        eta_inf: lim G''/omega at high frequency; with masses the viscosity of the affine motion.
         method: solver used.
         error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
         unit: unit of stress, for labels.
@@ -170,8 +170,8 @@ def complex_modulus(
             complex factorisation per frequency, as in the paper. "dense": full relaxation spectrum, up to 1024 sites.
             "auto": "dense" for small packings and for networks with floppy modes, else "reduced"; with masses "direct".
         masses: mass of each particle, (n,), or one number for all, or {"density": mass per area}, in the unit of
-            stiffness of the packing times tau_1^2; vertices share that of their droplet, and disks have the moment of
-            inertia m R^2/2. Default: motion is overdamped.
+            stiffness of the packing times tau_1^2; vertices share the mass of their droplet; disks have the moment
+            of inertia m R^2/2. Default: motion is overdamped.
 
     Warns:
         JamlabWarning: g0, the static modulus in this direction, is negative: the packing is unstable to shear at its

@@ -127,7 +127,7 @@ def scaling_collapse(
     resamples: int = 200,
     seed: int = 1,
 ) -> Collapse:
-    """Collapse the mean spectra of several pressures onto one curve: fit mu and lambda, and Delta from its slope.
+    """Scaling collapse of the mean spectra of several pressures: fit mu and lambda, and Delta from its slope.
 
     Args:
         pressures: three or more. Or a campaign, or its table "spectra", of one sweep or several, which has pressures

@@ -197,7 +197,7 @@ class StokesDrag(DragLaw):
         return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
-        """As in `ContactDamping`: drag on every site, and that of the fluid on the shear rate. `whole`: the packing
+        """As in `ContactDamping`: drag on every site, and drag of the fluid on the shear rate. `whole`: the packing
         with its rattlers, whose mean size is the unit of drag."""
         from scipy import sparse
 

@@ -179,8 +179,8 @@ def displacement_spectrum(
     and u are of the centres of disks (SP) or the area centroids of droplets (DP, to first order in the displacements of
     the vertices). The N particles form the backbone: rattlers are left out.
 
-    By default shear is infinitely slow, and no drag law matters. At a frequency u is complex; the power is the sum of
-    that of the part in phase with the strain and of the part a quarter period behind, twice the mean over a cycle.
+    By default shear is infinitely slow, and no drag law matters. At a frequency u is complex; the power is the sum
+    over the part in phase with the strain and the part a quarter period behind, twice the mean over a cycle.
     Along floppy modes u is 0 in slow shear and balances drag at a frequency.
 
     Args:

@@ -78,7 +78,7 @@ class DragLaw(ABC):
         True
     """
 
-    name: ClassVar[str]  # in DRAGS, files, campaigns and on the command line; by default that of the class
+    name: ClassVar[str]  # in DRAGS, files, campaigns and on the command line; by default the name of the class
     at_contacts: bool = True  # whether particles drag on each other where they touch, or on a flow around them
     tau: float = 1.0  # tau_1
     alpha: float = 1.0  # drag grows as this power of the velocity

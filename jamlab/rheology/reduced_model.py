@@ -1,7 +1,7 @@
 """Reduced model of the equation of motion for all frequencies: a rational Krylov space of real positive shifts.
 
 G*(omega) is a transfer function of two symmetric semi-definite matrices. Projected on responses at a few real shifts s,
-for which K + s B is positive definite, and on the slow and fast limits, the equation keeps its form with a handful of
+for which K + s B is positive definite, and on the slow and fast limits, the equation keeps its form with few
 coordinates; its modes are a relaxation spectrum of some tens of lines that has the G* of the whole one.
 """
 

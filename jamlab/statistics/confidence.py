@@ -184,7 +184,7 @@ BLOCKS = Blocks()
 @dataclass(frozen=True)
 class BlockAverage:
     """Mean of a correlated series: its `value`; its standard `error`, `value` +- 1.96 `error` being the 95 % interval;
-    the `drift`, mean of the second half less that of the first, over its standard error; and the number of
+    the `drift`, mean of the second half less mean of the first, over its standard error; and the number of
     `independent` values that the series is worth. Below about ten, the error of the error is large, which Student's t
     adds to `error`; below two, more values are needed, and `error` is only as large as that of two."""
 

@@ -52,7 +52,7 @@ def fit_scaling_exponents(
     b: float | None = None,
     start: tuple[float, float] = (0.0, 0.0),
 ) -> ScalingExponents:
-    """Fit the exponents that bring curves at every scale (m,), such as N or p, onto one curve in each family, such as
+    """Fit the exponents of a scaling collapse of curves at every scale (m,), such as N or p, in each family, such as
     G' and G''; an exponent that is given is held. Curves must overlap at the start of the search."""
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):

@@ -102,7 +102,7 @@ def fit_power_law(
 
 
 def _given(x: Array, y: Array, powers: Array) -> FittedPowerLaw:
-    """The coefficients of terms of given exponents, by least squares whose weights are those of the fit before."""
+    """The coefficients of terms of given exponents, by least squares with weights from the previous fit."""
     middle = float(np.exp(np.log(x).mean()))  # makes terms alike in size
     terms = (x / middle)[:, None] ** powers
     height = (x / middle) ** powers.mean()
@@ -180,7 +180,7 @@ def _slope(exponent: float, along: Array, y: Array) -> tuple[float, float]:
 
 def _covariance(design: Array, residual: Array) -> Array:
     """Covariance of a least-squares fit whose points scatter each by as much as it does (HC3, MacKinnon & White, J.
-    Econometrics 29, 305 (1985)): nearly that of the fits without one point."""
+    Econometrics 29, 305 (1985)): nearly the covariance of the fits without one point."""
     points, fitted = design.shape
     inverse = np.linalg.inv(design.T @ design)
     free = 1 - np.einsum("mi,ij,mj->m", design, inverse, design)

@@ -73,7 +73,7 @@ def fit_sizes(sizes: ArrayLike, least_size: float | None = None, *, truncated: b
 
     Args:
         sizes: (m,) positive.
-        least_size: smallest size of the fit. Default: that of the closest law, among 25 that leave 50 sizes or a fifth.
+        least_size: smallest size of the fit. Default: from the closest law, among 25 that leave 50 sizes or a fifth.
         truncated: whether large sizes are cut off exponentially.
 
     Raises:

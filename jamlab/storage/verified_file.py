@@ -72,7 +72,7 @@ def _block_size(length: int) -> int:
 
 
 def checksum(path: str | os.PathLike[str]) -> tuple[str, bool] | None:
-    """Read a file through: its label, and whether its content is that of the digest; None without such a header."""
+    """Read a file through: its label, and whether its content has the digest; None without such a header."""
     with open(path, "rb") as file:
         header = _read_header(file)
         if header is None:

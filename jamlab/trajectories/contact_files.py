@@ -1,6 +1,6 @@
 """Contact networks for other programs: bonds between the centres of particles, with their forces.
 
-OVITO reads bonds from a dump of their own, beside that of the particles; ParaView and VTK read points and lines, .vtp.
+OVITO reads bonds from a second dump beside the dump of the particles; ParaView and VTK read points and lines, .vtp.
 """
 
 from __future__ import annotations

@@ -266,8 +266,8 @@ class UniverseFrames:
         return relax(packing) if self._relaxed else packing
 
     def _facts(self, frame: int) -> tuple[dict[str, Any], list[str]]:
-        """Facts of a frame and, where frames were left out or added, names of those that are no longer known. Of a part
-        of the particles there is no `phi_J`, and lengths over their mean size are over that of the part."""
+        """Facts of a frame and, where frames were left out or added, names of facts that are unknown. Of a part
+        of the particles there is no `phi_J`, and lengths are in mean sizes of the part."""
         if len(self._lines) == len(self.trajectory):
             entries, lost = dict(self._lines[frame]), []
         else:

@@ -387,7 +387,7 @@ class Minimizer {
 //   strength, relative (0 or 1) and exponent of the law, see Law
 //   fire (8): timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink
 //   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
-//   largest (1) out: the largest force left, or stress times mean diameter
+//   largest (1) out: the residual force, or stress times mean diameter
 // Returns the steps taken; or, nothing changed, -1: the box is too small for bins, -2: positions
 // that are not finite, -4: no threads.
 JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box,

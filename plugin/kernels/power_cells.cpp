@@ -26,7 +26,7 @@ struct Interval {
 // Keeps the part of chord e that lies on the inner side of line k, in the places t of its points
 // height normal + t tangent. With s = sin and q = cos of the angle between the normals, 1 - |q| =
 // s^2/(1 + |q|) keeps the bound exact where the lines are nearly parallel: both chords must agree
-// on which line is in front. Of lines that coincide, that of the more distant disk is in front.
+// on which line is in front. Of lines that coincide, the line of the more distant disk is in front.
 void cut(const Line &e, const Line &k, Interval &kept)
 {
   const double sine = cross(e.normal, k.normal), cosine = dot(e.normal, k.normal);

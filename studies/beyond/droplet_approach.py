@@ -64,7 +64,7 @@ def _tasks() -> dict[str, Task]:
 
 
 def from_own_onset(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add z less that of the same packing at onset, with both counts, and leave out onsets."""
+    """Add z less z of the same packing at onset, with both counts, and leave out onsets."""
     who = ["n", "vertices", "seed"]
     onset = rows.loc[rows["d_rho"] == 0, [*who, "z", "z_strong"]]
     rows = rows[rows["d_rho"] > 0].merge(onset, on=who, suffixes=("", "_J"))

@@ -21,7 +21,7 @@ PRESSURE, AMPLITUDES = 1e-2, (0.03, 0.06, 0.11, 0.16)  # at constant area
 
 
 def measure_cycles(amplitude: float, seed: int) -> list[dict[str, Any]]:
-    """Shear one packing to and fro until it repeats, or for so many cycles."""
+    """Shear one packing cyclically until a state returns, or for so many cycles."""
     turns = [amplitude, -amplitude, amplitude]
     run = quasistatic_shear(pack(PARTICLES, PRESSURE, seed), turns, amplitude / STEPS, cycles=CYCLES)
     found, limit = run.cycles, run.limit_cycle
@@ -81,4 +81,4 @@ def draw_cycles(tables: EnsembleTables) -> Drawing:
     return out
 
 
-STUDY = Study("limit-cycles", "Limit cycles of packings that are sheared to and fro", _tasks(), draw_cycles)
+STUDY = Study("limit-cycles", "Limit cycles of packings under cyclic shear", _tasks(), draw_cycles)

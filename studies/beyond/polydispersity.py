@@ -79,7 +79,7 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
     above = rf"$\phi_J + {DISTANCE:g}$"
     label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
     label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
-    label(axes[4], "width of the sizes", in_unit(f"$G$ at {above}", "ε/d², ε/l²"), loc="best")
+    label(axes[4], "width of the sizes", in_unit(f"$G$ at {above}", "SP: ε/d², DP: ε/l²"), loc="best")
     scale(axes[5])
     for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
         of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")

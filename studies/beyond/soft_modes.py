@@ -28,7 +28,7 @@ EDGES = np.geomspace(1e-2, 4.0, 27)
 PLATEAU = (0.3, 1.0)  # frequencies over which the height of the plateau is a mean
 DENSE = 0.1  # pressure of the packings whose quasi-localised modes are found
 SIZES = {64: 240, 256: 120, 1024: 40}  # N -> packings
-LOW = 0.25  # share of packings, those of the lowest frequencies, to which a power is fitted
+LOW = 0.25  # share of packings, of the lowest frequencies, to which a power is fitted
 BLOCK, STARTS = 20, 16  # packings of a task; harmonic modes that minimisation starts from
 
 

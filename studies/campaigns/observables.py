@@ -77,7 +77,7 @@ def _shared_by_triples(near: Pairs, radius: Array) -> float:
 
 
 def shared_fraction(packing: Packing) -> float:
-    """Area that particles share over the area of the cell: their own areas, each taken whole, less that of their union;
+    """Area that particles share over the area of the cell: sum of their areas less the area of their union;
     what two share counts once, what three share twice.
 
     SP: phi - rho. DP: phi - rho is less, or even negative, since phi is that of free droplets: pressed against others

@@ -26,7 +26,7 @@ ORDER = 4  # of the polynomial
 
 @dataclass(frozen=True)
 class CriticalCollapse:
-    """What brings the data onto one curve."""
+    """Exponents of the scaling collapse."""
 
     critical: float  # x_c
     q: float  # y ~ s^q at x_c

@@ -24,7 +24,7 @@ from studies.other_codes.jax_md import JaxMD
 from studies.other_codes.peers import MISSING, MOST_STEPS, Analyst, Jamlab, Lammps, Peer, installed, plain_point
 from studies.tables import one_core, shortest
 
-_JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
+_JOLT = 0.01  # mean diameters: descent leads back to the same minimum
 _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
 
 Row = dict[str, Any]
@@ -34,7 +34,7 @@ CODES = {
     "Same coordinates: largest difference from jamlab, relative": (
         *("name", "version", "energy", "forces", "stress", "pressure"),
     ),
-    "Same basin: differences of energy (relative), z and G; seconds of a minimisation; over jamlab's": (
+    "Same minimum: differences of energy (relative), z and G; seconds of a minimisation; over jamlab's": (
         *("name", "method", "minimum", "z", "g", "max_force", "cold", "cold_ratio", "warm", "warm_ratio", "note"),
     ),
 }

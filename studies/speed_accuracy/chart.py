@@ -87,7 +87,7 @@ class Panel:
 
 def points_of(trials: pd.DataFrame, better: float = BETTER) -> pd.DataFrame:
     """Average trials (columns of `Trial`) over packings: a row for each setting, in their order. Errors are told from
-    those of the reference down to `better` times these.
+    errors of the reference down to `better` times these.
 
     Columns: panel, method, setting; seconds: median CPU time, as other programs on a busy machine would carry a mean;
     error, low, high: mean and 10 and 90 % quantiles of the magnitudes; packings, failed: how many gave a number, and
@@ -272,7 +272,7 @@ class Chart:
         return Study(self.name, self.words["title"], {f"{s}": partial(_rows, self, s) for s in seeds}, self.draw)
 
     def draw(self, tables: EnsembleTables) -> Drawing:
-        """Draw the mean cost and error of every setting, and say which defaults lie off their front."""
+        """Draw the mean cost and error of every setting, and say which defaults are not on the Pareto front."""
         points, words = self.points(tables.read(self.name)), self.words
         error = self.error
         figure = curve_figure(words["title"], error, points, words["parameter"])

@@ -1,4 +1,4 @@
-"""Chart of start-up of shear without inertia: tolerance of a step, and residual of the solver of velocities."""
+"""Chart of overdamped start-up of shear: tolerance of a step, and residual of the solver of velocities."""
 
 from collections.abc import Iterator
 from functools import partial

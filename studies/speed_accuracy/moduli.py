@@ -162,7 +162,7 @@ def _off_both(s: ComplexModulus, exact: Complex) -> float:
 
 def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: DragLaw) -> tuple[Complex, float]:
     """(m,) G* by a sparse LU for each frequency, refined with residuals and sums of 64-bit mantissa, and its error. The
-    error is that of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement."""
+    error is the error of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement."""
     network = force_network(packing)
     motion = equation_of_motion(network, damping)
     k, b = (m.toarray().astype(np.longdouble) for m in (motion.k_qq, motion.b_qq))

@@ -27,7 +27,7 @@ from studies.tables import shortest
 
 _PHI = 0.88
 _PACKINGS = {64: 20, 1024: 5, 8192: 3}  # N -> how many of the seeds
-_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
+_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its minimum
 _TOLERANCES = (1e-4, 1e-8, 1e-12)
 _REFERENCE, _CHECK = 1e-14, 10.0  # force left in the reference; and in one that tells how well it is known, times that
 _ROUNDING = 4.0  # times that of coordinates: no smaller force can be asked for, stiffness is 1

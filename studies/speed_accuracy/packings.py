@@ -115,7 +115,7 @@ def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
     """The pressure where the enthalpy is minimised by FIRE alone, from the start on."""
     phi = float(defaults("pressure")["phi_jammed"]) + 2 * pressure
     with Session(random_disks(_DISKS, seed, phi=phi, units="k")) as session:
-        session.minimize(1e-2 * pressure, minimizer="fire", steps=_FIRE_STEPS)  # the box would blow up at once
+        session.minimize(1e-2 * pressure, minimizer="fire", steps=_FIRE_STEPS)  # the box would diverge at once
         box_strains = BoxStrains(COMPRESSION, pressure)
         found = session.minimize(force * pressure, minimizer="fire", steps=_FIRE_STEPS, box_strains=box_strains)
     if found.max_force > force * pressure:

@@ -17,7 +17,7 @@ class Change:
 
     work: str
     against: str  # commit of the earlier record
-    ratio: float  # time over that of the earlier one, both over plain work
+    ratio: float  # time over time of the earlier one, both over plain work
     error: float  # of the ratio: half of what repeats and processes span, of both records together
     another_result: bool  # whether the work gave another number: a protocol or a definition changed
 

@@ -27,7 +27,7 @@ from studies.stability.plain_physics import plain_max_force
 from studies.study import Study
 
 _RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
-_SAME_BASIN = 1e-6  # relative difference of energies: far above what a force within tolerance leaves of them
+_SAME_MINIMUM = 1e-6  # relative difference of energies: far above what a force within tolerance leaves of them
 _ROUNDING = 30 * float(np.finfo(np.float64).eps)  # of forces of order 1, summed in another order
 
 SILENT = "silent"
@@ -90,12 +90,12 @@ def attempt(run: Callable[[], Trial]) -> Trial:
 
 
 def judge_descent(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
-    """Judge a minimisation by the largest force left, and by energies at its end, its start and the minimum beside."""
+    """Judge a minimisation by the residual force, and by energies at its end, its start and the minimum beside."""
     if not (np.isfinite(left) and np.isfinite(energy)) or energy > _RUNAWAY * start:
         return "diverged"
     if left > tolerance:
         return "stalled"
-    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "another minimum"
+    return "converged" if abs(energy - minimum) <= _SAME_MINIMUM * minimum else "another minimum"
 
 
 def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:

@@ -30,7 +30,7 @@ _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction t
 _SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives
 _FINEST = 1e-3  # step of rho, half of the least in the map: no step is compared with itself
 _COVERED = 2e-4  # error of rho that the plain union of outlines leaves room for
-_JOLT = {"sp": 0.02, "dp": 2e-3}  # small diameters, l: meant to leave the minimum, not its basin
+_JOLT = {"sp": 0.02, "dp": 2e-3}  # small diameters, l: descent leads back to the same minimum
 _STEPS = 10_000  # after which FIRE counts as stalled
 _LOOSE = 1e-4  # kinks of their contacts keep FIRE on droplets above the tolerance of a minimum
 
@@ -79,7 +79,7 @@ def droplets(ka: float, seed: int) -> Jolted:
 
 
 def try_fire(timestep: float, ka: float, seed: int) -> Trial:
-    """FIRE of plain LAMMPS decks on droplets with another time step, to the force that it can reach, in any basin."""
+    """FIRE of plain LAMMPS decks on droplets with another time step, to the force that it can reach, in any minimum."""
     jolted = droplets(ka, seed)
     with Session(jolted.start) as session:
         before = session.evaluate().energy

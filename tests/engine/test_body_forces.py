@@ -107,7 +107,7 @@ def test_a_force_that_another_fix_has_replaced_is_refused_without_setup():
     with Fall(disks((1, 5.0, 6.0)), "rate 0 background 0.5", [DOWN.format(0.05)]) as flow:
         flow.run(2)
         flow.lmp.command("unfix weight")
-        with pytest.raises(Exception, match="fix weight is not that of the last run: leave out pre no"):
+        with pytest.raises(Exception, match="fix weight was not in the last run: leave out pre no"):
             flow.lmp.command("run 2 pre no post no")
 
 

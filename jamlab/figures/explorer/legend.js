@@ -67,7 +67,7 @@ function voidKeys({why, list, percolating}, colours) {
 function moveKey(state, colours) {
   if (state.moves === null) return element('span', {}, 'displacements: no state before this one');
   const times = moveScale(state), {area, shear} = state.affine;
-  if (times === 0) return element('span', {}, 'displacements since the state before: none but that of the box');
+  if (times === 0) return element('span', {}, 'displacements since the previous state: only the box has moved');
   const box = `without the affine part (box: area ${number(100 * area, 3)} %, shear ${number(shear, 3)}) and drift`;
   const what = `displacements since the state before, drawn × ${plain(times)}, ${box}; dashed: cut`;
   return key(colours.move, what, 'line');
@@ -94,5 +94,5 @@ function facts(row, {units, along}) {
 function warning({converged, on_target: met, max_force: left}, {units}) {
   if (converged === true) return met ? '' : 'not at the packing fraction that was asked for';
   if (converged === null) return 'not known to be at an energy minimum';
-  return `NOT CONVERGED${left === null ? '' : `: largest force left ${number(left, 2)} [${units.force}]`}`;
+  return `NOT CONVERGED${left === null ? '' : `: residual force ${number(left, 2)} [${units.force}]`}`;
 }

@@ -71,7 +71,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
 
 
 def displacements(before: Packing, after: Packing) -> Array:
-    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median. The
+    """(n, 2) displacements of the centres relative to the box, by the nearest image, less their median. The
     median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median. With lattice
     coordinates s = x B^-1 they are (s_after - s_before) B_after."""
     box = unflipped_box(before, after)
@@ -206,7 +206,7 @@ class ShownQuantity:
 
 
 def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[str, NDArray[np.float64]]:
-    """Those of the observables that the page shows."""
+    """Observables that the page shows."""
     columns = {name: np.asarray(observables[name], dtype=np.float64) for name in SHOWN if name in observables}
     for name, values in columns.items():
         if values.shape != (frames,):

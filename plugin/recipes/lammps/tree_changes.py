@@ -97,7 +97,7 @@ Edge between atoms of a polygon is longer than ...
 Pair style circuloline finds ghost atoms up to its second argument, the longest edge that may occur, plus the contact
 width.  A bond of a polygon that grows beyond it may end at an atom that its processor does not know.  Raise that
 argument, or look for the reason why the bond grows: a time step too large, a line tension or area stiffness far from
-that of the start, or two atoms that are bonded by mistake.
+the lattice of the start, or two atoms that are bonded by mistake.
 
 """
 DEPEND = """\
