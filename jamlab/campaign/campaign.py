@@ -63,7 +63,7 @@ def _tell_nobody(outcome: Outcome) -> None:
 
 
 def _check_run(workers: int | Executor | None, share: Share) -> None:
-    """Refuse workers and shares that there cannot be."""
+    """Refuse `workers` or `share` out of range."""
     k, n = share
     if not 1 <= k <= n:
         raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
@@ -146,8 +146,8 @@ class Campaign(Hinted):
         """Run all tasks that are neither finished nor failed.
 
         Args:
-            workers: number of processes on this machine, by default one per core, or per so many as most `ranks`; or an
-                executor (PEP 3148), such as that of a cluster, whose workers see the folder under the same path.
+            workers: number of processes on this machine; default: cores divided by the largest `ranks` of the sweeps.
+                Or an executor (PEP 3148), such as a cluster, whose workers see the folder under the same path.
             share: (k, n): run every n-th task only, from the k-th on, so that n processes on any machines that share
                 the folder, such as jobs of an array, run all of them.
             only: names of sweeps; by default all.
@@ -159,7 +159,7 @@ class Campaign(Hinted):
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
-            InputError: workers or a share that there cannot be, an observable of your own that cannot be imported, or a
+            InputError: `workers` or `share` out of range, an observable of your own that cannot be imported, or a
                 folder of another campaign.
             StorageError: the folder cannot be written, or another process runs the same tasks in it.
             EngineError: the workers cannot be started, or their executor is broken. Run again to resume.
@@ -198,7 +198,7 @@ class Campaign(Hinted):
             done: see `run`; called in another thread.
 
         Raises:
-            InputError: a share, a number of workers or the name of a sweep that there cannot be.
+            InputError: `workers` or `share` out of range, or an unknown name of a sweep.
         """
         _check_run(workers, share)
         only = None if only is None else [*only]

@@ -256,7 +256,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)
         sections.append((f"Sweep of {model.particles}", shown))
-    title = "Jamming of disks and deformable polygons"
+    title = "Jamming of soft disks and deformable droplets"
     lead = (
         "From a random start at φ = 0.20 to jamming onset, "
         f"and from there in steps of {_DEMO_STEP} in ρ to dense packings. "

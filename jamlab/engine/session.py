@@ -243,8 +243,8 @@ class Session(Hinted):
             force_tolerance: on the largest norm of a force; the energy tolerance is 0.
             minimizer: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
             steps: iterations at most; force evaluations at most ten times as many.
-            stretch: iterations after which the minimiser restarts, by default never. FIRE's only brake is that the
-                power of all forces together turns negative; in large packings soft modes then swing for long.
+            stretch: iterations after which the minimiser restarts, by default never. FIRE damps only when the total
+                power is negative, so soft modes of large packings oscillate for long; restarts prevent this.
             box_strains: FIRE in the kernel: strains that the box takes as well, by default none.
             fire: `fire_numbers` of FIRE in the kernel, default as in the decks, by which LAMMPS descends as well
                 where the kernel takes neither the law nor a box less than three diameters wide.
@@ -317,7 +317,7 @@ class Session(Hinted):
         return int(self._lmp.extract_global("ntimestep")) + self._steps_elsewhere
 
     def is_whole(self) -> bool:
-        """Whether all disks or vertices are there and somewhere; after a run that failed, too."""
+        """Whether no particle was lost and all positions are finite; also valid after a failed run."""
         here = self._lmp.extract_setting("nlocal")
         return here == self.size and bool(np.isfinite(self._lmp.numpy.extract_atom("x")[:here]).all())
 
@@ -356,7 +356,7 @@ class Session(Hinted):
         return rows
 
     def strained(self) -> Packing:
-        """The present state in the box of LAMMPS, which a fix has strained or flipped, and `positions` go by it."""
+        """Current state in the box of LAMMPS, which a fix may have strained or flipped; sets the box of `positions`."""
         low, high, xy, *_ = self._lmp.extract_box()
         box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
         self._packing = at_positions(self._packing._trusted(box=box), self._atoms.positions(self.size, box))

@@ -301,7 +301,7 @@ def flow_cost(
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
 ) -> pd.DataFrame:
-    """Estimate the run time of shear at each rate, to a factor of two, from a trial of half a second.
+    """Estimate the run time of shear at each rate, to a factor of two, from a trial run of half a second.
 
     >>> cost = jamlab.flow_cost(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.1, 1.0], strain=5.0)
     >>> list(cost.columns), bool(cost["seconds"][0] > 0)

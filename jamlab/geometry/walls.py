@@ -28,16 +28,17 @@ def with_walls(packing: Packing, thickness: float = 2.0, *, flat: bool = False) 
     edge. A packing at a minimum remains at a minimum. Simple shear along x shifts the upper wall as a whole;
     compression moves it along y, at constant width. No other strain is defined between walls.
 
-    Flat walls are lines along x in a taller box, with all particles between them: two more particles of size 0, the
-    last of the packing, which disks meet at their distance along y, at half a diameter, and vertices of droplets at
-    `delta`. Relax such a packing: its pressure is another. Only tangential drag shears it; its static G is 0.
+    Flat walls are lines along x in a taller box, with all particles between them. They are stored as two extra
+    particles of size 0 at the end of the packing. Disks touch a wall at a distance of half a diameter, vertices of
+    droplets at `delta`. Relax the packing afterwards: the walls change its pressure. Only tangential drag shears it;
+    its static G is 0.
 
     Args:
         packing: SP or DP.
         flat: flat walls.
-        thickness: of each wall, mean sizes: particles whose centre lies that near the bottom or the top are fixed; from
-            the largest particle, since nothing may touch both sides of it, to a third of the height. Flat: from each
-            wall to the edge of the new box, at most 10.
+        thickness: of each wall, in mean sizes. Particles whose centre is within this distance of the bottom or the top
+            are fixed. Between the size of the largest particle (no particle may touch both sides of a wall) and a
+            third of the box height. Flat: from each wall to the edge of the new box, at most 10.
 
     Returns:
         The packing with `fixed` and `walls` set, in the ensemble "fixed-box".

@@ -24,7 +24,7 @@ from jamlab.packing.result import Result
 
 @dataclass(frozen=True)
 class RigidClusters(Result):
-    """Rigid clusters of a packing of disks, largest first. Two clusters may share a particle, about which they rotate.
+    """Rigid clusters of a packing of disks, largest first. Two clusters may share a particle (a hinge).
 
     Attributes:
         bonds: (m,) int64, cluster of each contact, rows as in `Contacts.pairs`.

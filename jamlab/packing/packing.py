@@ -1,8 +1,8 @@
 """A packing: the state that every other part of jamlab takes and gives.
 
-Models share the class. SP: soft disks, one position each. DP: deformable polygons, one position per vertex. The box is
+Models share the class. SP: soft disks, one position each. DP: deformable droplets, one position per vertex. The box is
 a parallelogram with periodic boundaries; all lengths and energies are in the units of the paper that `Packing.units`
-names. What depends on the model is asked of `Packing.kind`.
+names. `Packing.kind` holds everything that depends on the model.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a
 @checked_class
 @dataclass(frozen=True, eq=False)
 class Packing(Made, Hinted):
-    """Disks or deformable polygons in a periodic parallelogram.
+    """Soft disks or deformable droplets in a periodic parallelogram.
 
     Arrays, `params` and `provenance` are read-only copies. To change them, give changed copies to `with_state`.
 
     Attributes:
-        model: name of the model, such as sp, soft disks, or dp, deformable polygons.
+        model: name of the model, such as sp, soft disks, or dp, deformable droplets.
         box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.
@@ -219,12 +219,12 @@ class Packing(Made, Hinted):
 
     @property
     def kind(self) -> Model[Packing]:
-        """What depends on the model."""
+        """The `Model` (disks or droplets)."""
         return kind_of(self)
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the parameters of its force law may be."""
+        """Allowed parameters of the force law."""
         return self.kind.parameters(self.units, self.params)
 
     @property
@@ -286,7 +286,7 @@ class Packing(Made, Hinted):
 
     @property
     def known(self) -> dict[str, Any]:
-        """What files keep of `KNOWN`: the values that are not those of a packing that nobody minimised."""
+        """Entries of `KNOWN` that differ from their defaults; files store these."""
         known = {name: value for name, usual in KNOWN.items() if (value := getattr(self, name)) is not usual}
         return {name: value for name, value in known.items() if name == "fixed" or value != KNOWN[name]}
 
@@ -329,7 +329,7 @@ class Packing(Made, Hinted):
             particles: (n,) bool, at least one of them True.
 
         Raises:
-            InputError: another number of truth values, or none that is True.
+            InputError: wrong length, or no particle selected.
         """
         particles = np.asarray(particles)
         if particles.shape != (self.n,) or not particles.any():
@@ -377,7 +377,7 @@ class Packing(Made, Hinted):
 
     @property
     def disk_diameters(self) -> Array:
-        """SP (n,): diameters, for what is of disks alone."""
+        """SP (n,): diameters; raises for droplets."""
         if self.diameters is None:
             raise InputError("a packing of droplets (model dp) has no diameters: use one of disks")
         return self.diameters

@@ -57,8 +57,9 @@ def relax_off_saddles(
     stopped: bool = True,
     ensemble: Ensemble | None = None,
 ) -> Relaxed:
-    """Relax the packing in a session, to a minimum and not to a saddle; arguments as in `relax_session`. `stopped`: accept
-    a state in which rattlers block all sliding droplets, if no other is found. `ensemble`: default from the packing."""
+    """Relax the packing in a session, to a minimum and not to a saddle; arguments as in `relax_session`. `stopped`:
+    accept a state in which rattlers block all sliding droplets, if no other is found. `ensemble`: default from the
+    packing."""
     relax_state = ensemble or minimizer(session.packing().ensemble)
     found = relax_state(session, tolerance, near=near)
 

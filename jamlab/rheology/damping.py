@@ -91,16 +91,16 @@ class ContactDamping(DragLaw):
 
     @property
     def contrast(self) -> float:
-        """Ratio of tangential to normal damping."""
+        """`beta`, by the name that all drag laws share."""
         return self.beta
 
     def on_approach(self) -> ContactDamping:
-        """The law without drag on sliding."""
+        """The law without tangential damping."""
         return replace(self, beta=0.0, alpha=1.0)
 
     def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
-        """Hessian B of the Rayleigh function in the coordinates of `dynamical_matrices`: a sum over contacts of what
-        their approach and sliding cost. `direction`: of the shear whose rate comes last."""
+        """Hessian B of the Rayleigh function in the coordinates of `dynamical_matrices`: a sum over contacts
+        of the dissipation of normal and tangential motion. `direction`: of the shear whose rate comes last."""
         from scipy import sparse
 
         if self.alpha != 1:
