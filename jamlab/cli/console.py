@@ -123,10 +123,11 @@ def print_packings(
     save: "Callable[[dict[str, Any]], None] | None" = None,
     quantities: list[str] | None = None,
     workers: int | None = None,
+    step: int = 1,
 ) -> None:
     """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it. `save`
     writes a file of another kind to `out`, given what was measured. `quantities`: what is measured, if not all that is
-    usual; `workers`: processes, if not as many as there are cores."""
+    usual; `workers`: processes, if not as many as there are cores; `step`: print every step-th packing and the last."""
     from jamlab.measure import MODULI, numbers_of
     from jamlab.mechanics.negative_moduli import warn_of_negative_rows
     from jamlab.packing.hdf5 import write_sweep
@@ -154,9 +155,13 @@ def print_packings(
         facts = {"out": out and str(out), "phi_J": packings[-1].phi_J, "converged": marks, "labels": words}
         print_json({**facts, **columns})
         return
-    _print_measured(packings, measured, marks, every=bool(quantities))
+    kept = sorted({*range(0, len(packings), step), len(packings) - 1})
+    chosen = {name: values[kept] for name, values in measured.items()}
+    _print_measured([packings[k] for k in kept], chosen, [marks[k] for k in kept], every=bool(quantities))
     if out is not None:
         print_note(f"wrote {out}")
+    if len(kept) < len(packings):
+        print_note(f"{len(kept)} of {len(packings)} states; all of them: jamlab analyze {out}")
 
 
 def _print_measured(packings: "list[Packing]", measured: "dict[str, Any]", marks: list[Any], *, every: bool) -> None:

@@ -211,6 +211,7 @@ def relax(
 
 
 _DEMO_STEP, _ON_PAGE = 2.5e-3, 50  # of rho; states of each model on the page, at most
+_DEMO_ROWS = 10  # every tenth state is printed: a table of each model fits on a screen
 
 
 @command()
@@ -251,7 +252,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
         with progress_bar(f"{model.particles} compressed") as progress:
             sweep.make(partial(_compress_for_demo, to, progress))
         file = sweep.path
-        print_packings(packings, file, False, save=sweep.write)
+        print_packings(packings, file, False, save=sweep.write, step=_DEMO_ROWS)
         kept = np.linspace(0, len(packings) - 1, min(len(packings), _ON_PAGE)).round().astype(int)
         observables = {column: values[kept] for column, values in read_observables(file).items()}
         shown = explorer_fragment([packings[k] for k in kept], observables=observables)

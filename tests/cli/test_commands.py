@@ -14,6 +14,7 @@ import pytest
 from commands import call
 
 import jamlab
+from jamlab.cli.console import print_packings
 from jamlab.cli.main import app
 from jamlab.packing.hdf5 import read_observables
 from studies.reference_data import example_file
@@ -224,6 +225,15 @@ def test_demo_small(tmp_path):
         assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
         assert all(p.max_force <= limit for p in packings)
         assert f"{read_observables(out / f'{model}.h5')['z'][-1]:.4f}" in done.stdout
+
+
+def test_a_long_table_shows_every_tenth_state_and_the_last(packed, tmp_path, capsys):
+    """All of them stand in the file."""
+    packing = jamlab.read(packed[0])
+    print_packings([packing] * 25, tmp_path / "all.h5", False, quantities=["phi"], workers=1, step=10)
+    printed = capsys.readouterr()
+    assert printed.out.count(" yes\n") == 4 and len(jamlab.read_all(tmp_path / "all.h5")) == 25
+    assert f"4 of 25 states; all of them: jamlab analyze {tmp_path / 'all.h5'}" in printed.err + printed.out
 
 
 def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):

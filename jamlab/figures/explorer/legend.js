@@ -73,6 +73,11 @@ function moveKey(state, colours) {
   return key(colours.move, what, 'line');
 }
 
+/** A number with its unit, on one line: no space and no slash at which a browser may break it. */
+function inUnit(value, unit) {
+  return `${number(value)}\u00a0[${unit.replaceAll('/', '/\u2060')}]`;
+}
+
 /** The numbers of a state: name and value in turn. */
 function facts(row, {units, along}) {
   const found = [];
@@ -84,8 +89,8 @@ function facts(row, {units, along}) {
     ['z', number(row.z)],
     ['z of all', number(row.z_all)],
     ['rattlers', row.rattlers === null ? 'uncertain' : String(row.rattlers)],
-    ['pressure', `${number(row.pressure)} [${units.stress}]`],
-    ['G', row.g === null ? `none: ${row.why}` : `${number(row.g)} [${units.stress}] ${row.why}`],
+    ['pressure', inUnit(row.pressure, units.stress)],
+    ['G', row.g === null ? `none: ${row.why}` : `${inUnit(row.g, units.stress)} ${row.why}`],
   );
   return found;
 }
