@@ -146,7 +146,7 @@ def curve_figure(title: str, error: str, points: pd.DataFrame, parameter: str) -
     names, shown = list(points["panel"].unique()), points[drawn_of(points)]
     columns = 2 if len(names) == 4 else min(3, len(names))
     rows = -(-len(names) // columns)
-    figure = Figure(figsize=(max(5.0 * columns, 6.4), 4.1 * rows + 1.0), layout="constrained")
+    figure = Figure(figsize=(max(5.0 * columns, 7.6), 4.1 * rows + 1.0), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     style: dict[str, dict[str, Any]] = {
         m: {"color": _COLOURS[k % 8], "marker": _MARKERS[k % 8]} for k, m in enumerate(shown["method"].unique())
@@ -173,7 +173,7 @@ def curve_figure(title: str, error: str, points: pd.DataFrame, parameter: str) -
             handles.append(Line2D([], [], label=text, **grey | look))
     handles.append(Patch(label="within the error of the reference", **_UNKNOWN))
     look = {"title": fill(f"numbers beside marks: {parameter}", 110), "title_fontsize": LEGEND, "fontsize": LEGEND}
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), **look)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(5 if columns > 1 else 3, len(handles)), **look)
     return figure
 
 

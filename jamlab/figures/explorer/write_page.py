@@ -230,7 +230,7 @@ def _facts(first: Packing, last: Packing) -> dict[str, str]:
     law = {name: value for name, value in last.params.items() if name != "a0"}
     facts = {"force law": ", ".join(f"{name} = {value}" for name, value in law.items())}
     if last.phi_J is not None:
-        facts["φ_J"] = f"{last.phi_J:.6g}"
+        facts["onset"] = f"φ = {last.phi_J:.6g}"
     made_by = last.provenance or first.provenance
     facts |= {name: str(made_by[name]) for name in ("protocol", "seed", "source") if name in made_by}
     return facts | {"drawn by": f"jamlab {version_of('jamlab')}"}
