@@ -35,7 +35,7 @@ _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either sid
 _WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
 PACKING_OF_STATES = ["model", "n", "seed"]
 STABILIZED = "shear-stabilized"
-# whose G is averaged: all packings; those that resist shear along x, at each state; boxes sheared until they are stable
+# whose G is averaged: all packings; those that resist shear along x, at each state; shear-stabilised boxes
 PACKINGS = ("all", "G_x > 0", STABILIZED)
 
 
@@ -79,7 +79,7 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
 
 
 def stabilized_disks(states: pd.DataFrame) -> pd.DataFrame:
-    """Select the sweeps of disks in boxes that are sheared until stable, with their distances from onset."""
+    """Select the sweeps of shear-stabilised disks, with their distances from onset."""
     return add_distances(of_papers(states[states["model"] == "sp"], STABILIZED))
 
 

@@ -30,6 +30,8 @@ TERMS = {  # never written: the term of the field instead
     "limit of detection": "detection limit",
     "loaded springs": "pre-stress",
     "shear without time": "quasi-static shear",
+    "sheared until none": "shear-stabilised",
+    "no shear stress is left": "zero shear stress",
     "off their front": "not on the Pareto front",
     "that of the": "the noun again",
     "those of the": "the noun again",

@@ -261,7 +261,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
     lead = (
         "From a random start at φ = 0.20 to jamming onset, "
         f"and from there in steps of {_DEMO_STEP} in ρ to dense packings. "
-        "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
+        "The box is relaxed to zero shear stress, so no stable state has a negative shear modulus. "
         f"The page shows up to {_ON_PAGE} states of each model, from onset to the densest; "
         "the HDF5 files hold all of them."
     )

@@ -60,7 +60,7 @@ class Packing(Made, Hinted):
         diameters: SP (n,) float64, else None.
         offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
         phi_J: phi at onset, equal to rho there, of the packing that this one was compressed from, or None.
-        ensemble: "fixed-box", or "shear-stabilized": the box is sheared until no shear stress is left.
+        ensemble: "fixed-box", or "shear-stabilized": the box is relaxed to zero shear stress.
         max_force: largest residual force of the minimisation that ended in this state; None without minimisation.
         converged: whether that minimisation met `force_tolerance`. `with_state` resets `max_force` to None and
             `converged` to False if particles, box or force law change.

@@ -78,7 +78,7 @@ FREE_BOX = FreeBox()
 class Ensemble:
     """What the box of packings does while they are relaxed; called as `relax_session` is."""
 
-    may_shear: bool = False  # whether the box is sheared until no shear stress is left
+    may_shear: bool = False  # whether the box is relaxed to zero shear stress
     pressure: float | None = None  # at which the area is free; None: the area stays
 
     @property
@@ -130,7 +130,7 @@ _ENSEMBLES: dict[EnsembleName, Ensemble] = {"fixed-box": Ensemble(), "shear-stab
 
 def minimizer(ensemble: EnsembleName) -> Ensemble:
     """The ensemble of a name, as of a packing: "fixed-box", compressed without shear, or "shear-stabilized", the box
-    sheared until no shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
+    relaxed to zero shear stress (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
     return _ENSEMBLES[ensemble]
 
 

@@ -26,7 +26,6 @@ from jamlab.packing.ensembles import NEGATIVE_G
 from jamlab.packing.neighbors import moves_home, shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
-from jamlab.packing.quantities import MEASURED
 
 
 def encode(values: ArrayLike, kind: str) -> str:
@@ -254,12 +253,12 @@ def along(packings: Sequence[Packing]) -> ShownQuantity:
 
 
 def curves(packing: Packing) -> list[ShownQuantity]:
-    """The curves beside the picture; in motion, where no rule tells rattlers, z is that of all contacts."""
+    """The curves beside the picture; in motion, where rattlers are not defined, z counts all contacts."""
     stress = unit_labels(packing)["stress"]
     moving = "flow_rate" in packing.provenance
-    of_all = ShownQuantity("z_all", "z all", "contacts per particle z, of all that press")
+    of_all = ShownQuantity("z_all", "z all", "coordination number z, all force-bearing contacts")
     return [
-        of_all if moving else ShownQuantity("z", "z", "contacts per particle z, without rattlers"),
-        ShownQuantity("g", "G", f"G: {MEASURED['g'].words}", stress),
+        of_all if moving else ShownQuantity("z", "z", "coordination number z, without rattlers"),
+        ShownQuantity("g", "G", "shear modulus G, mean over directions", stress),
         ShownQuantity("pressure", "p", "pressure p", stress),
     ]

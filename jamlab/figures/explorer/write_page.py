@@ -98,7 +98,7 @@ def write_page(
     title += f", {count} states" if count > 1 else ""
     ensembles = {
         "fixed-box": "Periodic cell of fixed shape.",
-        "shear-stabilized": "Periodic cell, sheared until no shear stress is left.",
+        "shear-stabilized": "Periodic cell, relaxed to zero shear stress.",
     }
     lead = f"{ensembles[first.ensemble]} {unit_labels(first)['meaning']}. Particles are numbered from 0 as in jamlab."
     write_sections(path, title, lead, [("", fragment)], _facts(first, states[-1]))
