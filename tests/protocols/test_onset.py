@@ -1,5 +1,6 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from jamlab.mechanics.factors import FLOPPY
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.predicted_motion import unstable_directions
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.protocols import saddles
+from jamlab.protocols import rigid_search, saddles
 
 WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
 
@@ -222,3 +223,16 @@ def test_the_usual_start_of_droplets_is_direct_and_disks_have_none():
     assert droplets.recipe.start == "direct" and jamlab.Recipe(protocol="onset", n=4).start == "from-disks"
     with pytest.raises(jamlab.InputError, match="start = 'direct'"):
         jamlab.jam(4, "sp", 3, start="direct")
+
+
+@pytest.mark.parametrize(("n", "seed", "steps", "slides"), [(32, 2, 20, 1), (16, 3, 8, 0)])
+def test_droplets_that_short_steps_do_not_bring_to_rest_are_relaxed_at_length(monkeypatch, n, seed, steps, slides):
+    """After a slide, and from rigid droplets. Otherwise the search comes back to the minimum beside which they stall: of
+    512 droplets by its usual steps, of fewer by steps as few as these."""
+    usual, again = jamlab.jam(n, "dp", seed, start="direct").phi, []
+    monkeypatch.setattr(rigid_search, "RIGID", replace(rigid_search.RIGID, droplet_steps=steps, slide_steps=2))
+    relax = rigid_search.RigidSearch._relax_again
+    kept = lambda search: again.append(relax(search)) or again[-1]  # noqa: E731
+    monkeypatch.setattr(rigid_search.RigidSearch, "_relax_again", kept)
+    assert jamlab.jam(n, "dp", seed, start="direct").phi == pytest.approx(usual, abs=1e-9)
+    assert [found.converged for found in again] == [True] * slides
