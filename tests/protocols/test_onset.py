@@ -227,8 +227,8 @@ def test_the_usual_start_of_droplets_is_direct_and_disks_have_none():
 
 @pytest.mark.parametrize(("n", "seed", "steps", "slides"), [(32, 2, 20, 1), (16, 3, 8, 0)])
 def test_droplets_that_short_steps_do_not_bring_to_rest_are_relaxed_at_length(monkeypatch, n, seed, steps, slides):
-    """After a slide, and from rigid droplets. Otherwise the search comes back to the minimum beside which they stall: of
-    512 droplets by its usual steps, of fewer by steps as few as these."""
+    """After a slide, and from rigid droplets. Otherwise the search comes back to the minimum beside which they stall:
+    of 512 droplets by its usual steps, of fewer by steps as few as these."""
     usual, again = jamlab.jam(n, "dp", seed, start="direct").phi, []
     monkeypatch.setattr(rigid_search, "RIGID", replace(rigid_search.RIGID, droplet_steps=steps, slide_steps=2))
     relax = rigid_search.RigidSearch._relax_again
