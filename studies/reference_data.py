@@ -45,7 +45,8 @@ def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Seque
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):
             table = getattr(tables, name)
-            made[name] = round_numbers(table[[column for column in COLUMNS[name] if column in table]])
+            kept = table[[column for column in COLUMNS[name] if column in table]]
+            made[name] = round_numbers(kept.drop_duplicates(ignore_index=True))  # sweeps may share packings
     if not made:
         raise InputError(f"{folder}: no table has rows: finish some tasks of the campaign first")
     make_folder(folder)

@@ -1,4 +1,4 @@
-"""Docstrings are plain text first: |x| is a modulus there, and no substitution of reStructuredText; docs/x.md is a
+"""Docstrings are plain text first: |x| is a modulus there, and no substitution of reStructuredText; `docs/PAGE.md` is a
 page."""
 
 import re

@@ -38,6 +38,14 @@ def test_tables_that_a_campaign_lacks_are_left_out(tmp_path):
         write_tables(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, "one")
 
 
+def test_no_row_is_held_twice(tmp_path):
+    """Neither in the tables that ship, nor in those that are written of sweeps that share packings."""
+    assert not [name for name in NAMES if open_tables().read(name).duplicated().any()]
+    twice = EnsembleTables(lambda name: pd.concat([TABLES[name]()] * 2))
+    (path,) = write_tables(twice, tmp_path, "one", ["flow"])
+    assert len(pd.read_parquet(path)) == len(TABLES["flow"]().dropna(subset=["stress"]))
+
+
 def test_pages_repeat_how_many_numbers_agree():
     """`python -m studies draw papers` writes the file; the slow test below draws it anew."""
     first = (DATA / SUMMARY).read_text().splitlines()[0]
