@@ -152,7 +152,7 @@ def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
 def onsets_by_start(onset: pd.DataFrame, states: pd.DataFrame) -> pd.DataFrame:
     """Select onsets of droplets and disks that say how they started, with both counts of contacts and of motions."""
     if "start" not in onset:
-        raise InputError("the table onset does not say how packings started: open its campaign by `open_tables`")
+        raise InputError("the table onset does not say how packings started: read it from its campaign once more")
     own = ["task", *({*COUNTS, "z_strong", "rattlers_strong"} & set(states.columns))]
     found = of_papers(onset).merge(states.loc[states["state"] == 0, own], on="task", how="left")
     return found[found["converged"].astype(bool)]

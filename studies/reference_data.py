@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from jamlab.arguments.choices import TableName
-from jamlab.campaign.campaign import Campaign, open_campaign
-from jamlab.campaign.tasks import batches
+from jamlab.campaign.campaign import open_campaign
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions
@@ -24,19 +22,9 @@ def open_tables(source: Path = DATA) -> EnsembleTables:
     """Open the tables of a campaign (its file or folder), or of a folder with a manifest; default: those that ship."""
     known = read_manifest(source)
     if not known:
-        read = partial(read_campaign, open_campaign(source))
-        return EnsembleTables(read, {"campaign": str(source), **versions()})
+        return EnsembleTables(open_campaign(source).table, {"campaign": str(source), **versions()})
     made = {file.partition(".")[0]: f"Measured {one['date']}, commit {one['commit']}" for file, one in known.items()}
     return EnsembleTables(partial(read_table, source), {"data": source.name}, made)
-
-
-def read_campaign(campaign: Campaign, name: TableName) -> pd.DataFrame:
-    """Read a table of a campaign; that of onsets with the start of each packing, see `jamlab.jam`."""
-    table = campaign.table(name)
-    if name != "onset":
-        return table
-    starts = {task: batch.parameters.recipe.start for batch in batches(campaign.content) for task in batch.names()}
-    return table.assign(start=table["task"].map(starts))
 
 
 def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:

@@ -57,10 +57,10 @@ _OF_LAWS = (*_LAW[DROPLETS.name], *_LAW[DISKS.name], "contact")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
-        *("units", "state", "rho_J", "phi_J", "target_pressure", "converged", *COLUMNS),
+        *("units", "start", "state", "rho_J", "phi_J", "target_pressure", "converged", *COLUMNS),
         *_OF_LAWS,
     ),
-    "onset": (*_WHO, "rho_J", "phi_J", "z_J", "rattlers", "converged"),
+    "onset": (*_WHO, "start", "rho_J", "phi_J", "z_J", "rattlers", "converged"),
     **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
 }
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], "sizes", *DISTANCES)  # names that no observable of the user's own may have
@@ -205,12 +205,13 @@ def _states(file: TaskRows) -> dict[str, Any]:
 
 
 def _kind(file: TaskRows) -> dict[str, Any]:
-    """What the particles of some tasks are: units, force law and sizes; never averaged over."""
+    """What the particles of some tasks are, and how those at onset started: never averaged over."""
     model, law, sizes = file.parameters.model, file.parameters.law, file.parameters.sizes
     if len(sizes) > LONGEST_SIZES:
         sizes = f"{sizes[:LONGEST_SIZES]}... ({hashlib.sha256(sizes.encode()).hexdigest()[:8]})"
     return {
         "units": file.units,
+        "start": str(file.parameters.recipe.start or ""),
         **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
         "contact": str(law.get("contact", "")),
         **_of_named_law(file),

@@ -50,6 +50,7 @@ def test_tables_hold_what_jamlab_measures(full):
     assert last.particle_area.iloc[0] == pytest.approx(row.rho * p.area / p.n)
     droplet = full.table("states", sweep="droplets").iloc[0]
     assert (droplet.gamma, droplet.ka, droplet.contact) == (0.12, defaults("dp")["ka"], "outline")
+    assert (droplet.start, set(full.table("states", sweep="sheared")["start"])) == ("direct", {""})
 
 
 def test_a_campaign_of_sticky_disks_holds_pressures_of_either_sign(tmp_path):
