@@ -14,8 +14,9 @@ from jamlab.cli.console import err_console, out_console, print_json, print_line,
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import option
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import check_targets
+from jamlab.storage.atomic_file import check_targets, make_folder
 from studies.campaign_costs import make_costs
+from studies.contact_sheet import pictures_in, write_sheets
 from studies.ensemble_tables import NAMES
 from studies.estimate_tables import SEEDS, make_table
 from studies.flow_errors import measure_runs
@@ -97,6 +98,19 @@ def draw(
         print_line(f"{each.name}: {each.caption}")
     for name, reason in missing.items():
         err_console.print(Text(f"not drawn: {name}: {reason}", style="red"), soft_wrap=True)
+
+
+@app.command("sheet", short_help="Put pictures on contact sheets.", epilog="Example: python -m studies sheet .github")
+def sheet(
+    places: Annotated[list[Path], typer.Argument(help="Folders of pictures, or pictures (.png).")],
+    out: Annotated[Path, typer.Option(help="Folder of sheets.")] = Path("jamlab-sheets"),
+) -> None:
+    """Put many pictures on few pages, each with its name: of the gallery as built, of `draw`, of the README."""
+    pictures = pictures_in(places)
+    expect_output(out)
+    make_folder(out)
+    for path in write_sheets(pictures, out):
+        print_line(f"wrote {path}")
 
 
 @app.command("run", short_help="Measure anew.", epilog="Example: python -m studies run spectrum --out results")

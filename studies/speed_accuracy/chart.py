@@ -172,7 +172,11 @@ def curve_figure(title: str, error: str, points: pd.DataFrame, parameter: str) -
         if shown[column].any():
             handles.append(Line2D([], [], label=text, **grey | look))
     handles.append(Patch(label="within the error of the reference", **_UNKNOWN))
-    look = {"title": fill(f"numbers beside marks: {parameter}", 110), "title_fontsize": LEGEND, "fontsize": LEGEND}
+    look: dict[str, Any] = {
+        "title": fill(f"numbers beside marks: {parameter}", 110),
+        "title_fontsize": LEGEND,
+        "fontsize": LEGEND,
+    }
     figure.legend(handles=handles, loc="outside lower center", ncols=min(5 if columns > 1 else 3, len(handles)), **look)
     return figure
 

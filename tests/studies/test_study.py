@@ -4,11 +4,13 @@ import json
 from functools import partial
 
 import campaigns
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
 from commands import call_studies
 from matplotlib.figure import Figure
+from PIL import Image
 
 import jamlab
 from studies import pages, registry
@@ -131,6 +133,19 @@ def test_commands(tmp_path):
     ):
         done = call_studies(tmp_path, *words)
         assert done.exit_code == 1 and named in done.stderr, words
+
+
+def test_contact_sheets(tmp_path):
+    """Twelve pictures each, in their order, reduced to one width; thumbnails are left out."""
+    (tmp_path / "p" / "thumb").mkdir(parents=True)
+    for k in range(13):
+        Image.new("RGB", (1200, 300 * (1 + k % 2)), "red").save(tmp_path / "p" / f"{k:02}.png")
+    Image.new("RGB", (9, 9)).save(tmp_path / "p" / "thumb" / "small.png")
+    done = call_studies(tmp_path, "sheet", "p", "--out", "s")
+    assert done.exit_code == 0, done.stderr
+    sheets = [plt.imread(tmp_path / "s" / f"sheet-{k}.png") for k in (1, 2)]
+    assert [sheet.shape[:2] for sheet in sheets] == [(4 * 318, 1800), (168, 1800)]
+    assert call_studies(tmp_path, "sheet", "s/none").exit_code == 1
 
 
 def test_results_of_ones_own_are_drawn_and_their_gaps_named(tmp_path, monkeypatch):
