@@ -172,12 +172,14 @@ def curve_figure(title: str, error: str, points: pd.DataFrame, parameter: str) -
         if shown[column].any():
             handles.append(Line2D([], [], label=text, **grey | look))
     handles.append(Patch(label="within the error of the reference", **_UNKNOWN))
-    look: dict[str, Any] = {
+    words: dict[str, Any] = {
         "title": fill(f"numbers beside marks: {parameter}", 110),
         "title_fontsize": LEGEND,
         "fontsize": LEGEND,
     }
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(5 if columns > 1 else 3, len(handles)), **look)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=min(5 if columns > 1 else 3, len(handles)), **words
+    )
     return figure
 
 
