@@ -69,13 +69,13 @@ class NonaffineResponse(Result):
 
     @drawn("Line2D, of all three curves")
     def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
+        """Draw the distributions of |normal|, |tangential| and non-affine displacement, medians in the legend.
 
         >>> ax = jamlab.nonaffine_response(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
         """
         parts = (
-            ("approach", np.abs(self.normal), "-", BLUE),
-            ("sliding", np.abs(self.tangential), "--", RED),
+            ("normal", np.abs(self.normal), "-", BLUE),
+            ("tangential", np.abs(self.tangential), "--", RED),
             ("non-affine", np.hypot(*self.nonaffine.T), "-.", GREEN),
         )
         for name, values, line, colour in parts:

@@ -48,8 +48,8 @@ PLATEAU_FROM = 1e-4  # a pressure down from which the mean approach might be con
 LEAST = 1e-3  # pressure up to which a is taken in the limit of small p
 TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 MOTIONS = {  # what the paper calls them -> column without its prefix, label
-    "approach": ("normal", r"approach $|\Delta u^\parallel|$"),
-    "sliding": ("tangential", r"sliding $|\Delta u^\perp|$"),
+    "approach": ("normal", r"normal $|\Delta u^\parallel|$"),
+    "sliding": ("tangential", r"tangential $|\Delta u^\perp|$"),
     "nonaffine": ("nonaffine", r"non-affine $|u_{na}|$"),
 }
 MANY = 2048  # N with twenty packings: the five of the size that is drawn tell no length from another
