@@ -71,8 +71,8 @@ def curve(
 
 
 def curve_of_law(tables: EnsembleTables, model: str, n: int, x: str, y: str, places: str, law: str = "") -> Sample:
-    """Take the mean curve of z of droplets; "most" or "least": moved by the contacts at drho = 0.1 that droplets of the
-    force law with most or least of them have more than those of the usual one, at N = 64."""
+    """Take the mean curve of z of droplets; "most" or "least": add the difference of z at drho = 0.1,
+    N = 64, between the force law with most or least contacts and the usual law."""
     usual = curve(tables, model, n, x, y, places)
     if not law:
         return usual
