@@ -207,9 +207,10 @@ def space_ticks(axes: Any) -> None:
     """Label 1, 2 and 5 on short logarithmic axes, where labels of minor ticks overlap or are missing; call it when
     everything is drawn."""
     for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
-        if axis.get_scale() == "log" and high / low < 50:
+        if axis.get_scale() == "log" and high / low < 100:
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        if axis.get_scale() == "log":
             axis.set_minor_formatter(NullFormatter())
 
 

@@ -137,7 +137,7 @@ def draw_adhesion(tables: EnsembleTables) -> Drawing:
             out.values[f"{name or 'tensile strength over that of Rumpf'}, adhesion {pull:g}"] = one
     label(axes[0], in_unit("adhesion", "ε/δ"), in_unit("pull-off force", "ε/l"), loc="best")
     axes[1].set_xticks(np.arange(0.0, STEP * STEPS + 0.01, 0.05))
-    label(axes[1], r"$\phi_J - \phi$", in_unit("tension", "ε/l²"), loc="best", title="adhesion")
+    label(axes[1], r"distance from onset $\phi_J - \phi$", in_unit("tension", "ε/l²"), loc="best", title="adhesion")
     label(axes[2], in_unit("adhesion", "ε/δ"), in_unit("tensile strength", "ε/l²"), loc="best")
     out.caption = caption(out.name, n=N, made=SEEDS, range=RANGE, failed=failed, rows=len(rows))
     return out

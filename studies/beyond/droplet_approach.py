@@ -130,7 +130,7 @@ def draw_approach(tables: EnsembleTables) -> Drawing:
     distance = r"$\Delta\rho = \rho - \rho_J$"
     label(axes[0], distance, r"$z - z_J$, all contacts", legend=False)
     label(axes[1], distance, r"$z - z_J$, without stops", legend=False)
-    label(axes[2], distance, r"$G$", legend=False)
+    label(axes[2], distance, "shear modulus $G$", legend=False)
     out.legend_above(axes[0], ncols=4)
     columns = ["of", "packings", "exponent, near", "exponent, far", "root", "linear"]
     columns += ["1 − exponent, near, over its error", "root over its error", *(f"χ², {law}" for law in LAWS)]

@@ -241,7 +241,7 @@ def _draw_zeros(out: Drawing, axes: Any, whole: pd.DataFrame) -> None:
     out.curve(axes, f"theory: {mean_of_zeros()[0]:.3f}", ends, [mean_of_zeros()[0]] * 2, **LOG)
     out.curve(axes, "published: 1/4", ends, [QUARTER] * 2, **PAPER)
     axes.set_ylim(0.05, 0.36)
-    label(axes, "$N$", r"zero of $C$ over the box, $l/L$", loc="upper right", ncols=2)
+    label(axes, "number of disks $N$", r"zero of $C$ over the box, $l/L$", loc="upper right", ncols=2)
 
 
 def _draw_lengths(out: Drawing, panels: list[Any], tables: EnsembleTables, whole: pd.DataFrame) -> None:

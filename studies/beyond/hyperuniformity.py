@@ -92,8 +92,8 @@ def draw_structure(tables: EnsembleTables) -> Drawing:
         axes[0].plot(middle, height * (middle / LONG[0]) ** power, **look, label=name)
     close = np.geomspace(*CLOSE, 2)
     axes[2].plot(close, 6.0 * (close / CLOSE[0]) ** -GAMMA, **PAPER, label=f"Charbonneau et al.: -{GAMMA:.3f}")
-    label(axes[0], in_unit("$k$", "1/d"), in_unit(r"$\chi_V(k)$", "d²"), loc="upper left")
-    label(axes[1], in_unit("$k$", "1/d"), r"$S(k)$", loc="upper left")
+    label(axes[0], in_unit("wavenumber $k$", "1/d"), in_unit(r"spectral density $\chi_V(k)$", "d²"), loc="upper left")
+    label(axes[1], in_unit("wavenumber $k$", "1/d"), "structure factor $S(k)$", loc="upper left")
     label(axes[2], "gap over the distance of contact", "pair correlation $g$", loc="best")
     for part in axes[:2]:
         part.set_ylim(top=8 * part.get_ylim()[1])  # room for the legend

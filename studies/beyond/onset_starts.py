@@ -110,9 +110,9 @@ def draw_starts(tables: EnsembleTables) -> Drawing:
             out.curve(modes, f"{symbol}, {name}", own, values, band=False, **LOOK[name] | {"linestyle": line})
     _say(out, every, numbers, found)
     label(shares, rf"onset $\phi_J$, N = {SHOWN}", r"share jammed at or below", loc="upper left")
-    label(means, "N", r"difference of mean $\phi_J$", loc="best")
-    label(widths, "N", "ratio of widths less 1", legend=False)
-    label(modes, "N", "states of self-stress, floppy modes", loc="center right")
+    label(means, "number of particles $N$", r"difference of mean $\phi_J$", loc="best")
+    label(widths, "number of particles $N$", "ratio of widths less 1", legend=False)
+    label(modes, "number of particles $N$", "states of self-stress, floppy modes", loc="center right")
     for axes in (means, widths, modes):
         axes.set_xticks(SIZES, [f"{n}" for n in SIZES])
         axes.set_xticks([], minor=True)

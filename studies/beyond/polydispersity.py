@@ -17,7 +17,7 @@ from jamlab.protocols.size_distributions import SizeDistribution
 from jamlab.rheology.complex_modulus import complex_modulus
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, mean_over_packings
-from studies.panels import Drawing, drawing, label, model_style, scale, style
+from studies.panels import FREQUENCY, Drawing, drawing, label, model_style, scale, style
 from studies.papers.statements import caption
 from studies.study import Study
 
@@ -77,8 +77,8 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
         for panel, column in zip(axes[3:], ("z", "g"), strict=False):
             _draw(out, panel, _NAMES[model], one, column, model_style(model))
     above = rf"$\phi_J + {DISTANCE:g}$"
-    label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
-    label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
+    label(axes[2], "width of the lognormal", r"onset $\phi_J$", loc="best")
+    label(axes[3], "width of the sizes", f"coordination $z$ at {above}", loc="best")
     label(axes[4], "width of the sizes", in_unit(f"$G$ at {above}", "SP: ε/d², DP: ε/l²"), loc="best")
     scale(axes[5])
     for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
@@ -86,7 +86,7 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
         size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
         if len(of_sizes) >= FEWEST:
             out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
-    label(axes[5], r"$\omega$", in_unit(f"$|G^*|$ of disks at {above}", "ε/d²"), loc="best")
+    label(axes[5], FREQUENCY, in_unit(f"$|G^*|$ of disks at {above}", "ε/d²"), loc="best")
     counts = rows.groupby(["model", "sizes"]).size()
     made = {"few": counts.min(), "most": counts.max(), "kinds": len(counts), "rows": len(rows)}
     out.caption = caption(out.name, loose=int(rows["z"].isna().sum()), at=DISTANCE, **PARTICLES, **made)

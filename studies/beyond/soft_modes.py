@@ -146,8 +146,15 @@ def _draw_density(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
         chosen, lambda drawn: _slope(gaps[near], np.array([onset_frequency(omega, each) for each in drawn]))
     )
     out.slope(axes[1], 0.5, (1e-3, 1e-2), 0.5 * float(stars.value[3]))
-    label(axes[0], in_unit(r"$\omega$", r"$\sqrt{k/m}$"), in_unit(r"$D(\omega)$", r"$\sqrt{m/k}$"), loc="best")
-    label(axes[1], in_unit("pressure $p$", "k"), in_unit(r"$\omega^*$", r"$\sqrt{k/m}$"), loc="best")
+    label(
+        axes[0],
+        in_unit(r"frequency $\omega$", r"$\sqrt{k/m}$"),
+        in_unit(r"density of states $D(\omega)$", r"$\sqrt{m/k}$"),
+        loc="best",
+    )
+    label(
+        axes[1], in_unit("pressure $p$", "k"), in_unit(r"crossover frequency $\omega^*$", r"$\sqrt{k/m}$"), loc="best"
+    )
 
 
 def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
@@ -181,7 +188,7 @@ def _draw_localised(out: Drawing, axes: list[Any], rows: pd.DataFrame) -> None:
     for exponent, start in ((5.0, 0.4), (4.5, 0.64)):
         out.slope(axes[0], exponent, (start, 1.5 * start), 0.005)
     label(axes[0], in_unit(r"$\omega_{\min} N^{1/5}$", r"$\sqrt{k/m}$"), "share of packings below", loc="best")
-    label(axes[1], "$N$", "participation ratio", loc="best")
+    label(axes[1], "number of disks $N$", "participation ratio", loc="best")
 
 
 def _published(out: Drawing) -> list[tuple[str, ...]]:

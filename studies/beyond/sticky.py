@@ -93,17 +93,22 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
             mean = mean_over_packings([values[:, beyond]])[0]
             out.curve(part, text, phi[beyond] - onset, mean, band=False, **style(k))
     titles = (
-        r"$z$",
+        "coordination number $z$",
         in_unit("pressure $p$", "k"),
         "largest rigid cluster over $N$",
-        r"$z$",
-        in_unit("$G$", "k"),
-        in_unit("$B$", "k"),
+        "coordination number $z$",
+        in_unit("shear modulus $G$", "k"),
+        in_unit("bulk modulus $B$", "k"),
     )
     for k, (part, title) in enumerate(zip(axes, titles, strict=True)):
         if k > 3:
             part.set_ylim(top=20 * part.get_ylim()[1])  # room for the legend
-        label(part, r"$\phi$" if k < 3 else r"$\phi - \phi_c$", title, loc="best" if k < 4 else "upper left")
+        label(
+            part,
+            r"nominal packing fraction $\phi$" if k < 3 else r"distance from onset $\phi - \phi_c$",
+            title,
+            loc="best" if k < 4 else "upper left",
+        )
     counts = rows.groupby(["n", "stickiness", "phi"]).size()
     out.caption = caption(out.name, n=max(SIZES), few=counts.min(), most=counts.max())
     return out

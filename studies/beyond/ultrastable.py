@@ -33,10 +33,10 @@ SWEEPS = (0, 30, 300, 3000, 30000)
 LINES = {"0": "quenched", "radii": "transient radii", "thermal": "thermal annealing"}
 WAYS = (*map(str, SWEEPS), "radii", "thermal")
 COLUMNS = {
-    "phi_J": r"$\phi_J$",
+    "phi_J": r"onset $\phi_J$",
     "energy": in_unit("energy a disk", "k d²"),
-    "g": in_unit("$G$", "k"),
-    "b": in_unit("$B$", "k"),
+    "g": in_unit("shear modulus $G$", "k"),
+    "b": in_unit("bulk modulus $B$", "k"),
 }
 # largest onset of disks of the power law after swaps of many at once: Ghimenti, Berthier & van Wijland, Phys. Rev.
 # Lett. 133, 028202 (2024), as Zaccone, arXiv:2502.03354, cites it

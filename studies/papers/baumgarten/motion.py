@@ -133,7 +133,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             draw(axes, f"root mean square {name}", FEWER, f"rms_{column}", None, **look)
     for n in (SIZE, FEWER):
         look = size_style(n) | {"linestyle": "none"}
-        p, mean = draw(bound, f"mean approach, N = {n}", n, "mean_normal", **look)
+        p, mean = draw(bound, f"mean normal, N = {n}", n, "mean_normal", **look)
     with suppress(InputError):
         squares = root_mean_squares(tables)["normal"]
         most = mean_over_packings(list(squares.values()))

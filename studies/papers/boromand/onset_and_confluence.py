@@ -174,9 +174,9 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
     theta, large = paper("B10-theta-sp"), paper("B10-onset-sp")
     out.slope(width, -theta, (sizes(tables.onset, "sp")[0], 256), 0.016, rf"$N^{{-{theta}}}$", above=True)
-    label(width, "N", r"width of the distribution $\sigma$")
+    label(width, "number of particles $N$", r"width of the distribution $\sigma$")
     out.curve(means, f"paper: large-N limit {large}", [12, 500], [large] * 2, **PAPER)
     means.set_xscale("log")
-    label(means, "N", "mean onset", loc="lower right")
+    label(means, "number of particles $N$", "mean onset", loc="lower right")
     out.text = [same_distribution(tables)]
     return out
