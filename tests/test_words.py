@@ -65,7 +65,7 @@ def test_the_terms_of_the_field_are_written():
 
 def test_units_on_axes_have_one_form():
     """Labels of studies and of the gallery take them by `jamlab.plotting.in_unit`, maps and charts as `unit`."""
-    by_hand = rf"""\w[ ]+\[\$?\\?{UNIT}[^\]\n"]*\]["']|\w, \$?{UNIT}[\w/·²⁴₁ ]{{0,4}}\$?["']"""
+    by_hand = rf"""\S[ ]+\[\$?\\?{UNIT}[^\]\n"]*\]["']|\w, \$?{UNIT}[\w/·²⁴₁ ]{{0,4}}\$?["']"""
     label = re.compile(r"label|^(?:x|y|error|title) = |set_title|title=")
     lines = [
         f"{name}:{number}: {line.strip()}"
