@@ -185,14 +185,15 @@ def reduce(
     out: Annotated[Path, typer.Option(help="Folder of tables.")] = Path("jamlab-tables"),
     commit: Annotated[str, typer.Option(help="Commit to record.")] = "unknown",
     only: Annotated[list[str] | None, typer.Option("--only", help="A table to write; default: all.")] = None,
+    add: Annotated[bool, typer.Option("--add", help="Append rows to the tables of the folder.")] = False,
     overwrite: Annotated[bool, option("overwrite")] = False,
 ) -> None:
     """Reduce the tables of a campaign to what figures are drawn from."""
     for name in only or ():
         check_choice("only", name, NAMES)
     expect_output(out)
-    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=overwrite)
-    for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
+    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=overwrite or add)
+    for path in write_tables(open_tables(campaign), out, commit, only or NAMES, add=add):
         print_line(f"wrote {path}")
 
 

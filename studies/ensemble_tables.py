@@ -37,6 +37,7 @@ PACKING_OF_STATES = ["model", "n", "seed"]
 STABILIZED = "shear-stabilized"
 # whose G is averaged: all packings; those that resist shear along x, at each state; shear-stabilised boxes
 PACKINGS = ("all", "G_x > 0", STABILIZED)
+ABOVE_ONSET = 1e-3, 1e-2  # distances from onset between which sweeps end that are followed for the contacts near it
 
 
 def of_papers(table: pd.DataFrame, ensemble: str = "fixed-box") -> pd.DataFrame:
@@ -149,6 +150,17 @@ def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(found, columns=list(COLUMNS["droplet_laws"]))
 
 
+def droplets_above_onset(states: pd.DataFrame) -> pd.DataFrame:
+    """Select sweeps of droplets that end near onset. They are no part of `states`, whose curves end where fewer than
+    half of the packings are known."""
+    if "rho_J" not in states:
+        raise InputError("the table states is of whole sweeps: reduce the campaign of those that end near onset")
+    droplets = of_papers(states[states["model"] == "dp"])
+    droplets = droplets.assign(end=droplets["rho"] - droplets["rho_J"])
+    ends = droplets.groupby(PACKING_OF_STATES)["end"].transform("max")
+    return add_distances(droplets[ends.between(*ABOVE_ONSET)]).drop(columns="end")
+
+
 def onsets_by_start(onset: pd.DataFrame, states: pd.DataFrame) -> pd.DataFrame:
     """Select onsets of droplets and disks that say how they started, with both counts of contacts and of motions."""
     if "start" not in onset:
@@ -244,6 +256,10 @@ _FLOWED = (
 _ONSET = (*_MADE, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS)
 COLUMNS = {  # of the tables that figures are drawn from
     "states": (*_MADE, *STATES[3:], *LATER),
+    "droplets_above_onset": (
+        *("start", *_MADE, "state", "rho", "phi", "z", "z_strong", "g"),
+        *("d_rho", "d_phi", "d_z", "d_z_strong"),
+    ),
     "stabilized_disks": (*_MADE, "state", "rho", "phi", "z", "g", "d_rho", "d_phi"),
     "onset": _ONSET,
     "onset_starts": ("start", *_ONSET, "z_strong", "rattlers_strong"),
@@ -358,6 +374,7 @@ class EnsembleTables:
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
     droplet_laws = _shipped("droplet_laws", droplets_by_law, "states", "voids")
+    droplets_above_onset = _shipped("droplets_above_onset", droplets_above_onset, "states")
     onset_starts = _shipped("onset_starts", onsets_by_start, "onset", "states")
 
     def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]) -> Ensemble:

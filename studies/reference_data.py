@@ -27,9 +27,12 @@ def open_tables(source: Path = DATA) -> EnsembleTables:
     return EnsembleTables(partial(read_table, source), {"data": source.name}, made)
 
 
-def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:
-    """Write the tables that have rows."""
+def write_tables(
+    tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES, *, add: bool = False
+) -> list[Path]:
+    """Write the tables that have rows; `add`: below the rows that the folder has, which keep their bits."""
     made: dict[str, pd.DataFrame] = {}
+    commits = dict.fromkeys(names, commit)
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):
             table = getattr(tables, name)
@@ -38,7 +41,20 @@ def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Seque
     if not made:
         raise InputError(f"{folder}: no table has rows: finish some tasks of the campaign first")
     make_folder(folder)
-    return [write_table(folder, name, table, commit, kind="parquet") for name, table in made.items()]
+    for name in made if add else ():
+        made[name] = add_rows(read_table(folder, name), made[name])
+        known = read_manifest(folder).get(f"{name}.parquet", {}).get("commit", "")
+        commits[name] = " ".join(dict.fromkeys([*known.split(), commit]))
+    return [write_table(folder, name, table, commits[name], kind="parquet") for name, table in made.items()]
+
+
+def add_rows(known: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
+    """Append the rows that a table lacks; columns and their types are its own."""
+    missing = [column for column in known if column not in new]
+    if missing:
+        raise InputError(f"the rows have no column {', '.join(missing)}: reduce them of a campaign that measures it")
+    rows = new[list(known)].astype(known.dtypes)
+    return pd.concat([known, rows], ignore_index=True).drop_duplicates(ignore_index=True)
 
 
 def round_numbers(table: pd.DataFrame) -> pd.DataFrame:

@@ -12,12 +12,12 @@ from paper_tables import onset, quasistatic, spectra, states
 from jamlab.errors import InputError
 from studies import pages
 from studies.beyond.droplet_voids import three_disks
-from studies.ensemble_tables import PACKINGS, EnsembleTables
+from studies.ensemble_tables import PACKINGS, EnsembleTables, droplets_above_onset
 from studies.ensembles import Sample, bootstrap, select
 from studies.papers import statements as paper_statements
 from studies.papers.baumgarten.spectra import regime_ends, wide_spectra
 from studies.papers.boromand.contacts_and_modulus import exponent_less, over_table_2
-from studies.papers.boromand.conventions import SUBTRACTED, eq_11, even_places, table_fit
+from studies.papers.boromand.conventions import SUBTRACTED, curve, curve_near_onset, eq_11, even_places, table_fit
 from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence
 from studies.papers.boromand.voids import beyond, of_rims, triangle_shape, void_sums
@@ -162,6 +162,23 @@ def test_rims_of_another_width_are_another_analysis_of_voids():
     shapes = [float(beyond(*of_rims(table, width), "shape", 0.97)) for width in (0.96, 0.98, 1.0, 1.02, 1.04)]
     assert shapes == sorted(shapes, reverse=True)
     assert shapes[2] == pytest.approx(float(beyond(*void_sums(open_tables(), "dp", False), "shape", 0.97)), rel=0.01)
+
+
+def test_droplets_that_are_followed_near_onset_only_take_part_where_they_are_known():
+    """Beyond, a curve goes on with the others; without that table it is that of the states."""
+    given = tables()
+    alone = EnsembleTables({"states": TABLES["states"]()}.__getitem__)
+    of = {"model": "dp", "n": 128, "x": "d_rho", "y": "d_z", "places": "CROSSOVER"}
+    (more,), (few,), (plain,) = (
+        s.groups for s in (curve_near_onset(given, **of), curve_near_onset(alone, **of), curve(alone, **of))
+    )
+    assert np.array_equal(few, plain, equal_nan=True) and len(more) == 2 * len(few)
+    x = curve_near_onset(given, **of).reduce([more])[0]
+    known = np.isfinite(more[len(few) :]).all(axis=0)
+    assert x[known].max() == pytest.approx(1.6e-3, rel=0.3) and len(x) == few.shape[1] and not known.all()
+    states = TABLES["states"]()
+    assert droplets_above_onset(states[states["rho"] - states["rho_J"] < 2e-3])["model"].unique().tolist() == ["dp"]
+    assert droplets_above_onset(states).empty
 
 
 def test_contacts_of_droplets_move_with_the_force_law():

@@ -16,7 +16,7 @@ from studies.papers.statements import explanations
 from studies.papers.verdicts import SUMMARY, Verdict
 from studies.reference_data import open_tables, write_tables
 from studies.registry import GROUPS, PAPERS
-from studies.tables import DATA, AbsentTableError, read_manifest
+from studies.tables import DATA, AbsentTableError, read_manifest, read_table
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):
@@ -40,10 +40,34 @@ def test_tables_that_a_campaign_lacks_are_left_out(tmp_path):
 
 def test_no_row_is_held_twice(tmp_path):
     """Neither in the tables that ship, nor in those that are written of sweeps that share packings."""
-    assert not [name for name in NAMES if open_tables().read(name).duplicated().any()]
+    shipped = [name for name in NAMES if f"{name}.parquet" in read_manifest(DATA)]
+    assert not [name for name in shipped if open_tables().read(name).duplicated().any()]
     twice = EnsembleTables(lambda name: pd.concat([TABLES[name]()] * 2))
     (path,) = write_tables(twice, tmp_path, "one", ["flow"])
     assert len(pd.read_parquet(path)) == len(TABLES["flow"]().dropna(subset=["stress"]))
+
+
+def test_rows_of_another_campaign_are_added_below_those_that_a_table_has(tmp_path):
+    """Which keep their bits; rows that are there already are not added again."""
+    whole = TABLES["correlation"]().drop_duplicates()
+    seeds = whole["seed"].unique()
+    some, rest = (
+        EnsembleTables({"correlation": whole[whole["seed"].isin(part)]}.__getitem__) for part in (seeds[:2], seeds[1:])
+    )
+    write_tables(some, tmp_path, "one", ["correlation"])
+    before = read_table(tmp_path, "correlation")
+    write_tables(rest, tmp_path, "two", ["correlation"], add=True)
+    after = read_table(tmp_path, "correlation")
+    assert after.iloc[: len(before)].equals(before) and len(after) == len(whole)
+    assert read_manifest(tmp_path)["correlation.parquet"]["commit"] == "one two"
+    with pytest.raises(InputError, match="no column c:"):
+        write_tables(
+            EnsembleTables({"correlation": whole.drop(columns="c")}.__getitem__),
+            tmp_path,
+            "x",
+            ["correlation"],
+            add=True,
+        )
 
 
 def test_pages_repeat_how_many_numbers_agree():

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from studies.ensemble_tables import stabilized_disks
+from studies.ensemble_tables import add_distances, stabilized_disks
 
 SEEDS = range(1, 6)
 SIZES = (32, 64, 128, 256)
@@ -39,6 +39,12 @@ def states(model="sp", sizes=None, z0=3.7, c=1.0):
             found = {"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g}
             rows.append({**who, **place, **found, "pressure": 0.3 * x, "energy": energy, "shape_factor": shape})
     return pd.DataFrame(rows)
+
+
+def droplets_above_onset():
+    """Droplets of `both_models` of other seeds, followed to a distance of 2e-3 only."""
+    every = add_distances(states("dp", sizes=(32, 128)))
+    return every[every["d_rho"] < 2e-3].assign(start="from-disks", seed=every["seed"] + 100)
 
 
 def onset():
@@ -180,6 +186,7 @@ TABLES = {
     "droplet_laws": droplet_laws,
     "states": both_models,
     "stabilized_disks": stable,
+    "droplets_above_onset": droplets_above_onset,
     "onset": onset,
     "onset_starts": onset_starts,
     "voids": voids,

@@ -1,6 +1,7 @@
 """Measure as Boromand et al. do: sizes, places, windows, and the curves that their numbers are fitted to."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,21 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, fit_power_law
 from studies.ensemble_tables import ALL_LAW, PACKINGS, EnsembleTables, of_papers
-from studies.ensembles import Ensemble, Sample, average, groups_by, log_places, median, scaled, select
+from studies.ensembles import (
+    Ensemble,
+    Sample,
+    at_places,
+    average,
+    groups_by,
+    interpolators,
+    log_places,
+    median,
+    scaled,
+    select,
+)
 from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
+from studies.tables import AbsentTableError
 
 Curve = tuple[Array, Array]  # means of x and y (places,)
 
@@ -63,10 +76,32 @@ def curve(
     packings: str = PACKINGS[0],
 ) -> Sample:
     """Take the mean curve of a column y over x, of one model and size, at places of this module or at numbers."""
-    named: ArrayLike = globals()[places] if str(places).isupper() else np.array(str(places).split(), dtype=np.float64)
-    found = tables.curve(model, n, x, y, named, packings)
+    found = tables.curve(model, n, x, y, _named(places), packings)
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
+    return found.between(beyond, np.inf).sample()
+
+
+def _named(places: str) -> ArrayLike:
+    """Places of this module by their name, or numbers."""
+    return globals()[places] if str(places).isupper() else np.array(str(places).split(), dtype=np.float64)
+
+
+def curve_near_onset(
+    tables: EnsembleTables, model: str, n: int, x: str, y: str, places: str, beyond: float = -np.inf
+) -> Sample:
+    """Take the mean curve of `curve`, with droplets that were followed near onset only: at each of its places over all
+    packings that reach it."""
+    at = np.asarray(_named(places), dtype=np.float64)
+    found = tables.curve(model, n, x, y, at)
+    with suppress(InputError, AbsentTableError):
+        more = at_places(interpolators(select(tables.droplets_above_onset, model=model, n=n), x, [y], False), at)
+        both = [np.fmax.reduce(e.x) for e in (found, more)]
+        _, kept, taken = np.intersect1d(*(np.round(place, 12) for place in both), return_indices=True)
+        values = np.full((len(more.y), len(both[0])), np.nan)
+        values[:, kept] = more.y[:, taken]
+        x_more = np.where(np.isfinite(values), both[0], np.nan)
+        found = Ensemble(np.concatenate([found.x, x_more]), np.concatenate([found.y, values]))
     return found.between(beyond, np.inf).sample()
 
 
@@ -91,6 +126,12 @@ def curves(tables: EnsembleTables, kinds: str, x: str, y: str, places: str, pack
     """Take the mean curves of several models and sizes, such as "sp-32 dp-32", each an argument of the statistic."""
     pairs = [kind.split("-") for kind in kinds.split()]
     return join_samples(*(curve(tables, model, int(n), x, y, places, packings=packings) for model, n in pairs))
+
+
+def curves_near_onset(tables: EnsembleTables, kinds: str, x: str, y: str, places: str) -> Sample:
+    """Take such mean curves of several models and sizes, each an argument of the statistic."""
+    pairs = [kind.split("-") for kind in kinds.split()]
+    return join_samples(*(curve_near_onset(tables, model, int(n), x, y, places) for model, n in pairs))
 
 
 def join_samples(*parts: Sample) -> Sample:

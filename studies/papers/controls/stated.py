@@ -1,12 +1,14 @@
 """Put stated laws through our packings: each keeps how far it lies off the mean, in the same place."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
+from jamlab.errors import InputError
 from jamlab.rheology.critical_scaling import CRITICAL_RANGE
 from jamlab.statistics.power_laws import fit_exponent
 from studies.dynamics import collapse, flow_curves
@@ -18,6 +20,7 @@ from studies.papers.boromand.conventions import ONSET, ONSET_CORRECTION, SERIES,
 from studies.papers.boromand.geometry import N as SMALLEST
 from studies.papers.controls import laws
 from studies.papers.statements import Statement, keywords, paper
+from studies.tables import AbsentTableError
 
 BASES = {"z": SUBTRACTED}  # what a law of a column begins at
 WIDTH, SHIFT = 0.02, 0.2  # of the onset at N = 32, and of the mean onset times N^0.7
@@ -67,19 +70,26 @@ def mean_curve(tables: EnsembleTables, model: str, n: int, x: str, y: str) -> tu
 
 def in_states(tables: EnsembleTables, s: Statement, law: str, stated: float, **settings: Any) -> EnsembleTables:
     """Put a law of one column of the states. Packings scatter as ours do, in proportion where the law is lower."""
-    states, axes = tables.states, axes_of(s)
-    states = states[states["model"].isin([m for m, *_ in axes]) & states["n"].isin([n for _, n, *_ in axes])].copy()
+    axes = axes_of(s)
     largest = {model: mean_curve(tables, model, n, x, y) for model, n, x, y in axes}  # the last is of the largest N
+    made = {"states": tables.states}
+    if s.sample.endswith("near_onset"):
+        with suppress(InputError, AbsentTableError):
+            made["droplets_above_onset"] = tables.droplets_above_onset
+    for name, table in made.items():
+        kept = table["model"].isin([m for m, *_ in axes]) & table["n"].isin([n for _, n, *_ in axes])
+        made[name] = table[kept].copy()
     for model, n, x, y in axes:
         at, mean = mean_curve(tables, model, n, x, y)
-        function = _law(s, law, stated, largest[model], x, y, settings)
-        rows = (states["model"] == model) & (states["n"] == n)
-        place, base = states.loc[rows, x].to_numpy(dtype=np.float64), BASES.get(y, 0.0)
-        there, wanted = np.interp(place, at, mean), function(np.maximum(place, 0.0), n, model)
-        off = states.loc[rows, y].to_numpy(dtype=np.float64) - base - there
-        part = np.divide(wanted, there, out=np.ones(len(there)), where=there > 0)
-        states.loc[rows, y] = base + wanted + np.where(place > 0, np.clip(part, 0, 1) * off, 0.0)
-    return replace_table(tables, states=states)
+        function, base = _law(s, law, stated, largest[model], x, y, settings), BASES.get(y, 0.0)
+        for states in made.values():
+            rows = (states["model"] == model) & (states["n"] == n)
+            place = states.loc[rows, x].to_numpy(dtype=np.float64)
+            there, wanted = np.interp(place, at, mean), function(np.maximum(place, 0.0), n, model)
+            off = states.loc[rows, y].to_numpy(dtype=np.float64) - base - there
+            part = np.divide(wanted, there, out=np.ones(len(there)), where=there > 0)
+            states.loc[rows, y] = base + wanted + np.where(place > 0, np.clip(part, 0, 1) * off, 0.0)
+    return replace_table(tables, **made)
 
 
 def _law(
