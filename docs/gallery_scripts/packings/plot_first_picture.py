@@ -52,7 +52,7 @@ def draw_modulus(ax: Axes) -> None:
     for exponent, spectrum, color in zip((-2, -3, -4), spectra, (BLUE, RED, GREEN), strict=True):
         ax.loglog(omega, spectrum.storage, color=color, linewidth=2, label=f"$p = 10^{{{exponent}}}\\,k$")
         ax.loglog(omega, spectrum.loss, "--", color=color, linewidth=2)
-    ax.set(xlabel=r"angular frequency $\omega\,\tau_1$", ylabel=r"$G'$ (solid), $G''$ (dashed)  [$k$]")
+    ax.set(xlabel=r"angular frequency $\omega\,\tau_1$", ylabel=in_unit(r"$G'$ (solid), $G''$ (dashed)", "k"))
     ax.set(title="G* of 256 disks", xlim=(omega[0], omega[-1]), ylim=(1e-5, 1e1), xticks=10.0 ** np.arange(-6, 3, 2))
     ax.grid(alpha=0.3)
     ax.legend(frameon=False)
