@@ -19,6 +19,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 import jamlab
+from jamlab.plotting import in_unit
 
 BLUE, RED, GREEN, PINK, SKY, YELLOW = "#0072B2", "#D55E00", "#009E73", "#E3B4D0", "#8CCBF0", "#F0E442"
 
