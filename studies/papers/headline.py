@@ -30,8 +30,8 @@ HEADLINES: Mapping[str, str] = {  # rows, in the order of the picture -> what th
     "T3-Delta-loss": r"critical loss, $\Delta$",
     "T3-Delta-storage": r"critical storage, $\Delta$",
     "T4-beta-star": r"damping of sliding, $\beta^*$",
-    "T5-rms-approach": "r.m.s. approach",
-    "T5-rms-sliding": "r.m.s. sliding",
+    "T5-rms-approach": r"r.m.s. $\Delta u_\parallel$, exponent",
+    "T5-rms-sliding": r"r.m.s. $\Delta u_\perp$, exponent",
     "T8-a-contact": "size, contact damping, $a$",
     "T8-a-stokes": "size, Stokes drag, $a$",
 }

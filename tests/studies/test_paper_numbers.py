@@ -281,7 +281,8 @@ def told(given):
     most, same = (with_error(*row) for row in (z.loc[z["mean"].idxmax()], z.loc[0.25, 1.0, 12]))
     yield f"= {float(SUBTRACTED + table_fit('DP(ρ)', 'z')(0.1)):.2f}$ at $d"
     yield f"Ours is {known('BT-z-dp-10', given)} at N = 256."
-    yield f"none of {len(z)} sets of them, with 12 or 24 vertices, has more than {most} at N = 64, where ours is {same}"
+    yield f"Of {len(z)} sets of γ and δ, with 12 or 24 vertices, none has more than {most} at N = 64"
+    yield f"Our usual set has {same}."
     _, along_x, sheared = PACKINGS
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
@@ -295,8 +296,8 @@ def told(given):
     placed = [float(starts[f"from-disks less disks, N = {n}: mean"].value) for n in (32, 64)]
     yield "in the place of disks by {:.4f} and {:.4f}".format(*placed)
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
-    yield f"Ours reach it at {min(confluent):.3f} to {max(confluent):.3f}"
-    yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Ours is {number('B4-C', given):.2f} above"
+    yield f"Our droplets reach *z* = 6 at {min(confluent):.3f} to {max(confluent):.3f}"
+    yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Our C is {number('B4-C', given):.2f} above"
     yield f"above 0.01 and {number('B11-C-onset', given):.2f} below"
 
 

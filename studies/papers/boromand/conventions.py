@@ -106,8 +106,8 @@ def curve_near_onset(
 
 
 def curve_of_law(tables: EnsembleTables, model: str, n: int, x: str, y: str, places: str, law: str = "") -> Sample:
-    """Take the mean curve of z of droplets; "most" or "least": add the difference of z at drho = 0.1,
-    N = 64, between the force law with most or least contacts and the usual law."""
+    """Take the mean curve of z of droplets. With a law "most" or "least" it is moved by a difference at drho = 0.1 and
+    N = 64: z of the force law with most or least contacts, less z of the usual law."""
     usual = curve(tables, model, n, x, y, places)
     if not law:
         return usual
