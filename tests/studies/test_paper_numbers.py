@@ -287,7 +287,7 @@ def told(given):
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
     yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
-    yield "depends on it too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
+    yield "depends on the selection too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
     starts = pages.draw("onset-starts", given).values
     direct = [starts[f"direct less disks, N = {n}: mean"] for n in (32, 64)]
     found = [f"{float(v.value):.4f} [{float(v.low):.4f}, {float(v.high):.4f}]" for v in direct]
