@@ -50,7 +50,7 @@ def write_tables(
 
 def add_rows(known: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     """Append the rows that a table lacks; columns and their types are its own."""
-    missing = [column for column in known if column not in new]
+    missing = [str(column) for column in known if column not in new]
     if missing:
         raise InputError(f"the rows have no column {', '.join(missing)}: reduce them of a campaign that measures it")
     rows = new[list(known)].astype(known.dtypes)
