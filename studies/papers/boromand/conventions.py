@@ -34,7 +34,7 @@ Curve = tuple[Array, Array]  # means of x and y (places,)
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
-START: Start = "from-disks"  # of droplets at onset, see `jamlab.jam`
+START: Start = "direct"  # of droplets at onset, as in [B] section 2.3; see `jamlab.jam`
 OF_LAWS, FEW = 64, 4  # N of droplets of other force laws; packings of a law that gives an analysis
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
