@@ -30,6 +30,7 @@ def test_subscripts_of_accented_letters_stand_beside_them():
     """docutils puts them below, as limits."""
     assert f"<msub>{ACCENTED}<mi>n</mi></msub>" in flat(r"\dot u_n")
     assert f'<msubsup>{ACCENTED}<mo lspace="0" rspace="0">∥</mo><mn>2</mn></msubsup>' in flat(r"{\dot u}_\parallel^2")
+    assert flat(r"\langle u\rangle^2").count('stretchy="false"') == 2
     assert "<munderover>" in flat(r"\sum_{i=1}^N u_i")
     assert "<msubsup><mi>G</mi><mn>0</mn>" in flat("G_0^*") and "∗" in flat("G^*")
 

@@ -1,7 +1,7 @@
 """Equations as MathML: what docutils translates, mended where browsers would draw something else.
 
 A subscript of a letter with an accent stands beside the letter, not below it; a star in a superscript is one of
-mathematics; a slash and what stands in a script have no spaces.
+mathematics; a slash and what stands in a script have no spaces; brackets grow only after `left`.
 """
 
 import re
@@ -13,6 +13,7 @@ from docutils.utils.math.latex2mathml import tex2mathml
 
 SPACE = "{http://www.w3.org/1998/Math/MathML}"
 STAR = "∗"
+FENCES = set("⟨⟩⌊⌋⌈⌉‖")  # which docutils stretches as after a `left`
 CLOSE = {"lspace": "0", "rspace": "0"}  # no spaces around an operator
 _NAMED = re.compile(r"&(?!amp;|lt;|gt;|#)\w+;")  # characters that HTML names and XML does not
 SCRIPTS = {f"{SPACE}{name}" for name in ("msub", "msup", "msubsup")}
@@ -33,6 +34,8 @@ def mathml(tex: str, as_block: bool = False) -> str:
     for element in list(math.iter()):
         if element.tag == f"{SPACE}mo" and element.text == "/":
             element.attrib |= CLOSE
+        if element.text in FENCES and r"\left" not in tex:
+            element.set("stretchy", "false")
         if element.tag == f"{SPACE}munderover":
             _mend_accent(element)
         if element.tag in SCRIPTS:
