@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from mathml import MathError, mathml
 from project_facts import DOCS, PROJECT, extras_table, links, substitutions, theme_options
-from words_of_pages import raw_marks
+from words_of_pages import long_code, raw_marks
 
 ROOT = DOCS.parent
 MADE = {"build", "gallery"}  # and reference/arguments.md
 PAGES = [page for page in sorted(DOCS.rglob("*.md")) if not MADE & set(page.relative_to(DOCS).parts)]
+WIDTH = 88  # columns of code that a page shows without scrolling
 ACCENTED = '<mover><mi>u</mi><mo stretchy="false">˙</mo></mover>'
 
 
@@ -20,10 +21,18 @@ def flat(tex):
     return re.sub(r"\s*\n\s*", "", mathml(tex))
 
 
+def test_pages_have_no_raw_underscores_or_carets():
+    assert not [line for page in (*PAGES, ROOT / "README.md") for line in raw_marks(page)]
+
+
 def test_raw_marks_are_found(tmp_path):
     page = tmp_path / "page.md"
     page.write_text('*k*_a and\n`k_a`, $k_a$, "k_a" of\n\nE ~ *t*^0.02\n\n| z_J |\n|---|\n| 1 |\n', encoding="utf-8")
     assert [int(line.split(":")[1]) for line in raw_marks(page)] == [1, 4, 6]
+
+
+def test_code_is_as_wide_as_a_page():
+    assert not [line for page in PAGES for line in long_code(page, WIDTH)]
 
 
 def test_subscripts_of_accented_letters_stand_beside_them():
