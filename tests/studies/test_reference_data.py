@@ -29,8 +29,9 @@ def test_reference_tables_give_the_same_figures(tmp_path):
 
 
 def test_tables_that_a_campaign_lacks_are_left_out(tmp_path):
-    onset = EnsembleTables({"onset": TABLES["onset"]()}.__getitem__)
-    assert [path.name for path in write_tables(onset, tmp_path, "one")] == ["onset.parquet"]
+    names = ["onset", "onset_starts"]
+    onset = EnsembleTables({name: TABLES[name]() for name in names}.__getitem__)
+    assert [path.stem for path in write_tables(onset, tmp_path, "one")] == names
     assert pages.draw("boromand-10", open_tables(tmp_path)).claims
     with pytest.raises(AbsentTableError):
         pages.draw("baumgarten-1", open_tables(tmp_path))
