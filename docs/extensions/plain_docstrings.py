@@ -1,5 +1,5 @@
-"""Docstrings are plain text first: |x| is a modulus there, no substitution of reStructuredText; the path of a page is
-a link to it."""
+"""Docstrings are plain text first: |x| is a modulus there, and no substitution of reStructuredText. Paths of pages in
+them are links."""
 
 import re
 from typing import Any
