@@ -11,7 +11,7 @@ from project_facts import DOCS, PROJECT, extras_table, links, substitutions, the
 from words_of_pages import long_code, raw_marks
 
 ROOT = DOCS.parent
-MADE = {"build", "gallery"}  # and reference/arguments.md
+MADE = {"build", "gallery", "arguments.md"}  # when the pages are built
 PAGES = [page for page in sorted(DOCS.rglob("*.md")) if not MADE & set(page.relative_to(DOCS).parts)]
 WIDTH = 88  # columns of code that a page shows without scrolling
 ACCENTED = '<mover><mi>u</mi><mo stretchy="false">˙</mo></mover>'
