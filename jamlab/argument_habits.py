@@ -26,6 +26,8 @@ INSTEAD = {
         [("scaling_collapse", kind) for kind in ("list", "tuple")],
         "pressures, and for each of them a list of its spectra: scaling_collapse([1e-2, 1e-3], [[s1, s2], [s3, s4]])",
     ),
+    ("scaling_collapse", "MeanSpectra"): "the campaign or the table that the means are of: scaling_collapse(campaign)",
+    ("density_of_states", "DataFrame"): "the campaign: density_of_states(campaign, select={'target_pressure': 1e-3})",
     ("Campaign.aggregate", "str"): "a list of columns, such as ['z']",
     ("Recipe", "Packing"): "its recipe: jamlab.make(packing.recipe)",
     **dict.fromkeys(

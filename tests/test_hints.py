@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import pandas as pd
 import pytest
 import typer
 from one_of_each import STATES, objects
@@ -195,6 +196,10 @@ def test_what_stands_in_place_of_an_object_are_classes(things):
         jamlab.contacts(things["Micrograph"])
     with pytest.raises(jamlab.InputError, match="spectra"):
         jamlab.scaling_collapse(things["Campaign"], [[]])
+    with pytest.raises(jamlab.InputError, match=r"scaling_collapse\(campaign\)"):
+        jamlab.scaling_collapse(things["MeanSpectra"])
+    with pytest.raises(jamlab.InputError, match=r"density_of_states\(campaign, select="):
+        jamlab.density_of_states(pd.DataFrame())
 
 
 @pytest.mark.parametrize(

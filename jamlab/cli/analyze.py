@@ -132,11 +132,15 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         facts["numbers"] = {key: {"value": n.value, "quality": n.quality} for key, n in numbers.items()}
         print_json(facts)
         return
-    rows = [[key, _text(n.value), _text(n.uncertainty), "?" if n.reasons else ""] for key, n in numbers.items()]
+    rows = [[key, _text(n.value), _two_digits(n.uncertainty), "?" if n.reasons else ""] for key, n in numbers.items()]
     print_table(f"droplets of {name}", ["", "value", "± (95 %)", ""], rows)
     for key, value in facts.items():
         if text := _text(value):
             print_note(f"{key.replace('_', ' ')}: {text}")
+
+
+def _two_digits(error: float) -> str:
+    return _text(float(f"{error:.2g}"))
 
 
 def _text(value: Any) -> str:

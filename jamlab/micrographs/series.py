@@ -44,7 +44,10 @@ def read_series(source: Any, labels: Any, how: dict[str, Any]) -> list[SeriesFra
     pictures, names = _frames("source", source, False), _frames("labels", labels, True)
     for what, frames in (("source", pictures), ("labels", names)):
         if frames is not None and len(frames) < 2:
-            raise InputError(f"{what} has {len(frames)} frame{'s' * (len(frames) != 1)}: tracking needs two or more")
+            stack = what == "source" and len(frames) == 1 and isinstance(source, str | Path)
+            remedy = ". If the file is a stack of labels, give labels=" if stack else ""
+            counted = f"{len(frames)} frame{'s' * (len(frames) != 1)}"
+            raise InputError(f"{what} has {counted}: tracking needs two or more{remedy}")
     if pictures is not None and any(isinstance(each, Micrograph) for each in pictures):
         return _measured_already(pictures, labels, how)
     if pictures is not None and names is not None and len(pictures) != len(names):

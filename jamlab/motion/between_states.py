@@ -51,6 +51,10 @@ def states_of(source: Run | Iterable[Packing], name: str, least: int = 2) -> lis
     if len(packings) < least:
         kept = "; store more packings of a flow with snapshot_every=..." if isinstance(source, Run) else ""
         raise InputError(f"{name} has {len(packings)} packing(s): give {least} or more{kept}")
+    if foreign := [each for each in packings if not isinstance(each, Packing)]:
+        tables = "; use trackpy for a table of tracks" if isinstance(foreign[0], str) else ""
+        kind = type(foreign[0]).__name__
+        raise InputError(f"{name} has a {kind}: give a run, or packings one after the other{tables}")
     for number, each in enumerate(packings[1:], start=1):
         check_same_particles(packings[0], each, f"state {number} of {name}")
     return packings

@@ -70,6 +70,13 @@ def test_bad_sources_are_refused(tmp_path):
             jamlab.track_droplets(source, **how)
 
 
+def test_a_stack_of_labels_that_is_a_colour_picture_is_refused_with_the_remedy(tmp_path):
+    pytest.importorskip("tifffile").imwrite(tmp_path / "t.tif", STACK.astype(np.uint16), photometric="rgb")
+    with pytest.raises(InputError, match=r"source has 1 frame: .* give labels="):
+        jamlab.track_droplets(tmp_path / "t.tif")
+    assert jamlab.track_droplets(labels=tmp_path / "t.tif")["frame"].max() == 2
+
+
 # series of labels -----------------------------------------------------------------------------------------------------
 
 ROW, COLUMN = np.mgrid[:90, :120] + 0.5
@@ -177,3 +184,10 @@ def test_command_tracks_a_file_of_several_pages(tmp_path, expected):
     np.save(tmp_path / "one.npy", STACK[0])
     refused = call(tmp_path, "analyze", "--labels", "one.npy", "--memory", "1")
     assert refused.exit_code == 1 and "--memory" in refused.stderr
+
+
+def test_command_prints_two_digits_of_an_uncertainty(tmp_path):
+    np.save(tmp_path / "one.npy", STACK[0])
+    row = next(line for line in call(tmp_path, "analyze", "--labels", "one.npy").stdout.splitlines() if " rho " in line)
+    uncertainty = jamlab.micrograph(labels=STACK[0]).numbers["rho"].uncertainty
+    assert f"{float(f'{uncertainty:.2g}'):g}" in row.split()

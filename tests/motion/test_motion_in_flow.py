@@ -1,6 +1,7 @@
 """Mean square displacement and overlap: plain numpy, affine motion, wrapped particles, lags and origins."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import jamlab
@@ -125,3 +126,12 @@ def test_bad_input_is_named_with_a_remedy(case):
     with pytest.raises(jamlab.JamlabError, match=words) as refused:
         call()
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [(pd.DataFrame({"x": [1.0], "frame": [0]}), "use trackpy"), (iter([np.zeros(2)] * 2), "give a run")],
+)
+def test_what_is_no_packing_is_refused(run, words):
+    with pytest.raises(jamlab.InputError, match=words):
+        jamlab.mean_square_displacement(run)
