@@ -153,8 +153,9 @@ std::string misfit(const DataFile &data, const std::string &model, const std::st
                        law);
   if (model == "sp" && !law.empty() && !given.count("pair_style"))
     return fmt::format(
-        "data = {}: give the pair_style of law={}, see parts/sp, or use `jamlab deck`", name,
-        law);
+        "data = {}: give the pair_style of law={}, see parts/sp; for a law of a package "
+        "use `jamlab deck`",
+        name, law);
   return "";
 }
 

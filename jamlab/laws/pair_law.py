@@ -7,6 +7,7 @@ and `jamlab.engine.agreement` compares each with the analysis.
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
@@ -48,6 +49,8 @@ class LawTrial:
 
 TRIAL = LawTrial()
 
+_DISTANCE = re.compile(r"(?<!\w)r(?!\w)")
+
 HIGHEST_OVERLAP = 0.3  # of springs at the pressure 0.3 k: phi = 1.27 and overlaps of 15 % (n = 64)
 
 
@@ -73,6 +76,14 @@ class PairStyle:
     style: str
     coefficients: tuple[str, ...]
     modify: str = ""
+
+    def __post_init__(self) -> None:
+        for word in self.coefficients:
+            if "$(" not in word and _DISTANCE.search(word):
+                raise InputError(
+                    f"pair_style {self.style}: coefficient {word!r} contains the distance r, but must be a number. "
+                    "For the style lepton write numbers as $(...), such as '0.5*(r-$(v_s:%.17g))^2'"
+                )
 
     def variables(self) -> dict[str, object]:
         """Variables of `lammps_inputs/parts/sp`."""

@@ -363,3 +363,9 @@ def test_each_law_is_compared_once():
 def test_forces_of_the_kernel_are_the_moves_of_its_first_step():
     p = squeezed("k", np.append(np.full(160, 0.8), [2.2, 2.4]), exponent=2.5)  # two heavy ones
     np.testing.assert_allclose(disk_fire.fire_forces(p), forces(p), rtol=0, atol=1e-13)
+
+
+def test_a_coefficient_that_is_no_number_is_refused():
+    with pytest.raises(jamlab.InputError, match=r"coefficient '0\.5\*\(r-v_s\)\^2' contains the distance r"):
+        PairStyle("lepton 2.0", ("0.5*(r-v_s)^2", "v_s"))
+    PairStyle("lepton 2.0", ("0.5*(r-$(v_s:%.17g))^2", "v_s"))
