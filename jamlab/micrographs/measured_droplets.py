@@ -217,22 +217,22 @@ class Micrograph(Result):
         scale = OVERLAY.inches / max(height, width)
         return width * scale + 0.2, height * scale + 1.0
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the same on matplotlib Axes (default: a new figure)."""
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the same on matplotlib Axes (default: a new figure); `style` is of the LineCollection of outlines."""
         from jamlab.plotting.axes import axes_for, fit_title
 
-        with axes_for(ax, {}, self._inches) as axes:
-            self._draw(axes)
+        with axes_for(ax, style, self._inches) as axes:
+            self._draw(axes, **style)
             if ax is not None:
                 fit_title(axes)
         return axes
 
-    def _draw(self, axes: Any) -> None:
+    def _draw(self, axes: Any, **style: Any) -> None:
         from matplotlib.collections import LineCollection
         from matplotlib.lines import Line2D
         from matplotlib.patheffects import withStroke
 
-        from jamlab.plotting.axes import legend_below
+        from jamlab.plotting.axes import legend_below, merged
 
         (height, width), pixel, sides = self.picture.shape, self.pixel or 1.0, self.voids.sides.tolist()
         radius = float(np.sqrt(np.median(self.areas) / np.pi)) / pixel
@@ -245,7 +245,8 @@ class Micrograph(Result):
             (self.cut_outlines, OUTLINE, 1.0),
         ):
             closed = [np.vstack([ring, ring[:1]]) for ring in rings]
-            axes.add_collection(LineCollection(closed, colors=colours, linewidths=min(line, 0.12 * points)))
+            plain = {"edgecolor": colours, "linewidth": min(line, 0.12 * points)}
+            axes.add_collection(LineCollection(closed, **merged(LineCollection, plain, style)))
         axes.add_collection(LineCollection([*self.touching], colors=BLUE, linewidths=min(1.1, 0.1 * points), alpha=0.8))
         size = min(0.55 * points, OVERLAY.font[1])
         halo = [withStroke(linewidth=0.25 * size, foreground="white")]

@@ -103,6 +103,14 @@ def outside(figure):
     return max(-box.x0, -box.y0, box.x1 - size[0], box.y1 - size[1])
 
 
+def test_plot_passes_its_style_to_the_outlines(touching):
+    axes = touching.plot(linewidth=3, color="black")
+    assert axes.collections[0].get_linewidths() == [3]
+    np.testing.assert_array_equal(axes.collections[0].get_edgecolors(), [[0, 0, 0, 1]])
+    with pytest.raises(InputError):
+        touching.plot(nonsense=1)
+
+
 @pytest.mark.parametrize("shape", [(185, 190), (60, 190), (185, 70)])
 @pytest.mark.slow
 def test_titles_and_legends_are_shown_whole(shape, tmp_path):
