@@ -51,7 +51,8 @@ def states_of(source: Run | Iterable[Packing], name: str, least: int = 2) -> lis
     if len(packings) < least:
         kept = "; store more packings of a flow with snapshot_every=..." if isinstance(source, Run) else ""
         raise InputError(f"{name} has {len(packings)} packing(s): give {least} or more{kept}")
-    if foreign := [each for each in packings if not isinstance(each, Packing)]:
+    foreign: list[object] = [each for each in packings if not isinstance(each, Packing)]
+    if foreign:
         tables = "; use trackpy for a table of tracks" if isinstance(foreign[0], str) else ""
         kind = type(foreign[0]).__name__
         raise InputError(f"{name} has a {kind}: give a run, or packings one after the other{tables}")
