@@ -97,6 +97,7 @@ MOVED = {  # by the frozen rule, with the analyses of its day; with all; by the 
     "B6-g-of-z-sp": ("compatible, weak", "not resolved", "not resolved (ensemble not printed)"),
     "B6-g-nearest-sp": ("not resolved", "not resolved", "compatible, weak"),
     "B6-g-nearest-dp": ("not resolved", "not resolved", "compatible, weak"),
+    "B6-crossover-dp": ("not resolved", "not resolved", "no verdict (estimator fails a control)"),
     "B6-z-root-dp": ("not resolved", "not resolved", "no verdict (no power law)"),
     "B6-z-root-same": ("–", "–", "not resolved"),
     "B6-g-small-sp": ("compatible, weak", "not resolved", "not resolved (ensemble not printed)"),
