@@ -75,8 +75,8 @@ class Micrograph(Result):
         >>> *_, dense = jamlab.compress(jamlab.jam(8, "dp"), to=0.93, step=0.03)
         >>> m = jamlab.micrograph(np.tile(jamlab.synthetic_micrograph(dense, 256), (2, 2)))  # four periods
         >>> low, high = m.numbers["z"].interval
-        >>> low < m.z < high, m.quality  # so few droplets say little of others
-        (True, 'doubtful')
+        >>> low < m.z < high, m.quality
+        (True, 'good')
     """
 
     _rows = ("centres", "areas", "cells", "rattlers", "doubtful")
