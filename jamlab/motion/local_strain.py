@@ -97,7 +97,7 @@ class LocalStrain(Result):
         """Draw the first state; particles are coloured by D2min on a logarithmic scale, white without a value.
 
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> ax = jamlab.local_strain(p, jamlab.relax(p.with_state(diameters=1.01 * p.diameters))).plot()
+        >>> ax = jamlab.local_strain(p, jamlab.decompress(p, 5e-3)).plot()
         """
         from matplotlib.collections import PolyCollection
         from matplotlib.colors import LogNorm, Normalize

@@ -44,8 +44,9 @@ class T1Events(Result):
 
     Example:
         >>> import pandas as pd
-        >>> before, after = [[0, 1], [2, 1], [1, 0], [1, 2.5]], [[-0.5, 1], [2.5, 1], [1, 0.5], [1, 1.5]]
-        >>> rows = [(t, k, *xy) for t, places in enumerate((before, after)) for k, xy in enumerate(places)]
+        >>> before = [(0.0, 1.0), (2.0, 1.0), (1.0, 0.0), (1.0, 2.5)]
+        >>> after = [(-0.5, 1.0), (2.5, 1.0), (1.0, 0.5), (1.0, 1.5)]
+        >>> rows = [(t, k, x, y) for t, places in enumerate((before, after)) for k, (x, y) in enumerate(places)]
         >>> found = jamlab.t1_events(pd.DataFrame(rows, columns=["frame", "particle", "x", "y"]))
         >>> found.state.tolist(), found.parted_i.tolist(), found.parted_j.tolist(), found.met_i.tolist()
         ([1], [0], [1], [2])

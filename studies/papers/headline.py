@@ -1,6 +1,5 @@
-"""Draw 16 headline numbers of both papers beside ours, and the five differences with their reasons, in one picture."""
+"""Draw 16 headline numbers of both papers beside ours, and five differences with their reasons, in one picture."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -13,7 +12,7 @@ from jamlab.plotting.palette import BLACK
 from studies.panels import Drawing, drawing
 from studies.papers.forest import BAND
 from studies.papers.statements import caption, reasons, statements
-from studies.papers.verdicts import LOOKS, NORMAL, SAID, TOLERANCE, Comparison, Verdict
+from studies.papers.verdicts import LOOKS, NORMAL, TOLERANCE, Comparison, Verdict
 
 NAME = "papers-headline"
 TITLE = "Headline numbers of both papers beside ours, and what differs"
@@ -40,7 +39,6 @@ MOST = 5  # differences that are shown
 SPAN = (0.79, 1.21)  # of the axis of ratios
 SOFT = "#444444"
 MARKED = (Verdict.DIFFERS, Verdict.TENSION)
-APART = (Verdict.UNRESOLVED, Verdict.TENSION, Verdict.DIFFERS)  # all others are compatible
 
 
 @dataclass(frozen=True)
@@ -59,24 +57,6 @@ class Look:
 
 WIDE = Look(9.4, 4.9, 9.5, (1.95, 3.75), 3.87, 4.42, (0.55, 4.85), (5.35, 0.2, 4.0, 4.6))
 NARROW = Look(4.0, 8.2, 8.2, (1.55, 2.65), 2.73, 3.18, (3.95, 8.15), (0.08, 0.05, 3.9, 3.3))
-
-
-def sentence(first_line: str) -> str:
-    """Say in one sentence how many numbers of the papers are compatible with ours, for the README.
-
-    Args:
-        first_line: of a summary, as `verdicts.first_line` writes it.
-    """
-
-    def count(pattern: str) -> int:
-        found = re.search(pattern, first_line)
-        return int(found[1]) if found else 0
-
-    numbers = count(r"Of (\d+) numbers")
-    apart = [(count(rf"(\d+) {SAID[verdict]}[,;]"), SAID[verdict]) for verdict in APART]
-    *others, last = [f"{found} {words}" for found, words in apart]
-    compatible = numbers - sum(found for found, _ in apart)
-    return f"Of {numbers} published numbers, {compatible} are compatible with ours, {', '.join(others)} and {last}."
 
 
 def with_error(value: float, error: float) -> str:

@@ -64,6 +64,7 @@ SAID = {  # of how many numbers, in one sentence
     Verdict.TENSION: "are in tension",
     Verdict.DIFFERS: "differ",
 }
+APART = (Verdict.UNRESOLVED, Verdict.TENSION, Verdict.DIFFERS)  # all others are compatible
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
     Verdict.SMALL: (GREEN, "D"),
@@ -231,17 +232,26 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
     values = Counter(c.verdict for c in known) - Counter({Verdict.AGREES: met})
     parts = [f"{values[verdict]} {words}" for verdict, words in SAID.items() if values[verdict]]
     parts.insert(1, f"{met} bounds are met")
-    figures = len({c.statement.figure for c in known})
     told = (
         f"{', '.join(parts)}; {len(tests) - len(known)} more lack data, and {len(counted) - len(tests)} are no tests."
     )
-    return f"Of {len(known)} numbers in {figures} figures and tables of both papers that our packings test, {told}"
+    return f"Of {len(known)} numbers of both papers that our packings test, {told}"
+
+
+def short_line(comparisons: Sequence[Comparison]) -> str:
+    """Write in one sentence how many numbers of the papers are compatible with ours, for the README."""
+    known = [c for c in comparisons if c.statement.counted and c.statement.tested and c.measured.known]
+    values = Counter(c.verdict for c in known)
+    *others, last = [f"{values[verdict]} {SAID[verdict]}" for verdict in APART]
+    compatible = len(known) - sum(values[verdict] for verdict in APART)
+    return f"Of {len(known)} published numbers, {compatible} are compatible with ours, {', '.join(others)} and {last}."
 
 
 def summary(comparisons: Sequence[Comparison]) -> list[str]:
-    """Write the first line, how many tests are bounded to 30 % of their scale by either count, and a line a number."""
+    """Write the first line, the line of the README, how many tests are bounded to 30 % of their scale by either count,
+    and a line a number."""
     tests = [c for c in comparisons if c.statement.counted and c.statement.tested and c.measured.known]
     held = sum(c.verdict in (Verdict.AGREES, Verdict.SMALL, Verdict.WEAK) for c in tests)
     near = sum(c.resolution <= WEAK * TOLERANCE * scale(c.statement.number, c.statement.value) for c in tests)
     bounded = f"Bounded to 30 % of the scale: {held} by their verdict; {near} by r alone, whatever the pull."
-    return [first_line(comparisons), bounded, *(f"  {c.line}" for c in comparisons)]
+    return [first_line(comparisons), short_line(comparisons), bounded, *(f"  {c.line}" for c in comparisons)]

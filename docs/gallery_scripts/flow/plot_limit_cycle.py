@@ -12,8 +12,10 @@ import jamlab
 
 p = jamlab.pack(n=32, pressure=1e-2, seed=1)
 r = jamlab.quasistatic_shear(p, strain=[0.06, -0.06, 0.06], strain_step=4e-3, cycles=20)
-print(r.limit_cycle)
-print(r.limit_cycle.hysterons.to_dataframe())
+cycle = r.limit_cycle
+assert cycle is not None, r.state  # the packing came back
+print(cycle)
+print(cycle.hysterons.to_dataframe())
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained")
 r.plot(left)
