@@ -88,7 +88,12 @@ def test_sizes_beside_the_papers_move_no_number():
 def test_contacts_of_droplets_have_a_second_count():
     """A tenth of the contacts of droplets only stop one; what a table has for disks there does not count."""
     table = TABLES["states"]()
-    given = EnsembleTables({"states": table.assign(z_strong=0.9 * table["z"]), "onset": onset()}.get)
+    starts = TABLES["onset_starts"]()
+    own = {
+        "states": table.assign(z_strong=0.9 * table["z"]),
+        "onset_starts": starts.assign(z_strong=0.9 * starts["z_J"]),
+    }
+    given = EnsembleTables({**own, "onset": onset()}.get)
     for statement in ("BT-zJ-dp", "B5-z-models"):
         found = measure(statement, given)
         assert found.variants["count = strong"].value == pytest.approx(0.9 * found.value)
@@ -193,7 +198,9 @@ def test_contacts_of_droplets_move_with_the_force_law():
 
 
 def test_what_tables_lack_is_told():
-    none = EnsembleTables({"onset": onset().query("model == 'sp'")}.__getitem__)
+    starts = TABLES["onset_starts"]().query("start == 'from-disks'")
+    given = {"onset": onset().query("model == 'sp'"), "onset_starts": starts}
+    none = EnsembleTables(given.__getitem__)
     found = measure("B10-theta-dp", none)
     assert not found.known and "dp" in found.lacking
     assert not Measured().known
@@ -281,13 +288,15 @@ def told(given):
     most, same = (with_error(*row) for row in (z.loc[z["mean"].idxmax()], z.loc[0.25, 1.0, 12]))
     yield f"= {float(SUBTRACTED + table_fit('DP(ρ)', 'z')(0.1)):.2f}$ at $d"
     yield f"Ours is {known('BT-z-dp-10', given)} at N = 256."
-    yield f"Of {len(z)} sets of γ and δ, with 12 or 24 vertices, none has more than {most} at N = 64"
-    yield f"Our usual set has {same}."
+    yield f"Of {len(z)} sets of γ, δ and vertices none exceeds {most} at N = 64"
+    yield f"our usual set has {same}."
     _, along_x, sheared = PACKINGS
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
     yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
-    yield "depends on the selection too: {}, {}, {}".format(*(known("B5-g-sizes-sp", given, of) for of in chosen))
+    yield "G at Δρ = 0.1, N = 256 over 32, depends on it too: {}, {}, {}".format(
+        *(known("B5-g-sizes-sp", given, of) for of in chosen)
+    )
     starts = pages.draw("onset-starts", given).values
     direct = [starts[f"direct less disks, N = {n}: mean"] for n in (32, 64)]
     found = [f"{float(v.value):.4f} [{float(v.low):.4f}, {float(v.high):.4f}]" for v in direct]
@@ -296,7 +305,7 @@ def told(given):
     placed = [float(starts[f"from-disks less disks, N = {n}: mean"].value) for n in (32, 64)]
     yield "in the place of disks by {:.4f} and {:.4f}".format(*placed)
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
-    yield f"Our droplets reach *z* = 6 at {min(confluent):.3f} to {max(confluent):.3f}"
+    yield f"Our usual droplets reach *z* = 6 at {min(confluent):.3f} to {max(confluent):.3f}"
     yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Our C is {number('B4-C', given):.2f} above"
     yield f"above 0.01 and {number('B11-C-onset', given):.2f} below"
 
