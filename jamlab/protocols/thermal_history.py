@@ -59,7 +59,7 @@ class ThermalHistory(Result):
         axes.plot(along, energy, **merged_line(plain, style))
         axes.plot(along, self.temperature, color=RED, linewidth=1.0, linestyle="--", label="temperature")
         axes.set_yscale("log")
-        label_axes(axes, self._along_label, "energy over that of a contact")
+        label_axes(axes, self._along_label, "energy over energy of a contact")
         axes.legend(fontsize=LEGEND, title=self._said(), title_fontsize=LEGEND)
 
     def _said(self) -> str:

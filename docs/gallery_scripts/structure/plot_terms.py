@@ -33,7 +33,6 @@ def in_cell(p: jamlab.Packing, places: NDArray[np.float64]) -> NDArray[np.float6
     return (places @ np.linalg.inv(p.box) % 1.0) @ p.box
 
 
-# %%
 # Onset. The backbone carries load; the rattler, in grey, has fewer than three contacts.
 
 onset = jamlab.jam(n=16, seed=1)
@@ -45,7 +44,6 @@ name(axes[0, 0], "rattler", places[network.rattlers][0], (-45, -75))
 name(axes[0, 0], "disk of the\nbackbone (site)", places[from_middle.argmin()], (-75, -60))
 axes[0, 0].set_title(f"onset: φ = ρ = {onset.phi:.3f}")
 
-# %%
 # A marginal contact: drag holds it at zero gap.
 
 run = jamlab.shear(jamlab.pack(n=16, pressure=1e-3, seed=1), rate=0.03, strain=0.03, rows=6, snapshot_every=0.005)
@@ -65,7 +63,6 @@ axes[0, 1].plot(*np.array([start, start + apart[held]]).T, color=RED, linewidth=
 name(axes[0, 1], "marginal contact", touch, (-90, -70), RED)
 axes[0, 1].set_title("in flow")
 
-# %%
 # Handover: droplets take the place of compressed disks (dashed).
 
 *_, disks = jamlab.compress(jamlab.jam(n=8, seed=1), to=0.88, step=0.02)
@@ -77,7 +74,6 @@ for centre, diameter in zip(in_cell(disks, disks.positions) * scale, disks.disk_
     axes[1, 0].add_patch(Circle((x, y), diameter / 2, fill=False, linestyle="--", linewidth=1.2))
 axes[1, 0].set_title("handover from disks to droplets")
 
-# %%
 # Sites of droplets are the vertices of their outlines; rims surround the outlines.
 
 *_, dense = jamlab.compress(droplets, to=0.93, step=0.01)
