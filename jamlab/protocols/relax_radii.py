@@ -75,7 +75,7 @@ def relax_radii(
         >>> q = jamlab.relax_radii(p)
         >>> bool(jamlab.evaluate(q).energy < 0.6 * jamlab.evaluate(p).energy)
         True
-        >>> sorted(np.ravel(q.diameters)) == sorted(np.ravel(p.diameters))
+        >>> sorted(q.disk_diameters) == sorted(p.disk_diameters)
         True
     """
     began = time.perf_counter()

@@ -112,7 +112,7 @@ def swap_sizes(
         >>> found = jamlab.swap_sizes(p, sweeps=200)
         >>> bool(jamlab.evaluate(found.packing).energy < 0.6 * jamlab.evaluate(p).energy)
         True
-        >>> sorted(np.ravel(found.packing.diameters)) == sorted(np.ravel(p.diameters))
+        >>> sorted(found.packing.disk_diameters) == sorted(p.disk_diameters)
         True
     """
     given, began = check_temperature(temperature), time.perf_counter()
