@@ -57,9 +57,9 @@ class Verdict(StrEnum):
 
 
 SAID = {  # of how many numbers, in one sentence
-    Verdict.AGREES: "agree to a tenth of their scale or half a last digit",
-    Verdict.SMALL: "differ significantly but within that",
-    Verdict.WEAK: "are compatible within three times that",
+    Verdict.AGREES: "agree within the tolerance (a tenth of the scale or half a last digit)",
+    Verdict.SMALL: "differ significantly within the tolerance",
+    Verdict.WEAK: "are compatible within three tolerances",
     Verdict.UNRESOLVED: "are not resolved",
     Verdict.TENSION: "are in tension",
     Verdict.DIFFERS: "differ",

@@ -294,7 +294,7 @@ def told(given):
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
     yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
-    yield "G at Δρ = 0.1, N = 256 over 32, depends on it too: {}, {}, {}".format(
+    yield "So does the ratio of G at N = 256 and 32 (Δρ = 0.1): {}, {}, {}".format(
         *(known("B5-g-sizes-sp", given, of) for of in chosen)
     )
     starts = pages.draw("onset-starts", given).values
