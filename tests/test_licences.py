@@ -1,4 +1,4 @@
-"""The licence of each requirement stands in LICENSES.md, as its metadata say it, and one title names the program."""
+"""A page of the reference has the licence of each requirement, as its metadata say it; one title names the program."""
 
 import re
 import tomllib
@@ -34,7 +34,7 @@ def test_what_does_not_fit_lammps_is_named_in_words():
     for name, known, groups in ROW.findall(text):
         if groups.split(", ")[0] in (RUN, "required by them"):
             fits = any(all(FITS.fullmatch(each) for each in one.split(" AND ")) for one in known.split(" OR "))
-            assert fits or name in prose, f"{name} is under {known}, which LICENSES.md does not explain"
+            assert fits or name in prose, f"{name} is under {known}, which {PAGE.name} does not explain"
 
 
 def test_the_licence_of_metadata_comes_from_expression_classifier_or_text(monkeypatch):

@@ -1,4 +1,4 @@
-"""The page `LICENSES.md`: the licence of everything that jamlab requires, from the metadata of the installed packages.
+"""The table of `docs/reference/licences.md`: licences of all requirements, from the metadata of installed packages.
 
     python docs/extensions/licence_table.py            # write it, in an environment with all extras
     python docs/extensions/licence_table.py --check    # say what differs, and fail
@@ -17,7 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "LICENSES.md"
+PAGE = ROOT / "docs" / "reference" / "licences.md"
 RUN = "run"  # the group of what jamlab itself requires
 OF_RUN = "required by them"  # and of what that requires
 CLASSIFIERS = {

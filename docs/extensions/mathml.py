@@ -1,4 +1,4 @@
-"""Equations as MathML: what docutils translates, mended where browsers would draw something else.
+"""Equations as MathML: what docutils translates, corrected where browsers would draw something else.
 
 A subscript of a letter with an accent stands beside the letter, not below it; a star in a superscript is one of
 mathematics; a slash and what stands in a script have no spaces; brackets grow only after `left`.
