@@ -1,7 +1,6 @@
 """Measure as Boromand et al. do: sizes, places, windows, and the curves that their numbers are fitted to."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -94,14 +93,17 @@ def curve_near_onset(
     packings that reach it."""
     at = np.asarray(_named(places), dtype=np.float64)
     found = tables.curve(model, n, x, y, at)
-    with suppress(InputError, AbsentTableError):
-        more = at_places(interpolators(select(tables.droplets_above_onset, model=model, n=n), x, [y], False), at)
-        both = [np.fmax.reduce(e.x) for e in (found, more)]
-        _, kept, taken = np.intersect1d(*(np.round(place, 12) for place in both), return_indices=True)
-        values = np.full((len(more.y), len(both[0])), np.nan)
-        values[:, kept] = more.y[:, taken]
-        x_more = np.where(np.isfinite(values), both[0], np.nan)
-        found = Ensemble(np.concatenate([found.x, x_more]), np.concatenate([found.y, values]))
+    try:
+        rows = select(tables.droplets_above_onset, model=model, n=n)
+    except (AbsentTableError, InputError):  # no such table, or none of this model and N: the sweeps alone
+        return found.between(beyond, np.inf).sample()
+    more = at_places(interpolators(rows, x, [y], False), at)
+    both = [np.fmax.reduce(e.x) for e in (found, more)]
+    _, kept, taken = np.intersect1d(*(np.round(place, 12) for place in both), return_indices=True)
+    values = np.full((len(more.y), len(both[0])), np.nan)
+    values[:, kept] = more.y[:, taken]
+    x_more = np.where(np.isfinite(values), both[0], np.nan)
+    found = Ensemble(np.concatenate([found.x, x_more]), np.concatenate([found.y, values]))
     return found.between(beyond, np.inf).sample()
 
 
