@@ -17,8 +17,9 @@ from studies.papers.verdicts import LOOKS, NORMAL, TOLERANCE, Comparison, Verdic
 NAME = "papers-forest"
 TITLE = "Every number of both papers: ours less the paper's"
 SPAN = 0.62  # of the axis to either side; what lies beyond is an arrow with its number
+HEADING, MARGIN = 1.1, 4.0  # heights of a heading and of title and axis, in rows
 BAND, TICK = "#DCE9F5", "#555555"  # colours of what agrees and of the paper's error, as in forest.html
-COLUMNS = {  # of the picture: heading -> beginnings of the names of figures
+PARTS = {  # of the picture: heading -> beginnings of the names of figures
     "[B], figs 4 to 7": tuple(f"boromand-{k}" for k in range(4, 8)),
     "[B], figs 8 to 11, tables 1 and 2": ("boromand-", "tables"),
     "[T]": ("baumgarten-",),
@@ -81,21 +82,21 @@ def by_figure(given: Sequence[Bar]) -> Iterator[tuple[str, list[Bar]]]:
 
 
 def forest(
-    comparisons: Sequence[Comparison], name: str = NAME, parts: Mapping[str, tuple[str, ...]] = COLUMNS
+    comparisons: Sequence[Comparison], name: str = NAME, parts: Mapping[str, tuple[str, ...]] = PARTS
 ) -> Drawing:
-    """Draw a row for each number, by paper and figure, in columns."""
-    rest = bars(comparisons)
-    out, columns = drawing(name, 1, len(parts), 9.0, 2.0 + 0.53 * len(rest) / len(parts) ** 1.8)
-    for axes, (title, belong) in zip(columns, parts.items(), strict=True):
-        part = [bar for bar in rest if bar.comparison.statement.figure.startswith(belong)]
-        rest = [bar for bar in rest if bar not in part]
-        _draw_column(out, axes, part)
-        axes.set_title(title, fontsize=13, loc="left")
-        axes.annotate("ours | paper", (1.01, 1.005), xycoords="axes fraction", fontsize=9, va="bottom")
+    """Draw a row for each number, by paper and figure, one part below the other."""
+    rest, shown = bars(comparisons), {}
+    for title, belong in parts.items():
+        shown[title] = [bar for bar in rest if bar.comparison.statement.figure.startswith(belong)]
+        rest = [bar for bar in rest if bar not in shown[title]]
+    heights = [len(part) + HEADING * len(list(by_figure(part))) + MARGIN for part in shown.values()]
+    out, places = drawing(name, len(parts), 1, 10.5, 0.21 * sum(heights) / len(parts))
+    places[0].get_gridspec().set_height_ratios(heights)
+    for axes, (title, part) in zip(places, shown.items(), strict=True):
+        _draw_part(out, axes, part)
+        axes.set_title(title, fontsize=12, loc="right")
+        axes.annotate("ours | paper", (1.01, 1.0), xycoords="axes fraction", fontsize=10, va="bottom")
         axes.set_xlabel("(ours − paper) / scale", fontsize=11)
-    lowest = min(axes.get_ylim()[0] for axes in columns)
-    for axes in columns:
-        axes.set_ylim(lowest, 0.9)
     handles = _verdicts()
     handles += [
         Line2D([], [], color="#777777", linewidth=4, label="95 %, packings"),
@@ -103,7 +104,7 @@ def forest(
         Line2D([], [], color=TICK, linewidth=1.5, label="the paper's standard error"),
         Patch(facecolor=BAND, label="agrees: a tenth of the scale, or half the last digit"),
     ]
-    out.figure.legend(handles=handles, loc="outside lower center", ncols=2 * len(parts), fontsize=11, frameon=False)
+    out.figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=10, frameon=False)
     out.caption = caption(name)
     return out
 
@@ -120,19 +121,19 @@ def _verdicts() -> list[Any]:
     ]
 
 
-def _draw_column(out: Drawing, axes: Any, given: Sequence[Bar]) -> None:
-    """Draw the rows of one column, below the heading of each figure."""
+def _draw_part(out: Drawing, axes: Any, given: Sequence[Bar]) -> None:
+    """Draw the rows of one part, below the heading of each figure."""
     y, places, names = 0.0, [], []
     for heading, group in by_figure(given):
-        axes.annotate(heading, (-SPAN, y), fontsize=10, weight="bold", va="center")
+        axes.annotate(heading, (-SPAN, y), fontsize=11, weight="bold", va="center")
         for bar in group:
             y -= 1
             _draw_bar(out, axes, bar, y)
             places.append(y)
             names.append(bar.comparison.statement.latex)
-        y -= 1.1
+        y -= HEADING
     axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(places, names, fontsize=8.5)
+    axes.set_yticks(places, names, fontsize=10)
     axes.set_ylim(y, 0.9)
     axes.set_xlim(-1.03 * SPAN, 1.03 * SPAN)
     axes.grid(axis="x", alpha=0.25)
@@ -148,7 +149,7 @@ def _draw_bar(out: Drawing, axes: Any, bar: Bar, y: float) -> None:
     look: dict[str, Any] = {"color": colour, "linestyle": "none", "markersize": 6.5, "zorder": 3}
     if beyond:
         look["marker"], way = (">", -1) if bar.off > 0 else ("<", 1)
-        place: dict[str, Any] = {"ha": "right" if way < 0 else "left", "va": "center", "fontsize": 8, "color": colour}
+        place: dict[str, Any] = {"ha": "right" if way < 0 else "left", "va": "center", "fontsize": 9, "color": colour}
         axes.annotate(f"{bar.off:+.1f}", (bar.shown, y), xytext=(10 * way, 0), textcoords="offset points", **place)
     else:
         look["marker"] = marker
@@ -158,7 +159,7 @@ def _draw_bar(out: Drawing, axes: Any, bar: Bar, y: float) -> None:
     out.curve(axes, statement.id, [bar.shown], [y], label=None, markerfacecolor=fill, **look)
     sign = "" if statement.relation == "=" else statement.relation
     text = f"{bar.comparison.measured.value:.3g} | {sign}{statement.value:.3g}  {statement.reason}"
-    axes.annotate(text, (1.01, y), xycoords=("axes fraction", "data"), va="center", fontsize=8)
+    axes.annotate(text, (1.01, y), xycoords=("axes fraction", "data"), va="center", fontsize=9.5)
 
 
 # page -----------------------------------------------------------------------------------------------------------------

@@ -79,7 +79,7 @@ def test_where_methods_fail():
 
 
 @pytest.mark.slow
-@readme_picture("papers_forest.png", dpi=60)
+@readme_picture("papers_forest.png", dpi=100)
 def test_all_numbers_of_both_papers(claims):
     return forest(claims).figure
 
