@@ -112,7 +112,7 @@ class Registry(Generic[T]):
         known = f"known are {', '.join(names)}" if (names := self.names()) else "none is known, so reinstall jamlab"
         return (
             f"unknown {self.what} {name!r}: {known}; for another one install its package, which declares it as an "
-            f"entry point {self.group!r}, or import the module that registers it"
+            f"entry point {self.group!r}, or import the module that registers it, which workers and commands do not"
         )
 
 

@@ -196,7 +196,7 @@ def test_a_campaign_runs_it_with_an_observable_of_another_package(tmp_path, monk
     assert set(states["model"]) == {"twin"} and states["converged"].all()
     assert (np.diff(states["rho"]) > 0).all() and states["strongest"].iloc[-1] > states["strongest"].iloc[0] > 0
     assert states["shape_factor"].isna().all() and not states["g"].isna().all()
-    with pytest.raises(jamlab.InputError, match="pressures are for model sp: give twins a separate sweep"):
+    with pytest.raises(jamlab.InputError, match="for model sp only: give twins a separate sweep with compress"):
         jamlab.open_campaign(written(file, model="twin", n=8, compress=None, pressures=[1e-2]))
 
 

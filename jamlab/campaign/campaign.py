@@ -27,7 +27,7 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
 from jamlab.campaign.running import Running
 from jamlab.campaign.standing import CampaignRun, Meter, Standing
-from jamlab.campaign.tables import DISTANCES, TableParts, aggregate, in_parts, table
+from jamlab.campaign.tables import DISTANCES, TableParts, aggregate, in_parts, table, warned_if_none
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Outcome, count_workers
 from jamlab.checks import check_choice, checked
@@ -380,7 +380,7 @@ class Campaign(Hinted):
                 more than `by`, such as in their force law, would be averaged.
             StorageError: a file is damaged.
         """
-        parts = TableParts(self.folder, table, [self.finished(sweep)], values)
+        parts = TableParts(self.folder, table, [warned_if_none(self.finished(sweep), self.folder)], values)
         (frame,) = parts
         for distance, (end, begin) in DISTANCES.items():
             if end in frame and begin in frame:

@@ -55,6 +55,7 @@ from jamlab.laws.laws import parameters_of
 from jamlab.models.disks import DISKS
 from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.model import Model
+from jamlab.packing.quantities import QUANTITIES
 from jamlab.packing.recipe import Recipe
 from jamlab.storage.system_errors import system_said
 
@@ -92,7 +93,9 @@ def _check_observable(value: str) -> str:
             raise ValueError("use jamlab.density_of_states(campaign) of the packings: it needs no observable")
         if value in _MEANT:
             raise ValueError(f"use {_MEANT[value]!r}, or another of {known}")
-        raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
+        said = f"use one of {known}, or 'module:function' for a function of your own"
+        column = f"; {value.lower()} is a column of the table {STATES!r} of every sweep"
+        raise ValueError(said + column * (value.lower() in QUANTITIES))
     return value
 
 
@@ -249,7 +252,7 @@ class Sweep(FileTable):
             raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
-                self._only(lambda kind: kind.name == DISKS.name, f"{key} are")
+                self._only(lambda kind: kind.name == DISKS.name, f"{key} are", " with compress or onset")
         if False in (getattr(self, "prestress", None) or ()):
             self._only(lambda kind: not kind.needs_prestress, "prestress = false is")
         if self.ranks > 1:
@@ -258,12 +261,13 @@ class Sweep(FileTable):
         self._check_observables()
         return self
 
-    def _only(self, holds: Callable[[Model[Any]], bool], what: str) -> None:
-        """Refuse keys of some models in a sweep of another model."""
+    def _only(self, holds: Callable[[Model[Any]], bool], what: str, instead: str = "") -> None:
+        """Refuse keys of some models in a sweep of another model; `instead`: what such a sweep has in their place."""
         for other in self.model:
             if not holds(MODELS.get(other)):
                 model = ", ".join(name for name, kind in MODELS.each().items() if holds(kind))
-                raise ValueError(f"{what} for model {model}: give {MODELS.get(other).particles} a separate sweep")
+                particles = MODELS.get(other).particles
+                raise ValueError(f"{what} for model {model} only: give {particles} a separate sweep{instead}")
 
     def _check_packings(self) -> None:
         """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""

@@ -20,7 +20,7 @@ from jamlab.campaign.observables import OBSERVABLES, TABLES
 from jamlab.campaign.task_file import TaskRows
 from jamlab.campaign.tasks import Batch
 from jamlab.checks import check_choice, name_meant
-from jamlab.errors import InputError
+from jamlab.errors import InputError, warn
 from jamlab.laws.parameter import UNITS
 from jamlab.mechanics.negative_moduli import NegativeRows
 from jamlab.models.disks import DISKS
@@ -69,8 +69,16 @@ STATE_COLUMNS = (*TABLE_COLUMNS["states"], "sizes", *DISTANCES)  # names that no
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFrame:
     """Collect one table from finished tasks, sorted by model, n and seed; "states" has the columns of the user's own
     observables too, nan where a task lacks them."""
-    (rows,) = TableParts(folder, name, [list(names)])
+    (rows,) = TableParts(folder, name, [warned_if_none(list(names), folder)])
     return rows
+
+
+def warned_if_none(names: list[str], folder: CampaignFolder) -> list[str]:
+    """Give back the names of finished tasks, with a warning if there are none."""
+    if not names:
+        missing = "" if folder.path.is_dir() else ", which does not exist: check the folder, or run the campaign"
+        warn(f"no task is finished in {folder.path}{missing}")
+    return names
 
 
 def in_parts(batches: Iterable[Batch], finished: set[str]) -> list[list[str]]:

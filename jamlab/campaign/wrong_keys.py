@@ -66,6 +66,8 @@ def explain(problem: "ErrorDetails", root: type[FileTable], plain: Mapping[str, 
     said = problem["msg"].removeprefix("Value error, ")
     if kind == "list_type" and problem["loc"] == ("sweep",):
         return f"{place}: write [[sweep]] above the keys of each sweep, in two pairs of brackets"
+    if isinstance(problem["input"], list) and kind.endswith("_type"):
+        said = "takes one value: give each value a sweep of its own"
     value = "" if isinstance(problem["input"], dict) else f" = {_show(problem['input'])}"
     return f"{place}{value}: {said}"
 

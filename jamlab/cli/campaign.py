@@ -86,12 +86,16 @@ def plan(campaign: Path, *, folder: Path | None, workers: int | None, only: list
         [*_texts(line, names), _core_time(line), _format_size(line.bytes), _format_count(line.files)] for line in lines
     ]
     print_table(f"campaign {opened.name}", [*names, *costs], cells)
-    about = "~" * (seconds is not None and any(line.estimated for line in lines))
+    about = "~" * any(line.estimated for line in lines)
+    if seconds is None:
+        known, _, _ = total_time([line for line in lines if line.seconds is not None], workers)
+        about, seconds = (f"more than {about}", known) if known else ("", None)
     said = f"{left} tasks left: {about}{_format_time(seconds)} on {cores} free cores, {_format_size(size)}"
     print_line(f"{said} in {_format_count(files)} files")
     if failed := sum(line.failed for line in lines):
-        print_line(f"{failed} tasks failed and are not among these; reasons: jamlab campaign status {campaign}")
-    for said in _sources(lines, str(campaign)):
+        again = f"jamlab campaign status {_words(campaign, folder)}"
+        print_line(f"{failed} tasks failed and are not among these; reasons: {again}")
+    for said in _sources(lines, _words(campaign, folder)):
         print_line(said)
     for line in lines:
         if line.files is not None and line.files < min(line.left, cores // line.ranks):
@@ -179,13 +183,15 @@ def run(
     if dry_run:
         print(opened.job_script(str(scheduler), only=only), end="")
         return
-    words = f"{campaign} --folder {folder}" if folder else str(campaign)
+    words = _words(campaign, folder)
+    words += f" --workers {workers}" if workers else ""
+    words += "".join(f" --only {name}" for name in only or ())
     words += f" --scheduler {scheduler}" if scheduler else ""
     words += f" --jobs {jobs}" if jobs else ""
     words += f" --share {share[0]}/{share[1]}" if share != (1, 1) else ""
     describe_kept(lambda: f"{_describe(opened, only)}; `jamlab campaign resume {words}` resumes")
     how: dict[str, Any] = {"share": share, "verify": verify, "pilot": pilot}
-    how |= {"only": only, "retry_failed": retry_failed, "done": _failure_printer(campaign)}
+    how |= {"only": only, "retry_failed": retry_failed, "done": _failure_printer(_words(campaign, folder))}
     with ExitStack() as stack:
         where: int | Executor | None = workers
         if scheduler:
@@ -196,11 +202,16 @@ def run(
         ran = opened.run(where, progress=stack.enter_context(progress_bar(opened.name, guess=False)), **how)
     if json:
         print_json(vars(ran))
-    _print_ran(ran, campaign, opened, only, quiet=json)
+    _print_ran(ran, _words(campaign, folder), opened, only, quiet=json)
     raise typer.Exit(1 if ran.failed else 0)
 
 
-def _print_ran(ran: "CampaignRun", campaign: Path, opened: "Campaign", only: list[str] | None, *, quiet: bool) -> None:
+def _words(campaign: Path, folder: Path | None) -> str:
+    """How a command names an open campaign."""
+    return f"{campaign} --folder {folder}" if folder else str(campaign)
+
+
+def _print_ran(ran: "CampaignRun", campaign: str, opened: "Campaign", only: list[str] | None, *, quiet: bool) -> None:
     """Print what a run did; on stderr alone if it is quiet."""
     for task, line in ran.repaired.items():
         print_line(f"run again: {task}: {line}", err_console)
@@ -217,7 +228,7 @@ def _print_ran(ran: "CampaignRun", campaign: Path, opened: "Campaign", only: lis
     else:
         print_note(f"nothing left to run: {_describe(opened, only)}")
     if ran.left:
-        print_line(f"{ran.left} tasks are left to other shares")
+        print_line(f"left to other shares: {ran.left} tasks")
 
 
 def _check_engine(workers: int | None, scheduler: str | None, jobs: int | None, dry_run: bool) -> None:
@@ -238,7 +249,7 @@ def _print_told(line: str) -> None:
 _LINES = 20  # of one kind that a run prints: of a million tasks all may fail
 
 
-def _failure_printer(campaign: Path) -> "Callable[[Outcome], None]":
+def _failure_printer(campaign: str) -> "Callable[[Outcome], None]":
     """A function that prints outcomes that are failures, the first ones."""
     from jamlab.campaign.workers import FAILED
 
@@ -270,7 +281,8 @@ def _describe(opened: "Campaign", only: list[str] | None) -> str:
 def status(campaign: Path, *, folder: Path | None, verify: bool, json: bool) -> None:
     """Count tasks finished, failed and left.
 
-    It says why tasks failed, and with --verify which files are damaged and which states they lack.
+    It says why tasks failed, and with --verify which files are damaged and which states they lack. If a file is
+    damaged, the exit code is 1.
     """
     from jamlab.campaign.campaign import open_campaign
 
@@ -279,7 +291,7 @@ def status(campaign: Path, *, folder: Path | None, verify: bool, json: bool) -> 
     counts = ("tasks", "finished", "failed", "left")
     if json:
         print_json(vars(found) | {"sweeps": [vars(sweep) for sweep in found.sweeps]})
-        return
+        raise typer.Exit(1 if found.damaged else 0)
     headings = ("sweep", "model", "n", *counts)
     lines = [[*_texts(sweep, headings)] for sweep in found.sweeps]
     lines.append(["total", "", "", *_texts(found, counts)])
@@ -288,7 +300,7 @@ def status(campaign: Path, *, folder: Path | None, verify: bool, json: bool) -> 
     said += [f"damaged: {opened.folder.task_file(t)}: {why}" for t, why in (found.damaged or {}).items()]
     said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
     if found.damaged:
-        said.append(f"`jamlab campaign resume {campaign}` runs damaged tasks again")
+        said.append(f"`jamlab campaign resume {_words(campaign, folder)}` runs damaged tasks again")
     if found.running:
         said.append(f"{found.running} tasks are under way")
     if found.foreign:
@@ -297,6 +309,7 @@ def status(campaign: Path, *, folder: Path | None, verify: bool, json: bool) -> 
         )
     for line in said:
         print_line(line)
+    raise typer.Exit(1 if found.damaged else 0)
 
 
 @_command("campaign.toml --out tables --table states", "open_campaign", "Campaign.export")

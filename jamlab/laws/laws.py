@@ -75,8 +75,8 @@ def parameters_of(law: Law | None, fit: Collection[str] | None = None) -> dict[s
         near = [each for each in known if name.lower() in (each, f"{each}ian")]
         there = f"use {near[0]!r}" if near else f"known are {', '.join(known)}"
         raise InputError(
-            f"unknown force law {name!r}: {there}; give parameters as {as_parameters}, and "
-            "write another law as docs/how_to/own_force_law.md says"
+            f"unknown force law {name!r}: {there}; give parameters as {as_parameters}, and write "
+            "another law as docs/how_to/own_force_law.md says; workers and commands need it in an installed package"
         )
     return given
 

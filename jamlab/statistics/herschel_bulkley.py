@@ -64,7 +64,13 @@ class HerschelBulkley(Result):
     def __str__(self) -> str:
         yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_stderr:.1g}"
         flows = f"K = {self.consistency:.3g} ± {self.consistency_stderr:.1g}"
-        return f"{yields}, {flows}, n = {self.exponent:.3f} ± {self.exponent_stderr:.3f}"
+        seen = "" if self.resolved else "; yield stress NOT RESOLVED (below two standard errors)"
+        return f"{yields}, {flows}, n = {self.exponent:.3f} ± {self.exponent_stderr:.3f}{seen}"
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the yield stress is above two standard errors: use more particles, longer strains or lower rates."""
+        return self.yield_stress > 2 * self.yield_stress_stderr
 
     @drawn("Line2D that draws the law")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -92,7 +98,10 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
     names = ("rates", "stress", "stress_stderr")
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(names, (rates, stress, stress_stderr), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
-        raise InputError(f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points are needed")
+        raise InputError(
+            f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: give three or more different rates, and as many "
+            "stresses and errors"
+        )
     if min(x.min(), error.min()) <= 0:
         raise InputError("rates and errors of the stress must be positive")
     if not np.ptp(y) > 0:

@@ -11,7 +11,7 @@ from commands import call
 from jamlab.campaign import workers
 from jamlab.campaign.campaign import open_campaign
 from jamlab.campaign.tasks import batches
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, JamlabWarning
 
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -58,6 +58,37 @@ def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
     assert there.read_text() == "work of a week"
     assert call(tmp_path, "campaign", *tables, "--overwrite").exit_code == 0
     assert (tmp_path / "tables" / "onset.csv").read_text() != "work of a week"
+
+
+def test_a_damaged_file_gives_an_exit_code_and_the_command_that_repairs_it(tmp_path):
+    written(tmp_path / "c.toml", n=8, seeds=2, compress=None, onset=True)
+    where = ("c.toml", "--folder", "elsewhere")
+    assert call(tmp_path, "campaign", "run", *where, "--workers", "1").exit_code == 0
+    assert call(tmp_path, "campaign", "status", *where, "--verify").exit_code == 0
+    path = next((tmp_path / "elsewhere" / "tasks").iterdir())
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    done = call(tmp_path, "campaign", "status", *where, "--verify")
+    assert done.exit_code == 1 and path.name in done.stdout
+    assert "`jamlab campaign resume c.toml --folder elsewhere` runs damaged tasks again" in done.stdout
+    assert call(tmp_path, "campaign", "status", *where, "--verify", "--json").exit_code == 1
+    assert call(tmp_path, "campaign", "resume", *where, "--workers", "1").exit_code == 0
+    assert call(tmp_path, "campaign", "status", *where, "--verify").exit_code == 0
+
+
+def test_a_folder_that_does_not_exist_is_named(tmp_path):
+    campaign = open_campaign(written(tmp_path / "c.toml"), tmp_path / "mistyped")
+    for read in (campaign.table, lambda: campaign.aggregate(["z"])):
+        with pytest.warns(JamlabWarning, match="no task is finished in .*mistyped, which does not exist"):
+            assert len(read()) == 0
+
+
+def test_a_plan_adds_up_what_it_knows(tmp_path):
+    path = written(tmp_path / "c.toml", seeds=5)
+    other = written(tmp_path / "d.toml", model="dp", ensemble="shear-stabilized").read_text()
+    path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "droplets"))
+    assert "tasks left: more than ~" in call(tmp_path, "campaign", "plan", "c.toml").stdout
 
 
 def test_a_task_that_sweeps_share_is_planned_once(tmp_path):

@@ -23,7 +23,7 @@ COMMANDS = {
     "deck on ranks": ["deck", "in.sp.jam", "--n", "4096", "--ranks", "2"],
 }
 CHILDREN = {"demo": 0, "campaign": 2, "jam": 0, "deck": 1, "deck on ranks": 2}  # in which LAMMPS runs
-SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml` resumes"}
+SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml --workers 2` resumes"}
 
 
 def start(folder, name):

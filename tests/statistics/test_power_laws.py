@@ -167,6 +167,12 @@ def test_stresses_may_be_zero_or_negative(shift):
     assert found.yield_stress == pytest.approx(2e-3 - shift, rel=1e-3) and found.exponent == pytest.approx(0.5)
 
 
+def test_a_yield_stress_within_two_errors_of_zero_is_not_resolved():
+    seen, lost = (herschel_bulkley(RATES, LAW - shift, 1e-3 * LAW) for shift in (0.0, 2e-3))
+    assert seen.resolved and "NOT RESOLVED" not in str(seen)
+    assert not lost.resolved and "yield stress NOT RESOLVED" in str(lost)
+
+
 def test_curves_that_hold_no_exponent_are_refused():
     for stress in (0.3 + 0 * RATES, 0.3 + 1e-12 * RATES, 0.3 + 0.05 * RATES**3):
         with pytest.raises((InputError, ConvergenceError)):
