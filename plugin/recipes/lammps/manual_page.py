@@ -14,6 +14,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 PAGES = DOCS / "reference" / "lammps"
 MANUAL = "lammps:"  # links to pages of LAMMPS' own manual begin so; docs/conf.py makes them addresses
 COLUMNS = 80
+VALUES = "values"  # what the arguments of a command are, below it
 MARKS = {"em": "*", "strong": "**"}
 RULES = {"h1": "=", "h2": '"', "h3": "^"}
 RESTART = {  # what LAMMPS calls the section between Description and Restrictions
@@ -23,8 +24,9 @@ RESTART = {  # what LAMMPS calls the section between Description and Restriction
     "pair_style": "Mixing, shift, table, tail correction, restart, rRESPA info",
 }
 SECTIONS = ("Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default")
+OF_ALL = "The [restrictions of all styles](index.md#restrictions) apply."
 PLUGIN = "is part of the jamlab plugin"
-PACKAGE = (  # with what the sentence after it, which links to another page, says of all styles
+PACKAGE = (  # with what that page says of all styles
     "is part of the POLYGON package, with which LAMMPS must be built: see :doc:`Build package <Build_package>`. "
     "It needs two dimensions and an atom style with bonds and molecule IDs"
 )
@@ -59,9 +61,11 @@ def american(text: str) -> str:
 def page(name: str) -> str:
     """The manual page of a style."""
     text = (PAGES / f"{name}.md").read_text(encoding="utf-8")
+    title = text.partition("\n")[0].removeprefix("# ")
+    text = text.replace(OF_ALL, f"This {title.split()[0].replace('_', ' ')} {PLUGIN}.")
+    text = re.sub(r"(## Syntax\n\n```text\n(?:(?!```).+\n)+)\n", rf"\1```\n\n```{VALUES}\n", text)
     for start in OTHERS:
         text = re.sub(rf"(?<=[.:\n])\s{start}.*?\.(?=\s)", "", text, flags=re.DOTALL)
-    title = text.partition("\n")[0].removeprefix("# ")
     writer = Writer(name, title)
     lines = [f".. index:: {title}", "", *writer.blocks(MYST.parse(text)), *writer.references()]
     return american("\n".join(line.rstrip() for line in lines).rstrip() + "\n")
@@ -73,8 +77,8 @@ class Writer:
     def __init__(self, name: str, title: str) -> None:
         self.name, self.kind, self.cited = name, title.split()[0], list[str]()
 
-    def blocks(self, tokens: Sequence[Token], inside: str = "") -> list[str]:
-        """Paragraphs, lists, tables and code, each with an empty line below; `inside`: list that they stand in."""
+    def blocks(self, tokens: Sequence[Token]) -> list[str]:
+        """Paragraphs, lists, tables and code, each with an empty line below."""
         lines: list[str] = []
         k = 0
         while k < len(tokens):
@@ -93,7 +97,7 @@ class Writer:
             elif token.type == "math_block":
                 lines += [".. math::", "", f"   {' '.join(token.content.split())}", ""]
             elif token.type == "fence":
-                lines += code(token, inside)
+                lines += code(token)
             else:
                 raise NotImplementedError(f"{self.name}.md: {token.type}")
             k = end + 1
@@ -113,7 +117,7 @@ class Writer:
         items, k = [], 0
         while k < len(tokens):
             end = closing(tokens, k)
-            body = self.blocks(tokens[k + 1 : end], inside="list")
+            body = self.blocks(tokens[k + 1 : end])
             items.append([f"{'  ' if i else '* '}{line}" for i, line in enumerate(body)])
             k = end + 1
         return [line for item in items for line in (item[:-1] if "" not in map(str.strip, item[:-1]) else item)] + [""]
@@ -194,10 +198,10 @@ def filled(text: str) -> list[str]:
     return [line.replace("\0", " ") for line in lines]
 
 
-def code(token: Token, inside: str) -> list[str]:
-    """Commands, or what the values of a keyword are."""
+def code(token: Token) -> list[str]:
+    """Commands, or what their arguments are."""
     text = token.content.rstrip().splitlines()
-    if inside:
+    if token.info == VALUES:
         head, text = ".. parsed-literal::", [line.replace("*", "\\*") for line in text]
     else:
         head = f".. code-block:: {'LAMMPS' if token.info == 'text' else token.info}"
