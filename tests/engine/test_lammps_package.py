@@ -82,8 +82,9 @@ def test_manual_pages_render(name):
     rows = [line for line in markdown.splitlines() if re.match(r"\|(?!-)", line)]
     assert len(list(document.findall(nodes.row))) == len(rows)
     assert len(list(document.findall(nodes.math_block))) == markdown.count("$$") // 2
-    blocks = markdown.count("```") // 2 + bool(re.search(r"## Syntax\n\n```text\n((?!```).+\n)+\n", markdown))  # arguments
-    assert len(list(document.findall(nodes.literal_block))) == blocks + 2  # index, versionadded
+    arguments = bool(re.search(r"## Syntax\n\n```text\n((?!```).+\n)+\n", markdown))  # a block of their own
+    blocks = markdown.count("```") // 2 + arguments + 2  # index, versionadded
+    assert len(list(document.findall(nodes.literal_block))) == blocks
 
     assert text.isascii()
     assert not re.search(r"jamlab|\]\(|\{cite|\$|\b(fix|compute|group|atom|molecule) IDs?\b", text)
