@@ -1,11 +1,12 @@
 """Tables that pages of the reference include: decks by their first lines; keys of campaign files, columns of tables and
-facts of files by the code that checks and makes them. They are written when the documentation is built, as `*.inc`
-beside the pages."""
+facts of files by the code that checks and makes them; licences by metadata. They are written when the documentation is
+built, as `*.inc` beside the pages."""
 
 from collections.abc import Iterator, Mapping
 
 from argument_page import default_of, range_at, table, written
 from argument_places import Stand, of_keys
+from licence_table import licence_table
 
 from jamlab.arguments.table import ARGUMENTS
 from jamlab.campaign.tables import TABLE_COLUMNS
@@ -29,6 +30,7 @@ def included() -> dict[str, str]:
         **{f"campaign_keys_{topic}.inc": _of_keys(stands) for topic, stands in keys().items()},
         "campaign_columns.inc": _of_columns(),
         "facts.inc": facts_table() + "\n",
+        "licences.inc": licence_table(),
     }
 
 

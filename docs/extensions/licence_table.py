@@ -1,23 +1,19 @@
-"""The table of `docs/reference/licences.md`: licences of all requirements, from the metadata of installed packages.
+"""Licences of installed requirements, from their metadata: the table that `docs/reference/licences.md` includes.
 
-    python docs/extensions/licence_table.py            # write it, in an environment with all extras
-    python docs/extensions/licence_table.py --check    # say what differs, and fail
-
-Rows of packages that are not installed stay as the page has them.
+Start this file to print it.
 """
 
 import re
-import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
+from argument_page import table
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "reference" / "licences.md"
 RUN = "run"  # the group of what jamlab itself requires
 OF_RUN = "required by them"  # and of what that requires
 CLASSIFIERS = {
@@ -30,6 +26,7 @@ CLASSIFIERS = {
     "GNU General Public License (GPL)": "GPL",
     "GNU Lesser General Public License v2 or later (LGPLv2+)": "LGPL-2.0-or-later",
     "GNU Lesser General Public License v3 or later (LGPLv3+)": "LGPL-3.0-or-later",
+    "Historical Permission Notice and Disclaimer (HPND)": "HPND",
     "ISC License (ISCL)": "ISC",
     "MIT License": "MIT",
     "Mozilla Public License 2.0 (MPL 2.0)": "MPL-2.0",
@@ -37,8 +34,6 @@ CLASSIFIERS = {
     "Python Software Foundation License": "PSF-2.0",
 }
 SHORT = {"Apache 2.0": "Apache-2.0", "BSD 2-Clause License": "BSD-2-Clause", "BSD 3-Clause": "BSD-3-Clause"}
-ROW = re.compile(r"^\| (\S+) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
-"""A requirement, its licence and the groups that require it."""
 
 
 def requirements() -> dict[str, list[str]]:
@@ -89,30 +84,17 @@ def licence(name: str) -> str | None:
 
 
 def rows() -> list[tuple[str, str, str]]:
-    """Each requirement, its licence and what requires it, `run` first."""
+    """Each installed requirement, its licence and what requires it, `run` first."""
     direct = requirements()
     more = required_by(name for name, groups in direct.items() if RUN in groups) - set(direct)
     everything = {**direct, **{name: [OF_RUN] for name in sorted(more)}}
-    before = {name: known for name, known, _ in ROW.findall(PAGE.read_text(encoding="utf-8"))} if PAGE.exists() else {}
     order = sorted(everything, key=lambda name: (RUN not in everything[name], OF_RUN not in everything[name], name))
-    return [(name, licence(name) or before.get(name, "not installed"), ", ".join(everything[name])) for name in order]
+    return [(name, known, ", ".join(everything[name])) for name in order if (known := licence(name))]
 
 
-def page() -> str:
-    """The page with today's table below its text."""
-    text = PAGE.read_text(encoding="utf-8")
-    head, mark, _ = text.partition("| package | licence | required for |\n")
-    return head + mark + "|---|---|---|\n" + "".join(f"| {' | '.join(row)} |\n" for row in rows())
-
-
-def differences() -> Iterator[str]:
-    """Rows of the page that the installed packages contradict, and packages without a row."""
-    here = {name: (known, groups) for name, known, groups in ROW.findall(PAGE.read_text(encoding="utf-8"))}
-    for name, known, groups in rows():
-        if name not in here:
-            yield f"{name} ({groups}) has no row: {known}"
-        elif here[name] != (known, groups):
-            yield f"{name}: {' | '.join(here[name])} stands there, {known} | {groups} is right"
+def licence_table() -> str:
+    """The rows as a table of Markdown."""
+    return table(("package", "licence", "required for"), rows())
 
 
 def _requires(name: str) -> list[str]:
@@ -128,8 +110,4 @@ def _installed(name: str) -> bool:
 
 
 if __name__ == "__main__":
-    if "--check" in sys.argv[1:]:
-        found = list(differences())
-        print("\n".join(found) or f"{len(rows())} licences are as {PAGE.name} has them")
-        sys.exit(bool(found))
-    PAGE.write_text(page(), encoding="utf-8")
+    print(licence_table())
