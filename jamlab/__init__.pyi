@@ -2,7 +2,7 @@ __version__: str
 
 from . import results as results
 from .campaign.campaign import Campaign as Campaign
-from .campaign.campaign import open_campaign as open_campaign
+from .campaign.open_campaign import open_campaign as open_campaign
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
 from .errors import ArgumentError as ArgumentError

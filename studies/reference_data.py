@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from jamlab.campaign.campaign import open_campaign
+from jamlab.campaign.open_campaign import open_campaign
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions

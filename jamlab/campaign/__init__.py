@@ -6,5 +6,5 @@ or takes those of another task (`states.py`), measures them (`observables.py`, `
 of one task (`task_file.py`) or several (`chunk_file.py`) into the folder of the campaign (`folder.py`). There it marks
 what it is at (`marks.py`), so that tasks that end their workers are found (`deaths.py`). `standing.py` says how far a
 run is, `plan.py` what is left and what that takes; `tables.py` collects and averages. `campaign.py` ties this together
-for Python, `running.py` for notebooks.
+for Python, `running.py` for notebooks; `open_campaign.py` loads it once there is a text (`campaign_text.py`) to check.
 """

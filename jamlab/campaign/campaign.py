@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from jamlab.arguments.choices import TableFormat, TableName
 from jamlab.arrays import ArrayLike
 from jamlab.campaign.driver import drive
-from jamlab.campaign.file import CampaignTable, check_campaign, read_text
-from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
+from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.folder import WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepStatus, longest_first, plan, share_names, status
@@ -461,38 +461,3 @@ class Campaign(Hinted):
             StorageError: there is no such file, or it is damaged; `run` repairs it.
         """
         return self.folder.packings(task)
-
-
-@checked
-def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
-    r"""Open a campaign by its TOML file, or by its folder.
-
-    Args:
-        path: the campaign file, or a folder in which a campaign has run.
-        folder: folder of the tasks. Default: next to the file, with the name of the campaign.
-
-    Raises:
-        InputError: the file is not a valid campaign, or the folder contains none.
-
-    Example:
-        >>> from pathlib import Path
-        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
-        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
-        >>> campaign = jamlab.open_campaign("small.toml")
-        >>> campaign.name, campaign.status().left
-        ('small', 4)
-    """
-    given = Path(path)
-    if given.name == COPY and folder is None and (given.parent / "tasks").is_dir():  # the copy in a folder
-        given = given.parent
-    if given.is_dir():
-        if folder is not None:
-            raise InputError(f"{path} is a folder already: leave out folder = {folder}")
-        if not (given / COPY).is_file():
-            raise InputError(f"no campaign has run in the folder {path}: give the campaign file")
-        text = read_text(given / COPY)
-        return Campaign(given / COPY, text, check_campaign(text, given / COPY), CampaignFolder(given))
-    text = read_text(given)
-    content = check_campaign(text, given)
-    place = Path(folder) if folder is not None else given.parent / content.name
-    return Campaign(given, text, content, CampaignFolder(place))

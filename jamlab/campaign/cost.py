@@ -5,6 +5,7 @@ and some numbers of particles; its first line says where and when. A droplet wit
 particles. What the table does not have is named.
 """
 
+import csv
 import json
 import math
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from jamlab.campaign.file import STATES, Compression, site_count
 from jamlab.campaign.tasks import Batch, Parameters
@@ -56,9 +56,13 @@ class TaskCost:
 def _table() -> tuple[dict[str, Any], dict[str, tuple[list[float], list[float]]]]:
     with resources.files("jamlab.campaign").joinpath(FILE).open(encoding="utf-8") as stream:
         facts = json.loads(stream.readline().lstrip("# "))
-        rows = pd.read_csv(stream)
-    pieces = {str(name): each.sort_values("n") for name, each in rows.groupby("piece")}
-    return facts, {name: (each["n"].tolist(), each["seconds"].tolist()) for name, each in pieces.items()}
+        rows = [(row["piece"], float(row["n"]), float(row["seconds"])) for row in csv.DictReader(stream)]
+    pieces: dict[str, tuple[list[float], list[float]]] = {}
+    for name, n, seconds in sorted(rows):
+        sizes, times = pieces.setdefault(name, ([], []))
+        sizes.append(n)
+        times.append(seconds)
+    return facts, pieces
 
 
 def table_facts() -> dict[str, Any]:

@@ -57,14 +57,12 @@ from jamlab.packing.kinds import MODELS, optional_parameters
 from jamlab.packing.model import Model
 from jamlab.packing.quantities import QUANTITIES
 from jamlab.packing.recipe import Recipe
-from jamlab.storage.system_errors import system_said
 
 
 @dataclass(frozen=True)
 class CampaignLimits:
     """Limits, so that nonsense is named at once instead of filling memory and time."""
 
-    bytes: int = 10_000_000  # of a campaign file
     tasks: int = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
     sizes: int = 1_000  # of a sweep: each is a line of `plan` and `status`
     states: int = 100_000  # of a compression, which are all kept in memory
@@ -361,17 +359,3 @@ def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
         found = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `range`
         lines = [explain(problem, CampaignTable, _PLAIN) for problem in found]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
-
-
-def read_text(path: str | os.PathLike[str]) -> str:
-    """Read a file of a sensible size; a device may have no end."""
-    try:
-        with open(path, "rb") as file:
-            content = file.read(LIMITS.bytes + 1)
-        if len(content) > LIMITS.bytes:
-            raise InputError(f"{path} is no campaign file: it has more than {LIMITS.bytes} bytes; choose another file")
-        return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
-    except OSError as error:
-        raise InputError(f"cannot read the campaign file {path}: {system_said(error, 'check its name')}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not TOML: {error}; correct that line") from error

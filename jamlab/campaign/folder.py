@@ -29,6 +29,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from jamlab.campaign.campaign_text import COPY
 from jamlab.campaign.chunk_file import (
     alike,
     is_chunk,
@@ -60,7 +61,6 @@ from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.system_errors import system_said, using
 from jamlab.storage.verified_file import label_of
 
-COPY = "campaign.toml"
 _FEW = 20  # tasks whose files are looked for one by one, and not in a list of all
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of file systems that lock nothing
 

@@ -68,10 +68,11 @@ def plan(campaign: Path, *, folder: Path | None, workers: int | None, only: list
     Nothing is run. Times come from finished tasks of the same sweep, model and n; before one is finished, they are
     estimates, marked by ~.
     """
-    from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.plan import total_time
+    from jamlab.campaign.open_campaign import open_campaign
 
     opened = open_campaign(campaign, folder)
+    from jamlab.campaign.plan import total_time
+
     lines = opened.plan(only)
     seconds, core_seconds, cores = total_time(lines, workers)
     left = sum(line.left for line in lines)
@@ -176,10 +177,10 @@ def run(
 
     Stop it at any time; the same command resumes it.
     """
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.open_campaign import open_campaign
 
-    opened = open_campaign(campaign, folder)
     _check_engine(workers, scheduler, jobs, dry_run)
+    opened = open_campaign(campaign, folder)
     if dry_run:
         print(opened.job_script(str(scheduler), only=only), end="")
         return
@@ -284,7 +285,7 @@ def status(campaign: Path, *, folder: Path | None, verify: bool, json: bool) -> 
     It says why tasks failed, and with --verify which files are damaged and which states they lack. If a file is
     damaged, the exit code is 1.
     """
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.open_campaign import open_campaign
 
     opened = open_campaign(campaign, folder)
     found = opened.status(verify=verify)
@@ -325,7 +326,7 @@ def export(
     json: bool,
 ) -> None:
     """Write tables for other programs, a file each."""
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.open_campaign import open_campaign
 
     expect_output(out)
     opened = open_campaign(campaign, folder)
@@ -359,7 +360,7 @@ def aggregate(
 
     Each mean stands between both ends of its bootstrap interval.
     """
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.open_campaign import open_campaign
     from jamlab.storage.atomic_file import check_target
     from jamlab.storage.table_file import write_table
 

@@ -61,12 +61,25 @@ def print_note(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
-    import pandas as pd
-
-    frame = pd.DataFrame([line[1:] for line in lines], [line[0] for line in lines], list(columns[1:]))
+    rows = [columns, *lines]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    blocks: list[list[int]] = [[]]  # columns that stand side by side
+    for k in range(1, len(columns)):
+        if blocks[-1] and widths[0] + sum(1 + widths[j] for j in [*blocks[-1], k]) + _MARK > out_console.width:
+            blocks.append([])
+        blocks[-1].append(k)
     out_console.print()
     print_note(title)
-    print_line(frame.rename_axis(columns=columns[0]).to_string(line_width=out_console.width), out_console)
+    texts = []
+    for block in blocks:
+        heading, *cells = [
+            " ".join([row[0].ljust(widths[0]), *(row[k].rjust(widths[k]) for k in block)]) for row in rows
+        ]
+        texts.append("\n".join([heading + " \\" * (block is not blocks[-1]), *cells]))
+    print_line("\n\n".join(texts), out_console)
+
+
+_MARK = len(" \\")  # after a heading whose table goes on below
 
 
 def print_json(content: dict[str, Any]) -> None:

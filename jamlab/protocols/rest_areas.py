@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
@@ -31,6 +30,8 @@ def rest_areas_of(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: 
 
 def _with_outline_laws(nv: Indices, free: Array, params: Mapping[str, Any], rest: Array, rims: bool) -> Array:
     """(n,) rest areas where laws of outlines act, from those without, by the area that follows from a rest area."""
+    from scipy.optimize import brentq
+
     area = free_area if rims else free_polygon_area
 
     def off(a0: float, k: int) -> float:
@@ -55,6 +56,7 @@ def length_scale(nv: Indices, free: Array, params: Mapping[str, Any], *, rims: b
 
     if not rims and not params["gamma"]:
         return 1.0 / float(np.sqrt(free).mean())
+    from scipy.optimize import brentq
 
     def excess(s: float) -> float:
         return float(np.sqrt(rest_areas_of(nv, s**2 * free, params, rims=rims)).mean()) - 1.0

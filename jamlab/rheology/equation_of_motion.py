@@ -10,10 +10,9 @@ momenta are peculiar, so gamma has no mass: A. Lemaitre and C. Maloney, J. Stat.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.arguments.choices import Direction
 from jamlab.arrays import Array, Indices
@@ -28,8 +27,11 @@ from jamlab.packing.shear_direction import shear_direction
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.drag_law import DragLaw, nothing_along_walls
 
-Matrices = tuple[sparse.csc_array, sparse.csc_array]
-InertialMatrices = tuple[sparse.csc_array, sparse.csc_array, sparse.csc_array]
+if TYPE_CHECKING:
+    from scipy import sparse
+
+    Matrices = tuple[sparse.csc_array, sparse.csc_array]
+    InertialMatrices = tuple[sparse.csc_array, sparse.csc_array, sparse.csc_array]
 
 
 @overload
@@ -88,6 +90,8 @@ def dynamical_matrices(
     k, b = _assemble(packing, damping or ContactDamping(), prestress, packing, direction)
     if masses is None:
         return k, b
+    from scipy import sparse
+
     diagonal = mass_matrix_diagonal(packing, particle_masses(packing, masses))
     return k, b, sparse.diags_array(diagonal, format="csc")
 
@@ -96,6 +100,8 @@ def _assemble(
     packing: Packing, damping: DragLaw, prestress: bool, whole: Packing, direction: Direction
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """K and B of `dynamical_matrices`."""
+    from scipy import sparse
+
     k, spins = stiffness(packing, prestress=prestress), packing.kind.rotations(packing)
     shear = shear_direction(packing, direction)
     column = np.concatenate([shear.couplings(k.ue), np.zeros(spins)])
@@ -106,6 +112,8 @@ def _assemble(
 
 def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:
     """Add the row and column of gamma."""
+    from scipy import sparse
+
     edge = sparse.coo_array(column[:, None])
     return sparse.block_array([[inner, edge], [edge.T, sparse.coo_array([[corner]])]], format="csc")
 
@@ -178,6 +186,8 @@ class EquationOfMotion:
         """k_qq to factorise beside B, with a trace of stiffness where there may be none."""
         if not self.loose:
             return self.k_qq
+        from scipy import sparse
+
         trace = np.where(np.arange(self.size) < self.moving, TRACES.stiffness * self.k_qq.diagonal().max(), 0.0)
         return self.k_qq + sparse.diags_array(trace, format="csc")
 
@@ -186,6 +196,8 @@ class EquationOfMotion:
         """b_qq to factorise beside K, with a trace of drag where there may be none."""
         if not self.loose:
             return self.b_qq
+        from scipy import sparse
+
         return self.b_qq + TRACES.drag * sparse.diags_array(self.b_qq.diagonal(), format="csc")
 
     @property

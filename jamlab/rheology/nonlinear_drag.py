@@ -13,8 +13,6 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.optimize import brentq, root_scalar
-from scipy.special import gamma
 
 from jamlab.arguments.choices import SpectrumMethod
 from jamlab.arrays import Array, ArrayLike
@@ -77,6 +75,9 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
         >>> jamlab.effective_relaxation_time([1e-2, 1.0], force=1e-5, alpha=1.0)
         array([1., 1.])
     """
+    from scipy.optimize import brentq
+    from scipy.special import gamma
+
     w = check_frequencies(omega)
     if not 0 < alpha < 2:
         raise InputError(f"alpha = {alpha}: the exponent of the drag law must lie between 0 and 2")
@@ -157,6 +158,8 @@ def equivalent_modulus(
     method: SpectrumMethod = "auto",
 ) -> tuple[NonlinearModulus, float]:
     """`nonlinear_modulus` without its warning, and the static modulus of which it would warn."""
+    from scipy.optimize import root_scalar
+
     if (stress is None) == (amplitude is None):
         raise InputError(f"stress = {stress}, amplitude = {amplitude}: give one of them")
     frequencies, law, stiffness = check_frequencies(omega), damping or ContactDamping(), stiffness_scale(packing)

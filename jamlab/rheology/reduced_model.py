@@ -8,7 +8,6 @@ coordinates; its modes are a relaxation spectrum of some tens of lines that has 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
@@ -110,6 +109,8 @@ class _Space:
     """Orthonormal basis that grows, with K and B projected on it."""
 
     def __init__(self, motion: EquationOfMotion, limits: Limits) -> None:
+        from scipy import sparse
+
         self._motion = motion
         self._limits = limits
         self._x = limits.fast - limits.slow

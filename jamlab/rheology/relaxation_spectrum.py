@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy import linalg
 
 from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
@@ -112,6 +111,8 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)
         return RelaxationModes(empty, np.zeros((len(x), 0)), empty, empty)
+    from scipy import linalg
+
     sigma = energy / dissipation
     metric = k + sigma * b
     basis = _range_of(metric)

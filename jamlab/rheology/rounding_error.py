@@ -7,17 +7,21 @@ error; real and imaginary parts are bounded apart, since one may be 1e12 times s
 The direct solver takes one complex symmetric sparse factorisation for each frequency, Baumgarten & Tighe eq 12.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from jamlab.arrays import Array, Complex
 from jamlab.mechanics.factors import ComplexFactors
 from jamlab.mechanics.floppy_modes import least_along
 from jamlab.rheology.equation_of_motion import TRACES, BorderedMatrix, EquationOfMotion
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,8 @@ def solve_frequency(motion: EquationOfMotion, floppy: Array, omega: float) -> tu
 
 def _dynamic_stiffness(motion: EquationOfMotion, drag: sparse.csc_array, omega: float) -> sparse.csc_array:
     """(m, m) K + i omega B - omega^2 m."""
+    from scipy import sparse
+
     matrix = motion.k_qq + 1j * omega * drag
     if motion.mass is not None:
         matrix = matrix + sparse.diags_array(-(omega**2) * motion.mass, format="csc")

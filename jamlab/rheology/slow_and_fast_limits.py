@@ -1,10 +1,12 @@
 """Response of a packing to infinitely slow and infinitely fast shear; refuses packings that are not stable."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
@@ -12,6 +14,9 @@ from jamlab.mechanics.factors import PositiveSolver, response_and_looseness
 from jamlab.mechanics.floppy_modes import floppy_modes
 from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 from jamlab.rheology.rounding_error import OF_ROUNDING, least_drag
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class ShiftedSolver:
@@ -35,6 +40,8 @@ class ShiftedSolver:
     def factorise(self, shift: float, otherwise: str = ", or method='direct'") -> None:
         """Factorise K + s B for a shift s, 1/tau_1. `otherwise`: remedy of one that fails, besides frequency and
         beta."""
+        from scipy import sparse
+
         self._root = float(np.sqrt(shift))
         values = self._k + np.array([shift, self._root, 1.0])[self._turning] * self._b
         pattern = self._pattern

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.optimize import curve_fit
 
 from jamlab.arrays import Array, ArrayLike
 from jamlab.checks import checked, finite_array
@@ -95,6 +94,8 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
     may be negative. One below its error means that none is seen. Errors must not follow the scatter of the stresses:
     of 12 points that scatter by 20 % of the law, errors of 20 % of each stress lower the yield stress by 7 %, and of 10
     % by 0.1 %, since points that came out low weigh most."""
+    from scipy.optimize import curve_fit
+
     names = ("rates", "stress", "stress_stderr")
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(names, (rates, stress, stress_stderr), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:

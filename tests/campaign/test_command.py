@@ -9,7 +9,7 @@ from campaigns import written
 from commands import call
 
 from jamlab.campaign import workers
-from jamlab.campaign.campaign import open_campaign
+from jamlab.campaign.open_campaign import open_campaign
 from jamlab.campaign.tasks import batches
 from jamlab.errors import ConvergenceError, JamlabWarning
 

@@ -9,8 +9,8 @@ from campaigns import written
 from commands import call
 
 from jamlab.campaign import cost
-from jamlab.campaign.campaign import open_campaign
 from jamlab.campaign.observables import OBSERVABLES
+from jamlab.campaign.open_campaign import open_campaign
 from jamlab.campaign.plan import seconds_each, total_time
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches

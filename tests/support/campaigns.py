@@ -5,7 +5,8 @@ import json
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.file import CampaignTable, check_campaign, read_text
+from jamlab.campaign.campaign_text import read_text
+from jamlab.campaign.file import CampaignTable, check_campaign
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tasks import batches, states_name
 from jamlab.campaign.workers import run_tasks
