@@ -1,4 +1,4 @@
-"""Words of docstrings, captions, messages, settings, scripts and decks, and units on the axes of pictures."""
+"""Words of docstrings, captions, messages, settings, scripts, decks and changelog, and units on the axes of pictures."""
 
 import re
 from pathlib import Path
@@ -43,6 +43,7 @@ UNIT = r"(?:k|d|s|ε|τ|γ|1/d|1/k|kτ|1/τ)"  # how units begin
 
 def prose():
     """Path and text of every file that is read, or whose words are shown."""
+    yield "CHANGELOG.md", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
             name = path.relative_to(ROOT).as_posix()
