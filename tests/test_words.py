@@ -1,4 +1,4 @@
-"""Words of docstrings, captions, messages, settings, scripts, decks and changelog, and units on the axes of pictures."""
+"""Words of docstrings, captions, messages, settings, scripts, decks and changelog; units on the axes of pictures."""
 
 import re
 from pathlib import Path
