@@ -15,5 +15,5 @@ figure, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
 for ax, amplitude in zip(axes, (1e-3, 1e-2), strict=True):
     o = jamlab.oscillate(p, omega=1.0, amplitude=amplitude, points_per_cycle=64)
     o.plot(ax)
-    third = abs(o.harmonics[1] / o.harmonics[0])
+    third = o.third_over_first
     print(f"amplitude {amplitude:g}: G' {o.storage:.4g} k, G'' {o.loss:.4g} k, third harmonic over first {third:.2g}")
