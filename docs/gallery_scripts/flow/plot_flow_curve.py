@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import jamlab
 
 p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-curve = jamlab.flow_curve(p, rates=[1e-2, 3e-2, 1e-1, 3e-1, 1.0], strain=6.0, discard=0.5)
+curve = jamlab.flow_curve(p, rates=[1e-3, 3e-3, 1e-2, 3e-2, 1e-1], strain=6.0, discard=0.5)
 figure, ax = plt.subplots(figsize=(6, 4.4), layout="constrained")
 curve.herschel_bulkley().plot(ax)
 print(curve)
