@@ -30,6 +30,7 @@ def objects():
     run = jamlab.shear(p, rate=0.1, strain=0.02, rows=3, snapshot_every=0.01)
     steady = jamlab.quasistatic_shear(p, 0.02, strain_step=0.01, snapshot_every=0.01)
     cyclic = jamlab.quasistatic_shear(p, [2e-3, -2e-3, 0.0], strain_step=2e-3, cycles=4)
+    sheared = jamlab.quasistatic_shear(p, 0.05, strain_step=0.01, event_width=5e-3)
     voids = jamlab.voids(p)
     spectra = [[jamlab.complex_modulus(jamlab.pack(8, q, seed=1), omega, prestress=False)] for q in (0.03, 0.02, 0.01)]
     campaign = jamlab.open_campaign(written(folder / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))
@@ -38,14 +39,13 @@ def objects():
     numbers = [each.name for each in fields(jamlab.results.SteadyState) if each.type == "float"]
     choice = jamlab.estimate_cost("z", rho=0.9, error=0.1)
     found = [
-        *(p, run, steady, steady.events, run.velocity_profile, voids, jamlab.void_statistics(voids), campaign, choice),
+        *(p, run, steady, sheared.events, run.velocity_profile, voids, jamlab.void_statistics(voids), campaign, choice),
         *(jamlab.evaluate(p), jamlab.contacts(p), jamlab.contacts(p).forces, jamlab.contact_lengths(droplets)),
         *(jamlab.tessellation(p), jamlab.hexatic_order(p), jamlab.elastic_tensor(p), jamlab.nonaffine_response(p)),
         *(jamlab.maxwell_count(p), jamlab.rigid_clusters(p), jamlab.lowest_modes(p, 4), jamlab.slab(walled)),
         *(jamlab.density_of_states([p, q]), jamlab.local_strain(p, steady.packing), jamlab.local_strain(steady)),
         *(jamlab.anneal(p, 1e-4, 1.0), jamlab.swap_sizes(p, 1e-4, 1)),
-        jamlab.softening(jamlab.quasistatic_shear(p, 0.05, strain_step=0.01, event_width=5e-3)),
-        jamlab.event_sizes(EVENTS, least_size=1.0),
+        *(jamlab.softening(sheared), jamlab.event_sizes(EVENTS, least_size=1.0)),
         *(jamlab.mean_square_displacement(steady), jamlab.self_overlap(steady), jamlab.t1_events([q, q])),
         jamlab.pair_correlation([p, q], 3.0),
         *(jamlab.displacement_spectrum(p, 9.0), jamlab.displacement_spectrum(p, 9.0).shells()),
