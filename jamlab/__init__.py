@@ -23,7 +23,7 @@ Ensembles    open_campaign -> Campaign: plan, run, start, table, aggregate
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
 Settings     BoxStrains: how a box may deform; jamlab.results has the classes of results and of settings
-Pictures     every result has .plot(ax); write_page: interactive page of a sweep; write_movie
+Pictures     .plot(ax) of packings, curves, networks and cells; write_page: interactive page of a sweep; write_movie
 Micrographs  micrograph, synthetic_micrograph, track_droplets
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
              JamlabWarning: a correct result that may surprise
