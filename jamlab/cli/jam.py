@@ -16,6 +16,7 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
+    from jamlab.packing.model import Model
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
 
@@ -217,14 +218,10 @@ _DEMO_ROWS = 10  # every tenth state is printed: a table of each model fits on a
 @command()
 def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None:
     """Compress disks and droplets through jamming: tables, a page."""
-    import numpy as np
-
     from jamlab.checks import check_number
-    from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
+    from jamlab.figures.explorer.write_page import write_sections
     from jamlab.models.disks import DISKS
     from jamlab.models.droplets import DROPLETS
-    from jamlab.packing.hdf5 import read_observables
-    from jamlab.protocols.onset import jam as begin
     from jamlab.protocols.particle_numbers import check_bidisperse
     from jamlab.storage.atomic_file import make_folder
     from jamlab.storage.verified_file import versions
@@ -234,29 +231,15 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
     make_folder(folder)
     check_target(folder / "index.html", replace=overwrite)
     task = {"--n": n, "--seed": seed, "--to": to, "step": _DEMO_STEP}
-    models = {model.name: model for model in (DISKS, DROPLETS)}
-    sweeps = {name: SweepFile(folder / f"{name}.h5", task | {"model": name}, replace=overwrite) for name in models}
+    models = (DISKS, DROPLETS)
+    sweeps = [
+        SweepFile(folder / f"{model.name}.h5", task | {"model": model.name}, replace=overwrite) for model in models
+    ]
     describe_kept(lambda: _describe_demo(folder))
-    sections = []
-    for name, model in models.items():
-        sweep = sweeps[name]
-        if not sweep.states:
-            with progress_bar(f"{model.particles} to onset") as progress:
-                sweep.begin(begin(n, Registered(name), seed, ensemble="shear-stabilized", progress=progress))
-        packings = sweep.states
-        if to <= packings[0].phi:
-            raise InputError(
-                f"--to {to}: {model.particles} with --n {n}, --seed {seed} jam at {packings[0].phi:.4f}; use a larger "
-                "value"
-            )
-        with progress_bar(f"{model.particles} compressed") as progress:
-            sweep.make(partial(_compress_for_demo, to, progress))
-        file = sweep.path
-        print_packings(packings, file, False, save=sweep.write, step=_DEMO_ROWS)
-        kept = np.linspace(0, len(packings) - 1, min(len(packings), _ON_PAGE)).round().astype(int)
-        observables = {column: values[kept] for column, values in read_observables(file).items()}
-        shown = explorer_fragment([packings[k] for k in kept], observables=observables)
-        sections.append((f"Sweep of {model.particles}", shown))
+    sections = [
+        (f"Sweep of {model.particles}", _sweep_for_demo(sweep, model, n, seed, to))
+        for sweep, model in zip(sweeps, models, strict=True)
+    ]
     title = "Jamming of soft disks and deformable droplets"
     lead = (
         "From a random start at φ = 0.20 to jamming onset, "
@@ -267,6 +250,30 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
     )
     write_sections(folder / "index.html", title, lead, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {folder / 'index.html'}")
+
+
+def _sweep_for_demo(sweep: SweepFile, model: "Model[Any]", n: int, seed: int, to: float) -> str:
+    """Make the states of a model that are not in its file yet, print them, and give their part of the page."""
+    import numpy as np
+
+    from jamlab.figures.explorer.write_page import explorer_fragment
+    from jamlab.packing.hdf5 import read_observables
+    from jamlab.protocols.onset import jam as begin
+
+    if not sweep.states:
+        with progress_bar(f"{model.particles} to onset") as progress:
+            sweep.begin(begin(n, Registered(model.name), seed, ensemble="shear-stabilized", progress=progress))
+    packings = sweep.states
+    if to <= packings[0].phi:
+        raise InputError(
+            f"--to {to}: {model.particles} with --n {n}, --seed {seed} jam at {packings[0].phi:.4f}; use a larger value"
+        )
+    with progress_bar(f"{model.particles} compressed") as progress:
+        sweep.make(partial(_compress_for_demo, to, progress))
+    print_packings(packings, sweep.path, False, save=sweep.write, step=_DEMO_ROWS)
+    kept = np.linspace(0, len(packings) - 1, min(len(packings), _ON_PAGE)).round().astype(int)
+    observables = {column: values[kept] for column, values in read_observables(sweep.path).items()}
+    return explorer_fragment([packings[k] for k in kept], observables=observables)
 
 
 def _compress_for_demo(

@@ -102,24 +102,12 @@ def disk_terms(p):
     return found if len(sites) else []
 
 
-def droplet_terms(p):
-    """Line tension, areas, and each vertex with the closest point of each other outline."""
-    x, box, q, delta = p.positions, np.array(p.box), p.params, p.params["delta"]
-    owner = np.repeat(np.arange(p.n), np.diff(p.offsets))
-    after = np.arange(len(x)) + 1
-    after[p.offsets[1:] - 1] = p.offsets[:-1]
-    wall = (np.diff(p.offsets) == 1)[owner]
-    edge = np.flatnonzero(~wall)
-    none = np.zeros((1, 1, 2))
-    terms = [Term(np.column_stack([edge, after[edge]]), none, lambda z: q["gamma"] * norm(z[..., 1, :] - z[..., 0, :]))]
-    for count in np.unique(np.diff(p.offsets)):
-        rings = np.flatnonzero(np.diff(p.offsets) == count)
-        if count > 1:
-            a0 = q["a0"][rings]
-            sites = p.offsets[rings][:, None] + np.arange(count)
-            terms.append(Term(sites, none, lambda z, a0=a0: q["ka"] / 2 * (ring_area(z) - a0) ** 2))
+def closest_points(p, vertices, owner, after):
+    """Closest points of outlines within a rim's width of vertices, each with the lattice vector to its image: (k, 4)
+    vertex and vertex, (m, 5) vertex and both ends of an edge. `owner`: droplet of a site; `after`: next site of it."""
+    x, box, delta = p.positions, np.array(p.box), p.params["delta"]
     to_point, to_line = [], []
-    for v in edge:
+    for v in vertices:
         for m in range(p.n):
             if p.offsets[m + 1] - p.offsets[m] == 1:
                 continue
@@ -141,8 +129,27 @@ def droplet_terms(p):
                     to_line.append((v, a[k], b[k], *s))
                 else:
                     to_point.append((v, (a if t[k] == 0 else b)[k], *s))
+    return np.array(to_point).reshape(-1, 4), np.array(to_line).reshape(-1, 5)
+
+
+def droplet_terms(p):
+    """Line tension, areas, and each vertex with the closest point of each other outline."""
+    x, box, q, delta = p.positions, np.array(p.box), p.params, p.params["delta"]
+    owner = np.repeat(np.arange(p.n), np.diff(p.offsets))
+    after = np.arange(len(x)) + 1
+    after[p.offsets[1:] - 1] = p.offsets[:-1]
+    wall = (np.diff(p.offsets) == 1)[owner]
+    edge = np.flatnonzero(~wall)
+    none = np.zeros((1, 1, 2))
+    terms = [Term(np.column_stack([edge, after[edge]]), none, lambda z: q["gamma"] * norm(z[..., 1, :] - z[..., 0, :]))]
+    for count in np.unique(np.diff(p.offsets)):
+        rings = np.flatnonzero(np.diff(p.offsets) == count)
+        if count > 1:
+            a0 = q["a0"][rings]
+            sites = p.offsets[rings][:, None] + np.arange(count)
+            terms.append(Term(sites, none, lambda z, a0=a0: q["ka"] / 2 * (ring_area(z) - a0) ** 2))
+    point, line = closest_points(p, edge, owner, after)
     push = lambda distance: q["eps"] / 2 * (1 - distance / delta) ** 2  # noqa: E731
-    point, line = np.array(to_point).reshape(-1, 4), np.array(to_line).reshape(-1, 5)
     vector = np.stack([np.zeros((len(point), 2)), point[:, 2:]], axis=1)
     terms.append(Term(point[:, :2].astype(int), vector, lambda z: push(norm(z[..., 1, :] - z[..., 0, :]))))
     vector = np.stack([np.zeros((len(line), 2)), line[:, 3:], line[:, 3:]], axis=1)
