@@ -16,6 +16,8 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from jamlab.packing.model import Model
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
@@ -252,7 +254,7 @@ def demo(*, n: int, seed: int, to: float, folder: Path, overwrite: bool) -> None
     print_note(f"Open {folder / 'index.html'}")
 
 
-def _sweep_for_demo(sweep: SweepFile, model: "Model[Any]", n: int, seed: int, to: float) -> str:
+def _sweep_for_demo(sweep: SweepFile, model: "Model[Any]", n: int, seed: int, to: float) -> "Markup":
     """Make the states of a model that are not in its file yet, print them, and give their part of the page."""
     import numpy as np
 
