@@ -58,7 +58,7 @@ class Verdict(StrEnum):
 
 SAID = {  # of how many numbers, in one sentence
     Verdict.AGREES: "agree within the tolerance (a tenth of the scale or half a last digit)",
-    Verdict.SMALL: "differ significantly within the tolerance",
+    Verdict.SMALL: "are within the tolerance, but significantly off",
     Verdict.WEAK: "are compatible within three tolerances",
     Verdict.UNRESOLVED: "are not resolved",
     Verdict.TENSION: "are in tension",
@@ -230,12 +230,17 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
     known = [c for c in tests if c.measured.known]
     met = sum(c.verdict == Verdict.AGREES and c.statement.relation != "=" for c in known)
     values = Counter(c.verdict for c in known) - Counter({Verdict.AGREES: met})
-    parts = [f"{values[verdict]} {words}" for verdict, words in SAID.items() if values[verdict]]
-    parts.insert(1, f"{met} bounds are met")
-    told = (
-        f"{', '.join(parts)}; {len(tests) - len(known)} more lack data, and {len(counted) - len(tests)} are no tests."
-    )
-    return f"Of {len(known)} numbers of both papers that our packings test, {told}"
+    agree = f"{values[Verdict.AGREES]} {SAID[Verdict.AGREES]}, and {met} bounds are met."
+    others = [
+        f"{values[verdict]} {words}" for verdict, words in SAID.items() if verdict != Verdict.AGREES and values[verdict]
+    ]
+    rest = f"{len(tests) - len(known)} lack data, and {len(counted) - len(tests)} are no tests."
+    told = [
+        f"Our packings test {len(known)} numbers of both papers.",
+        agree,
+        *([f"{', '.join(others)}."] if others else []),
+    ]
+    return " ".join([*told, f"Of the other numbers, {rest}"])
 
 
 def short_line(comparisons: Sequence[Comparison]) -> str:

@@ -127,8 +127,9 @@ def test_counts_are_of_tests():
     rows.append(judge(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
     rows.append(judge(replace(ONE, sentence=Sentence.DEFINITION, statistic=""), Measured()))  # nothing to measure
     rows.append(judge(replace(ONE, figure="g", relation=">", stated="bound"), found(1.3, 0.05)))
-    said = "Of 2 numbers of both papers that our packings test, 1 agree within the tolerance"
-    assert first_line(rows).startswith(said) and "1 bounds are met; 0 more lack data, and 2 are no" in first_line(rows)
+    said = "Our packings test 2 numbers of both papers. 1 agree within the tolerance"
+    ended = "and 1 bounds are met. Of the other numbers, 0 lack data, and 2 are no tests."
+    assert first_line(rows).startswith(said) and first_line(rows).endswith(ended)
     off = judge(ONE, found(1.29, 0.001))  # known to lie within 30 % of the scale, and three standard errors off
     _, short, bounded, *_ = summary([*rows[:4], off])
     assert short.startswith("Of 2 published numbers, 1 are compatible with ours, 0 are not resolved")
