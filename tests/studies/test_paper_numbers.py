@@ -318,7 +318,7 @@ def test_the_page_says_what_the_data_hold():
     assert not [sentence for sentence in told(given) if sentence not in page]
     parts = [f"{number('B5-z-parts', given, of):.2f}" for of in ("", "share = 0.03")]
     limits = (ROOT / "docs" / "explanation" / "limits.md").read_text(encoding="utf-8")
-    assert "by 2 % from ρ = {} and by 3 % from {}".format(*parts) in " ".join(limits.split())
+    assert "2 % above {} and 3 % above {}".format(*parts) in " ".join(limits.split())
     exponents = ("T3-mu", "T3-lambda", "T3-Delta-storage", "T3-Delta-loss", "T8-a-contact", "T4-beta-star")
     assert max(abs(number(name, given) / paper(name) - 1) for name in exponents) < 0.12
     sample = wide_spectra(given, prestress=False)
