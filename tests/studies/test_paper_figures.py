@@ -59,7 +59,7 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     assert pd.read_csv(tmp_path / "out" / pages.VERDICTS)["verdict"].tolist() == [row["verdict"] for row in rows]
     claims = [c for name in names for c in drawn(name).claims if c.measured.known and c.statement.counted]
     tests = sum(c.statement.tested for c in claims)
-    assert (tmp_path / "out" / SUMMARY).read_text().startswith(f"Of {tests} numbers of ")
+    assert (tmp_path / "out" / SUMMARY).read_text().startswith(f"Our packings test {tests} numbers of ")
 
 
 def test_a_curve_without_points_has_no_name_in_the_legend():

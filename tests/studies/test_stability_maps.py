@@ -173,4 +173,4 @@ def test_what_ships_is_complete_without_a_silent_wrong_number_and_counted_in_the
         text = " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
         assert runs in text and f" {ended} runs " in text
     assert f"In {changed} further runs contacts changed" in text
-    assert f"{parted} of {compared} runs with a good energy balance differ" in text
+    assert f"with a good energy balance, {parted} of {compared} runs differ" in text
