@@ -170,8 +170,8 @@ void OverdampedFlow::refuse_velocities(const DragSolver::Result &result) const
 
 std::string OverdampedFlow::more_background() const
 {
-  return fmt::format("the background drag is {:g} in units of LAMMPS: give ten times as much, and at "
-                     "least 1e-2 k tau", settings.solver.background);
+  return fmt::format("the background drag is {:g} in units of LAMMPS: give ten times as much, and "
+                     "at least 1e-2 k tau", settings.solver.background);
 }
 
 /* Contact drag leaves all that touches free to drift as a whole. What touches nothing stays with
