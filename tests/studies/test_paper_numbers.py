@@ -269,8 +269,9 @@ def told(given):
     small, large = (bound.filter(like=name, axis=0).to_numpy()[0] for name in ("512", "32768"))
     yield f"falls from {small[0]:.2f} at *p* = 10⁻² to {large[1]:.3f} at 10⁻⁶"
     yield f"with an exponent of {number('T5-mean-approach', given):.2f}"
-    for late in list(zip(*late_onset(given).rows, strict=True))[1:]:
-        yield f"| {' | '.join(late)} |"
+    omega = {float(late): near for late, near, _ in late_onset(given).rows}
+    late = f"{omega[1e-4]}, {omega[1e-3]} and {omega[1e-2]} with Δ₀ = 10⁻⁴, 10⁻³ and 10⁻²"
+    yield f"then ω is {late}, without it {omega[0.0]}"
     claims = {c.statement.id: c for c in compare("baumgarten-7", given)}
     yield f"Our plateau is {ours(claims['T7-length-stokes'])} *L*"
     length = lengths(pages.draw("baumgarten-7", given).table)
@@ -293,21 +294,18 @@ def told(given):
     _, along_x, sheared = PACKINGS
     chosen = ("", f"packings = {along_x}", f"packings = {sheared}")
     found = [known("BT-G0-sp-phi", given, of) for of in chosen]
-    yield "Ours is {} of all packings of N = 256, {} of packings with $G_x > 0$, {} in boxes".format(*found)
+    yield "Ours is {} for all packings of N = 256, {} for packings with $G_x > 0$, and {} for [shear".format(*found)
     yield "So does the ratio of G at N = 256 and 32 (Δρ = 0.1): {}, {}, {}".format(
         *(known("B5-g-sizes-sp", given, of) for of in chosen)
     )
     starts = pages.draw("onset-starts", given).values
-    direct = [starts[f"direct less disks, N = {n}: mean"] for n in (32, 64)]
-    found = [f"{float(v.value):.4f} [{float(v.low):.4f}, {float(v.high):.4f}]" for v in direct]
-    both = [text.replace("-", "−") for text in found]
-    yield "higher by {} (95 %) at N = 32 and {} at 64".format(*both)
-    placed = [float(starts[f"from-disks less disks, N = {n}: mean"].value) for n in (32, 64)]
-    yield "in the place of disks by {:.4f} and {:.4f}".format(*placed)
+    small, large = (starts[f"direct less disks, N = {n}: mean"] for n in (32, 256))
+    yield f"by {float(small.value):.4f} [{float(small.low):.4f}, {float(small.high):.4f}] (95 %) at N = 32."
+    yield f"At 256 both agree to {max(-float(large.low), float(large.high)):.4f}"
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
     yield f"Our usual droplets reach *z* = 6 at {min(confluent):.3f} to {max(confluent):.3f}"
-    yield f"below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f}. Our C is {number('B4-C', given):.2f} above"
-    yield f"above 0.01 and {number('B11-C-onset', given):.2f} below"
+    yield f"Below Δφ = {(1 - 1 / paper('B11-C-onset')) ** 2:.2f} this C gives"
+    yield f"Our C is {number('B4-C', given):.2f} above 0.01 and {number('B11-C-onset', given):.2f} below"
 
 
 @pytest.mark.slow
