@@ -116,7 +116,7 @@ class FlowCurve(FlowResult):
     def herschel_bulkley(self) -> HerschelBulkley:
         """Fit yield stress, consistency and exponent to three rates or more.
 
-        The law holds up to about 1e-2 over tau_1; beyond, contacts themselves limit the flow.
+        The law describes slow flow: give rates well below 1/tau_1.
 
         Raises:
             InputError, ConvergenceError: fewer than three rates, or no fit is found.

@@ -97,7 +97,7 @@ class MeanFlowCurve(Result):
     unit: str = field(default="", repr=False)
 
     def herschel_bulkley(self) -> HerschelBulkley:
-        """Fit yield stress, consistency and exponent to three rates or more; the law holds up to about 1e-2 over tau_1.
+        """Fit yield stress, consistency and exponent to three rates or more, well below 1/tau_1.
 
         A few packings agree by chance at some rates, and these would decide the fit: each rate has at least the mean
         relative error of all.

@@ -22,7 +22,7 @@ STRESS = in_unit(r"shear stress $\sigma$", "k")
 SETTINGS = {"n": 256, "background_drag": 1e-2, "tolerance": 5e-2}  # of the runs that are averaged
 ONSET = 0.84  # packing fraction nearest to onset
 JAMMED = 0.86  # of the fit with a yield stress
-HIGHEST = 1e-2  # rate up to which laws are fitted: beyond, contacts themselves limit the flow
+HIGHEST = 1e-2  # rate up to which laws are fitted
 _STANDS = 1e-15  # rate that adds nothing to a yield stress
 
 
